@@ -26,32 +26,32 @@ extern "C" {
 #endif
 
 /* Kinds of parameters, in the order of a body's columns; those of coordinates follow. */
-typedef enum kt_parameter_kind {
-    KT_PARAMETER_MASS = 0,   /* m, kg */
-    KT_PARAMETER_MOMENT_X,   /* m c_x, kg m */
-    KT_PARAMETER_MOMENT_Y,   /* m c_y, kg m */
-    KT_PARAMETER_MOMENT_Z,   /* m c_z, kg m */
-    KT_PARAMETER_INERTIA_XX, /* I_xx, kg m^2, as those below */
-    KT_PARAMETER_INERTIA_YY, /* I_yy */
-    KT_PARAMETER_INERTIA_ZZ, /* I_zz */
-    KT_PARAMETER_INERTIA_XY, /* I_xy, the element of the matrix */
-    KT_PARAMETER_INERTIA_XZ, /* I_xz */
-    KT_PARAMETER_INERTIA_YZ, /* I_yz */
-    KT_PARAMETER_ARMATURE,   /* of a velocity coordinate, kg m^2 or kg */
-    KT_PARAMETER_VISCOUS,    /* likewise, N m s or N s/m */
-    KT_PARAMETER_COULOMB,    /* likewise, N m or N */
-} kt_parameter_kind;
+typedef enum kt_dynamic_kind {
+    KT_DYNAMIC_MASS = 0,   /* m, kg */
+    KT_DYNAMIC_MOMENT_X,   /* m c_x, kg m */
+    KT_DYNAMIC_MOMENT_Y,   /* m c_y, kg m */
+    KT_DYNAMIC_MOMENT_Z,   /* m c_z, kg m */
+    KT_DYNAMIC_INERTIA_XX, /* I_xx, kg m^2, as those below */
+    KT_DYNAMIC_INERTIA_YY, /* I_yy */
+    KT_DYNAMIC_INERTIA_ZZ, /* I_zz */
+    KT_DYNAMIC_INERTIA_XY, /* I_xy, the element of the matrix */
+    KT_DYNAMIC_INERTIA_XZ, /* I_xz */
+    KT_DYNAMIC_INERTIA_YZ, /* I_yz */
+    KT_DYNAMIC_ARMATURE,   /* of a velocity coordinate, kg m^2 or kg */
+    KT_DYNAMIC_VISCOUS,    /* likewise, N m s or N s/m */
+    KT_DYNAMIC_COULOMB,    /* likewise, N m or N */
+} kt_dynamic_kind;
 
 /* What a column of the regressor belongs to. */
-typedef struct kt_parameter {
-    kt_parameter_kind kind; /* what it is */
-    int body;               /* that has it, or whose joint has the coordinate */
-    int coordinate;         /* armature, friction: of v; otherwise -1 */
-} kt_parameter;
+typedef struct kt_dynamic_parameter {
+    kt_dynamic_kind kind; /* what it is */
+    int body;             /* that has it, or whose joint has the coordinate */
+    int coordinate;       /* armature, friction: of v; otherwise -1 */
+} kt_dynamic_parameter;
 
 /* The number of parameters, and what one of them is. O(1). */
 KT_API int kt_regressor_columns(const kt_model *model);
-KT_API kt_parameter kt_regressor_parameter(const kt_model *model, int column);
+KT_API kt_dynamic_parameter kt_regressor_parameter(const kt_model *model, int column);
 
 /* The model's own parameters: inertias of its bodies, armatures of its joints, zeros for frictions. O(columns). */
 KT_API void kt_regressor_parameters(const kt_model *model, double *parameters);

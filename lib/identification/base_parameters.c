@@ -42,8 +42,8 @@ size_t kt_base_parameters_work_size(const kt_model *model) {
 
 /* Inertias, first moments, masses, each from the ground to the tips; then armatures and frictions. */
 static void prefer(const kt_model *model, int32_t *order) {
-    static const kt_parameter_kind first[] = {KT_PARAMETER_INERTIA_XX, KT_PARAMETER_MOMENT_X, KT_PARAMETER_MASS},
-                                   last[] = {KT_PARAMETER_INERTIA_YZ, KT_PARAMETER_MOMENT_Z, KT_PARAMETER_MASS};
+    static const kt_dynamic_kind first[] = {KT_DYNAMIC_INERTIA_XX, KT_DYNAMIC_MOMENT_X, KT_DYNAMIC_MASS},
+                                 last[] = {KT_DYNAMIC_INERTIA_YZ, KT_DYNAMIC_MOMENT_Z, KT_DYNAMIC_MASS};
     const int32_t bodies = 10 * ((int32_t)model->n.body - 1), columns = kt_regressor_columns(model);
     int32_t count = 0;
     for (int group = 0; group < 3; group++)
@@ -128,11 +128,11 @@ static double column_length(const double *triangle, size_t columns, size_t from,
 
 /* 0 to 5: masses, first moments, inertias, armatures, viscous and Coulomb frictions. */
 static int group_of(const kt_model *model, int32_t column) {
-    const kt_parameter_kind kind = kt_regressor_parameter(model, column).kind;
-    return kind >= KT_PARAMETER_ARMATURE     ? 3 + (int)kind - (int)KT_PARAMETER_ARMATURE
-           : kind >= KT_PARAMETER_INERTIA_XX ? 2
-           : kind >= KT_PARAMETER_MOMENT_X   ? 1
-                                             : 0;
+    const kt_dynamic_kind kind = kt_regressor_parameter(model, column).kind;
+    return kind >= KT_DYNAMIC_ARMATURE     ? 3 + (int)kind - (int)KT_DYNAMIC_ARMATURE
+           : kind >= KT_DYNAMIC_INERTIA_XX ? 2
+           : kind >= KT_DYNAMIC_MOMENT_X   ? 1
+                                           : 0;
 }
 
 /* Lengths of columns; zero where they are rounding errors of the longest one of their unit, as of a first moment along the
@@ -213,7 +213,7 @@ typedef struct words {
 static void add_term(words *to, const kt_model *model, int column, double coefficient) {
     static const char *const symbols[] = {"m",   "mcx", "mcy", "mcz",      "Ixx",     "Iyy",    "Izz",
                                           "Ixy", "Ixz", "Iyz", "armature", "viscous", "Coulomb"};
-    const kt_parameter p = kt_regressor_parameter(model, column);
+    const kt_dynamic_parameter p = kt_regressor_parameter(model, column);
     const size_t used = (size_t)to->length < to->size ? (size_t)to->length : to->size;
     char factor[32] = "", which[16] = "";
     if (to->length > 0 && fabs(fabs(coefficient) - 1.0) > 1e-9)

@@ -9,16 +9,16 @@ int kt_regressor_columns(const kt_model *model) {
     return KT_BODY_PARAMETERS * ((int)model->n.body - 1) + 3 * (int)model->n.v;
 }
 
-kt_parameter kt_regressor_parameter(const kt_model *model, int column) {
+kt_dynamic_parameter kt_regressor_parameter(const kt_model *model, int column) {
     const int bodies = KT_BODY_PARAMETERS * ((int)model->n.body - 1), nv = (int)model->n.v;
     if (column < bodies)
-        return (kt_parameter){.kind = (kt_parameter_kind)(column % KT_BODY_PARAMETERS),
-                              .body = 1 + column / KT_BODY_PARAMETERS,
-                              .coordinate = -1};
+        return (kt_dynamic_parameter){.kind = (kt_dynamic_kind)(column % KT_BODY_PARAMETERS),
+                                      .body = 1 + column / KT_BODY_PARAMETERS,
+                                      .coordinate = -1};
     const int coordinate = (column - bodies) % nv;
-    return (kt_parameter){.kind = (kt_parameter_kind)(KT_PARAMETER_ARMATURE + (column - bodies) / nv),
-                          .body = kt_body_of_velocity(model, coordinate),
-                          .coordinate = coordinate};
+    return (kt_dynamic_parameter){.kind = (kt_dynamic_kind)(KT_DYNAMIC_ARMATURE + (column - bodies) / nv),
+                                  .body = kt_body_of_velocity(model, coordinate),
+                                  .coordinate = coordinate};
 }
 
 void kt_regressor_parameters(const kt_model *model, double *parameters) {

@@ -87,11 +87,11 @@ KT_TEST(frictions_and_armatures_act_in_their_coordinates) {
     int wrong = 0, seen = 0;
     if (evaluate(&tree, &s))
         for (int c = 0; c < columns; c++) {
-            const kt_parameter p = kt_regressor_parameter(tree.model, c);
+            const kt_dynamic_parameter p = kt_regressor_parameter(tree.model, c);
             const double *column = regressor + (size_t)c * (size_t)tree.nv;
             for (int i = 0; i < tree.nv && p.coordinate >= 0; i++) {
                 const double v = s.v[i], sign = (v > 0.0) - (v < 0.0);
-                const double own = p.kind == KT_PARAMETER_ARMATURE ? s.a[i] : p.kind == KT_PARAMETER_VISCOUS ? v : sign;
+                const double own = p.kind == KT_DYNAMIC_ARMATURE ? s.a[i] : p.kind == KT_DYNAMIC_VISCOUS ? v : sign;
                 wrong += column[i] != (i == p.coordinate ? own : 0.0);
                 seen++;
             }
@@ -220,7 +220,7 @@ static void free_arm(arm *x) {
 static int inertial(const arm *x, const base_set *b) {
     int count = 0;
     for (int i = 0; i < b->rank; i++)
-        count += kt_regressor_parameter(x->model, b->column[i]).kind < KT_PARAMETER_ARMATURE;
+        count += kt_regressor_parameter(x->model, b->column[i]).kind < KT_DYNAMIC_ARMATURE;
     return count;
 }
 
