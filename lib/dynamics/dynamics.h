@@ -40,6 +40,7 @@ typedef struct kt_kernels {
     extern const kt_kernels kt_kernels_##level[2 * KT_SWEEP_COUNT];                                                    \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
                               const kt_wrench *, double *);                                                            \
+    bool kt_project_geared_##level(const kt_model *, kt_data *, size_t, const double *, kt_articulated *);             \
     size_t kt_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
                                      const kt_wrench *, double *);                                                     \
     size_t kt_planar_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *,               \

@@ -94,9 +94,9 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
     size s = *size_of(data, i);
     s.trace += link->inertia.xx + link->inertia.yy + link->inertia.zz;
     s.mass += link->mass;
-    if (j->verdict[i] == KT_INERTIA_THERE &&
-        (!is_regular_geared(model, data, i, x, &s) ||
-         kt_eliminate_geared(model, data, i, tau, x, NULL) == KT_ELIMINATION_SINGULAR)) {
+    if (j->verdict[i] == KT_INERTIA_THERE && !(is_regular_geared(model, data, i, x, &s) &&
+                                               (link->geared ? kt_project_geared_baseline(model, data, i, tau, x)
+                                                             : kt_articulated_project(model, data, i, tau, x)))) {
         j->verdict[i] = KT_INERTIA_NONE;
         j->found++;
     }

@@ -72,6 +72,7 @@ static void accept(kt_integrator *it) {
 const kt_method_family kt_family_adams = {
     .name = "adams",
     .check_sizes = kt_multistep_check_sizes,
+    .check_order = kt_multistep_check_order,
     .measure = measure,
     .init = kt_explicit_init,
     .start = forget,

@@ -217,6 +217,7 @@ struct kt_method_family {
     /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is of a family that
      * is open and must pass `check_sizes`; before that nothing of it is read. */
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
+    kt_status (*check_order)(const kt_method *method, kt_error *error); /* NULL: conditions of the table alone */
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
     void (*init)(kt_integrator *it);    /* sets fresh, gives_end_derivative and the table; the memory is laid out and
                                          zeroed */

@@ -86,9 +86,7 @@ static kt_status check_power(const kt_method *m, const char *what, const double 
     return kt_table_refuse(m, error, message);
 }
 
-kt_status kt_multistep_check(const kt_method *m, kt_error *error) {
-    if (m->steps == 0)
-        return KT_OK;
+kt_status kt_multistep_check_order(const kt_method *m, kt_error *error) {
     static const double last[KT_METHOD_STEPS_MAX + 1] = {0.0, 1.0};
     const kt_multistep w = kt_multistep_of(m);
     kt_status status = KT_OK;

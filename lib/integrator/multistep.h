@@ -17,8 +17,8 @@ kt_multistep kt_multistep_of(const kt_method *method);
 /* For `check_sizes` of a family of multistep methods. */
 kt_status kt_multistep_check_sizes(const kt_method *method, kt_error *error);
 
-/* The conditions of order [MSD 5.7 .. 5.14] of a multistep method, and of its predictor; KT_OK for other methods. */
-kt_status kt_multistep_check(const kt_method *method, kt_error *error);
+/* The conditions of order [MSD 5.7 .. 5.14] of a multistep method, and of its predictor. */
+kt_status kt_multistep_check_order(const kt_method *method, kt_error *error);
 
 /* Linear stability of these families. */
 kt_status kt_multistep_stability(const kt_method *method, int stages, kt_stability *out, kt_error *error);

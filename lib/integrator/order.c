@@ -19,7 +19,6 @@
  * formed in long double.
  */
 #include "integrator/integrator.h"
-#include "integrator/multistep.h"
 
 #include <float.h>
 #include <math.h>
@@ -305,8 +304,9 @@ kt_status kt_method_check(const kt_method *method, kt_error *error) {
     extended x;
     extend(method, &x);
     status = check_row_sums(&x, error);
-    if (status == KT_OK)
-        status = kt_multistep_check(method, error);
+    const kt_method_family *family = kt_method_family_of(method);
+    if (status == KT_OK && family->check_order != NULL)
+        status = family->check_order(method, error);
 
     const int last = largest(largest(method->order, kt_method_dense_order(method)),
                              largest(method->embedded_order, method->embedded_order_low));

@@ -86,6 +86,7 @@ const kt_method_family kt_family_two_step = {
     .implicit = true,
     .open = true,
     .check_sizes = kt_multistep_check_sizes,
+    .check_order = kt_multistep_check_order,
     .measure = measure,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
