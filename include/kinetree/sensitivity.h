@@ -11,7 +11,8 @@
  * of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices
  *     A = d(state after) / d(state before)     2 nv x 2 nv
  *     B = d(state after) / d(tau)              2 nv x nv
- * are column-major and relate such changes: dx+ = A dx + B dtau.
+ * are column-major and relate such changes: dx+ = A dx + B dtau. With the numbers p of a parameter of the model (model.h)
+ *     C = d(state after) / d(p)                2 nv x kt_parameter.count
  *
  * Derivation. With x = (q, v) the stages of a Runge-Kutta method (HNW II.1) are
  *     X_i = x + h sum_j a_ij K_j,   K_i = (E(Q_i) V_i, a(t + c_i h, Q_i, V_i, tau)),   x+ = x + h sum_i b_i K_i
@@ -31,6 +32,11 @@
  * leaves the loops open by much. If a loop's equations repeat others, the choice of the independent ones decides how an
  * open state is closed; the derivatives take the choice of the projection, at stages that of
  * kt_acceleration_derivatives, and are then exact to the gap of the loops at the stages.
+ *
+ * Parameters. With r(q, v, a; p) = M a + h - J' external - Q, at fixed q and v, a_p dp takes the place of a_tau dtau:
+ *     a_p = -a_tau dr/dp,   dr/dp by differences of r, which r's polynomials in p make exact
+ * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their right
+ * sides.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
@@ -77,6 +83,22 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
+
+/* Returns the number of bytes that kt_step_parameter_derivatives needs: those of a step, and a copy of the model. */
+KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method);
+
+/* Takes the step, and computes C (2 nv x parameter->count), its derivatives by the numbers of a parameter at their present
+ * values (kt_parameter_find, kt_parameter_get): of gravity, masses, coms, inertias, armature exact to rounding; of effects
+ * by differences over 1/1024 of a number, or 1/1024 of its unit at 0: exact to some 1e-12 away from kinks. The model may be a
+ * compiled one or a copy; neither it nor the parameter's numbers change. inertia has the six independent entries; masses
+ * and inertias change with com constant. A function of time must be constant or set by kt_parameter_set: others have not
+ * the numbers of a parameter. Over many steps dx/dp follows S+ = A S + C. Errors: as kt_step_derivatives;
+ * KT_ERROR_ARGUMENT for hold, which is no number, and for other functions of time. C is then untouched. Cost: B of a step, and
+ * four inverse dynamics for each number at each stage. */
+KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
+                                                          size_t work_size, const kt_step *step,
+                                                          const kt_parameter *parameter, const double *q,
+                                                          const double *v, double *C, kt_error *error);
 
 /* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the state
  * after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,

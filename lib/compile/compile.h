@@ -59,6 +59,12 @@ void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 KT_CHECKED kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
                                         kt_error *error);
 
+/* Sets a parameter without a check: for differences, in which a mass may be negative. */
+void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values);
+/* Whether the numbers of kt_parameter_get describe what the model has now: false of a function of time that is neither
+ * constant nor set by a parameter. */
+bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
+
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 
 /* Each of these reports the faults of an item and continues.

@@ -243,6 +243,24 @@ static kt_curve curve_of(const double *x) {
 
 static kt_curve constant(double x) { return (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = x}; }
 
+static bool stands(const kt_curve *curve) { return kt_curve_rests(curve) || kt_curve_follows(curve); }
+
+bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter) {
+    switch (parameter->kind) {
+    case KT_PARAMETER_EFFECT_CURVE:
+        return stands(&model->effect[parameter->item].curve[0]);
+    case KT_PARAMETER_EFFECT_VALUE:
+        for (int k = 0; k < 3; k++)
+            if (!kt_curve_rests(&model->effect[parameter->item].curve[k]))
+                return false;
+        return true;
+    case KT_PARAMETER_LOOP_CURVE:
+        return stands(&model->loop[parameter->item].curve);
+    default:
+        return true;
+    }
+}
+
 /* The rules of a description, for the body or the joint as it would be. */
 static kt_status check_body(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_body_record *record = &m->body[parameter->item];
@@ -307,10 +325,7 @@ kt_status kt_parameter_check(const kt_model *model, const kt_parameter *paramete
     return check_numbers(model, parameter, values, error);
 }
 
-kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
-    const kt_status status = kt_parameter_check(copy, parameter, values, error);
-    if (status != KT_OK)
-        return status;
+void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values) {
     switch (parameter->kind) {
     case KT_PARAMETER_GRAVITY:
         set_gravity(copy, values);
@@ -343,5 +358,11 @@ kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const 
         copy->driven = true;
         break;
     }
-    return KT_OK;
+}
+
+kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
+    const kt_status status = kt_parameter_check(copy, parameter, values, error);
+    if (status == KT_OK)
+        kt_parameter_put(copy, parameter, values);
+    return status;
 }

@@ -4,6 +4,7 @@
  * Along a change xi of q (and dv of v), at fixed x and lambda,
  *     W dx - J' dlambda = G xi,   G = d(J' lambda - W x)/dq
  *     J dx = E xi - J dv,         E = -d(r + J x)/dq
+ * and by a parameter -(dW/dp) x and -dr/dp are added to the right.
  * With J' P = [Q1 Z] [R1; 0] as for the accelerations [MSD 7.33, 7.34]
  *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y.
  * Of positions d phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move
@@ -196,14 +197,17 @@ static void differentiate_equations(kt_projection_work *w, const double *q, cons
         w->equation[i] += w->jacobian[i] - w->rates[i];
 }
 
-/* dx of one column, into `out`. dv: NULL for positions. */
-static void change(const kt_projection_work *w, bool mass, const double *xi, const double *dv, double *out) {
+/* dx of one column, into `out`. dv: NULL for positions. inertia, gap: what the column of a parameter gains, or NULL. */
+static void change(const kt_projection_work *w, bool mass, const double *xi, const double *dv, const double *inertia,
+                   const double *gap, double *out) {
     const size_t n = w->n, p = w->p;
     double *g = w->work + 2 * n, *e = g + n, *moved = e + p;
     kt_dense_apply(w->force, (int)n, (int)n, xi, g);
     kt_dense_apply(w->equation, (int)p, (int)n, xi, e);
     for (size_t i = 0; i < p; i++)
-        e[i] = -e[i];
+        e[i] = -e[i] - (gap ? gap[i] : 0.0);
+    for (size_t i = 0; i < n && inertia && mass; i++)
+        g[i] -= inertia[i];
     if (dv) {
         kt_dense_apply(w->jacobian, (int)p, (int)n, dv, moved);
         for (size_t i = 0; i < p; i++)
@@ -274,16 +278,19 @@ static kt_status project(kt_projection_work *w, double *q, double *v, uint32_t *
 }
 
 kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
-                                kt_error *error) {
-    const size_t n = w->n;
+                                kt_parameter_work *parameter, kt_error *error) {
+    const size_t n = w->n, p = w->p;
     const bool mass = w->model->metric == KT_METRIC_MASS;
+    const double *inertia = parameter ? parameter->inertia : NULL, *gap = parameter ? parameter->gap : NULL;
     uint32_t iterations = 0;
     kt_status status = project(w, q, v, &iterations, error);
     for (uint32_t i = 0; i <= iterations && status == KT_OK; i++) {
         double *q_i = w->q + i * w->model->n.q;
         status = prepare_positions(w, q_i, i == iterations, error);
+        if (status == KT_OK && parameter)
+            status = kt_parameter_project(parameter, w->t, q_i, NULL, w->x, error);
         for (size_t c = 0; c < columns && status == KT_OK; c++) {
-            change(w, mass, x + 2 * n * c, NULL, w->change);
+            change(w, mass, x + 2 * n * c, NULL, inertia ? inertia + c * n : NULL, gap ? gap + c * p : NULL, w->change);
             kt_tangent_add(w->model, w->x, x + 2 * n * c, w->change, x + 2 * n * c);
         }
         if (i < iterations && status == KT_OK)
@@ -291,12 +298,24 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
     }
     if (status == KT_OK)
         status = prepare_velocities(w, q, v, error);
+    if (status == KT_OK && parameter)
+        status = kt_parameter_project(parameter, w->t, q, v, w->x, error);
     for (size_t c = 0; c < columns && status == KT_OK; c++) {
         double *dv = x + 2 * n * c + n;
-        change(w, true, x + 2 * n * c, dv, w->change);
+        change(w, true, x + 2 * n * c, dv, inertia ? inertia + c * n : NULL, gap ? gap + c * p : NULL, w->change);
         for (size_t i = 0; i < n; i++)
             dv[i] += w->change[i];
     }
+    return status;
+}
+
+kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v, const double *e,
+                              double *x, kt_error *error) {
+    kt_status status = kt_loop_equations(w->model, w->data, t, q, v, w->jacobian, NULL, NULL, NULL, error);
+    if (status == KT_OK)
+        status = factor(w, KT_ROWS_ALL, error);
+    if (status == KT_OK)
+        solve(w, false, NULL, e, x);
     return status;
 }
 

@@ -2,6 +2,7 @@
  *
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
+ *     step_parameter.c     the same by a parameter of the model: C
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     rollout.c            gradients over many steps, with checkpoints
@@ -71,6 +72,33 @@ KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
 #undef KT_PRODUCTS_DECLARE
 
+/* ---- a parameter ------------------------------------------------------------------------------------------------- */
+
+/* Every array: type, name, count, meaning; n coordinates, p equations. */
+#define KT_PARAMETER_FIELDS(X)                                                                                         \
+    X(double, by_parameter, n *KT_PARAMETER_MAX, "a_p of a stage")                                                     \
+    X(double, inertia, n *KT_PARAMETER_MAX, "M_p x of a projection")                                                   \
+    X(double, gap, p *KT_PARAMETER_MAX, "derivatives of what is closed: phi, A v - b', or A a - b''")                  \
+    X(double, force, n, "-dr/dp")                                                                                      \
+    X(double, moved, n, "of the accelerations, what the loops themselves ask for")                                     \
+    X(double, value, n + p, "of a difference")                                                                         \
+    X(double, other, n + p, "another such value")                                                                      \
+    X(char, copy, kt_model_size(model), "the model, in which the parameter is shifted")
+
+typedef struct kt_parameter_work {
+    const kt_parameter *parameter;
+    kt_data *data;
+    kt_model *shifted; /* in `copy` */
+    size_t n, p, count;
+    double now[KT_PARAMETER_MAX];
+    KT_ARENA_DECLARE(KT_PARAMETER_FIELDS)
+} kt_parameter_work;
+
+/* What a projection gains by the parameter, with the correction x: w->inertia (n x count) and w->gap (p x count), of
+ * velocities unless v is NULL. */
+KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v,
+                                          const double *x, kt_error *error);
+
 /* ---- the projection ---------------------------------------------------------------------------------------------- */
 
 /* Every array: type, name, count, meaning; n coordinates, p equations, all zero without loops. */
@@ -117,9 +145,13 @@ typedef struct kt_projection_work {
 size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model);
 
 /* Projects q, v in place (kt_state_project, or quaternions alone), and columns of changes (xi, dv) of 2 nv numbers
- * likewise. Nothing is promised about them on failure. */
+ * likewise: of the state, or unless `parameter` is NULL by its numbers. Nothing is promised about them on failure. */
 KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
-                                           kt_error *error);
+                                           kt_parameter_work *parameter, kt_error *error);
+
+/* The least x with J x = e for the equations of accelerations at a state. */
+KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v,
+                                         const double *e, double *x, kt_error *error);
 
 /* Projects q, v in place and keeps the iterations; then a gradient with respect to the state after it, x (2 nv),
  * becomes that with respect to the state before. */
@@ -165,7 +197,9 @@ typedef struct kt_step_work {
     const kt_model *model;
     kt_data *data;
     const kt_step *step;
-    size_t stages; /* that count: without the last one of an fsal method */
+    size_t stages;                /* that count: without the last one of an fsal method */
+    size_t states;                /* columns of the state: 2 n, or none */
+    kt_parameter_work *parameter; /* NULL: what is held is tau */
     kt_projection_work projection;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;
@@ -197,6 +231,12 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
 
 /* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
+
+/* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
+KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
+
+/* a_p at stage i, from w->by_tau: into w->parameter->by_parameter. */
+KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, size_t i, kt_error *error);
 
 /* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with respect
  * to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state before

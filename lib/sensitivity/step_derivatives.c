@@ -1,5 +1,5 @@
-/* A and B of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one change of
- * the start, (xi, dv, dtau); the equations are in the public header. */
+/* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one change,
+ * of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
 #include "dynamics/dynamics.h"
 #include "sensitivity/sensitivity.h"
 
@@ -16,7 +16,8 @@ static kt_products products_of(const kt_model *model) {
     return (kt_products){kt_product_baseline, kt_sum_baseline};
 }
 
-/* The changes at the start: unit vectors of xi, dv and dtau. What pads the columns stays zero in all that follows. */
+/* The changes at the start: unit vectors of xi and dv, zero for what is held. What pads the columns stays zero in all that
+ * follows. */
 static void begin(kt_step_work *w, size_t columns) {
     const size_t n = w->model->n.v, Q = kt_padded(w->model->n.q), V = kt_padded(n);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
@@ -26,7 +27,7 @@ static void begin(kt_step_work *w, size_t columns) {
         memset(w->rate_q, 0, w->stages * Q * columns * sizeof *w->rate_q);
         memset(w->xi, 0, V * columns * sizeof *w->xi);
     }
-    for (size_t j = 0; j < n; j++) {
+    for (size_t j = 0; 2 * j < w->states; j++) {
         memset(w->unit, 0, n * sizeof *w->unit);
         w->unit[j] = 1.0;
         kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
@@ -52,15 +53,18 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
                                        step->tau, step->external, w->by_q, w->by_v, by_tau, error);
 }
 
-/* Adds dK_i to the derivatives by tau that are there: the rates of positions, and unless i is 0 a_q xi + a_v dv; at the
- * start xi and dv are unit vectors, and the derivatives themselves are copied. */
+/* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start xi
+ * and dv are unit vectors or zero, and the derivatives themselves are copied. */
 static void push(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
     const double *q = w->stage + i * (nq + n), *dq = w->change_q, *dv = w->change_v + i * V * columns;
     double *rate = w->rate_v + i * V * columns;
-    for (size_t j = i ? 2 * n : 0; j < columns; j++) {
-        const double *by = j < n ? w->by_q + j * n : j < 2 * n ? w->by_v + (j - n) * n : w->by_tau + (j - 2 * n) * n;
+    const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
+    for (size_t j = i ? w->states : 0; j < columns; j++) {
+        const double *by = j >= w->states ? by_held + (j - w->states) * n
+                           : j < n        ? w->by_q + j * n
+                                          : w->by_v + (j - n) * n;
         memcpy(rate + j * V, by, n * sizeof *rate);
     }
     for (size_t j = 0; j < columns && !kt_is_plain(model); j++) {
@@ -93,20 +97,22 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
         memcpy(end + n, change_v + j * V, n * sizeof *end);
     }
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected)
-        return kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, error);
+        return kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
 
-static kt_status differentiate_step(kt_step_work *w, const double *q, const double *v, bool inputs, kt_error *error) {
+kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
     const kt_products products = products_of(w->model);
-    const size_t n = w->model->n.v, columns = (inputs ? 3 : 2) * n, V = kt_padded(n) * columns;
+    const size_t n = w->model->n.v, columns = w->states + held, V = kt_padded(n) * columns;
     kt_step_start(w, q, v);
     begin(w, columns);
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         (void)kt_step_stage(w, i, &a);
-        const kt_status status = kt_step_differentiate(w, i, inputs, a, error);
+        kt_status status = kt_step_differentiate(w, i, held > 0, a, error);
+        if (status == KT_OK && w->parameter)
+            status = kt_parameter_stage(w, i, error);
         if (status != KT_OK)
             return status;
         combine(w, &products, kt_step_row(method, i), i, columns, w->change_v + i * V);
@@ -128,7 +134,7 @@ kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, 
     kt_step_work w;
     kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
-        status = differentiate_step(&w, q, v, B != NULL, error);
+        status = kt_step_tangents(&w, q, v, B ? n : 0, error);
     if (status != KT_OK)
         return status;
     if (next_q)
