@@ -1,6 +1,6 @@
 /* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
  * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h), and every hundredth derivatives
- * of steps and gradients (sensitivity.h), under Linux' strict seccomp, where any system call but read, write, exit and
+ * of steps and gradients (sensitivity.h) and new numbers of a parameter, under Linux' strict seccomp, where any system call but read, write, exit and
  * sigreturn ends the process; and nothing is allocated.
  */
 #include "scenes.h"
@@ -53,10 +53,12 @@ typedef struct controls {
     const kt_model *model;
     kt_data *data;
     kt_mass_inverse *inverse;
-    void *work, *derivative_work, *step_work;
-    size_t size, derivative_size, step_size;
+    void *work, *derivative_work, *step_work, *parameter_work;
+    size_t size, derivative_size, step_size, parameter_size;
+    kt_parameter parameter;          /* mass of the last body */
+    kt_model *copy;                  /* on which the simulation runs */
     double *matrix, *other, *vector; /* 6 nv and nv^2; nv^2; 4 nv */
-    double *tangents;                /* A, B, a state after a step, gradients: 6 nv^2 + (7 + AHEAD) nv + nq */
+    double *tangents;                /* A, B, a state after a step, gradients, C: 6 nv^2 + (9 + AHEAD) nv + nq */
     int index[JOINTS];
 } controls;
 
@@ -84,8 +86,14 @@ static kt_status make_controls(const kt_model *model, controls *c, kt_error *err
     const kt_rollout rollout = ahead_of(0.0);
     c->step_size = kt_rollout_work_size(model, &rollout);
     c->step_work = memory_of(c->step_size);
-    c->tangents = memory_of((6 * nv * nv + (7 + AHEAD) * nv + (size_t)kt_model_nq(model)) * sizeof(double));
-    const kt_status status = kt_data_create(model, &c->data, error);
+    c->tangents = memory_of((6 * nv * nv + (9 + AHEAD) * nv + (size_t)kt_model_nq(model)) * sizeof(double));
+    c->parameter_size = kt_step_parameter_work_size(model, rollout.method);
+    c->parameter_work = memory_of(c->parameter_size);
+    char name[128];
+    (void)snprintf(name, sizeof name, "%s.mass", kt_body_name(model, kt_model_body_count(model) - 1));
+    kt_status status = kt_parameter_find(model, name, &c->parameter, error);
+    if (status == KT_OK)
+        status = kt_data_create(model, &c->data, error);
     return status == KT_OK ? kt_mass_inverse_create(model, 1, &c->inverse, error) : status;
 }
 
@@ -153,7 +161,7 @@ static kt_status differentiate(controls *c, double t, const double *q, const dou
     const kt_step step = {.method = rollout.method, .t = t, .h = rollout.h};
     int nv = kt_model_nv(model);
     double *A = c->tangents, *B = A + 4 * nv * nv, *by_state = B + 2 * nv * nv, *by_tau = by_state + 2 * nv;
-    double *by_inputs = by_tau + nv, *next_v = by_inputs + AHEAD * nv, *next_q = next_v + nv, value;
+    double *by_inputs = by_tau + nv, *C = by_inputs + AHEAD * nv, *next_v = C + 2 * nv, *next_q = next_v + nv, value;
     kt_status status = kt_step_evaluate(model, c->data, c->step_work, c->step_size, &step, q, v, next_q, next_v, error);
     if (status == KT_OK)
         status =
@@ -163,7 +171,18 @@ static kt_status differentiate(controls *c, double t, const double *q, const dou
     if (status == KT_OK)
         status = kt_rollout_gradient(model, c->data, c->step_work, c->step_size, &rollout, q, v, kinetic, &nv, &value,
                                      by_state, by_inputs, error);
+    if (status == KT_OK)
+        status = kt_step_parameter_derivatives(model, c->data, c->parameter_work, c->parameter_size, &step,
+                                               &c->parameter, q, v, C, error);
     return status;
+}
+
+/* A mass that grows by a thousandth. */
+static kt_status set_parameter(kt_simulation *simulation, controls *c, kt_error *error) {
+    double mass;
+    kt_parameter_get(c->copy, &c->parameter, &mass);
+    mass *= 1.001;
+    return kt_simulation_set_parameter(simulation, c->copy, &c->parameter, &mass, error);
 }
 
 /* A step of a control loop: torques from what was measured, the step, sensors, a checkpoint. */
@@ -178,6 +197,8 @@ static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, i
         status = ask(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
     if (status == KT_OK && k % 100 == 0)
         status = differentiate(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
+    if (status == KT_OK && k % 100 == 50)
+        status = set_parameter(simulation, asked, error);
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, 1e-3 * (k + 1), error);
     if (status == KT_OK)
@@ -191,16 +212,19 @@ static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, i
 static void step_confined(const char *file, bool disturbed, int out) {
     report r = {.status = KT_OK};
     kt_error error = {0};
-    kt_model *model = NULL;
+    kt_model *model = NULL, *copy = NULL;
     kt_simulation *simulation = NULL;
     kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
     r.status = (int)make_model(file, &model, &error);
     if (r.status == KT_OK)
-        r.status = (int)kt_simulation_create(model, &run, NULL, &simulation, &error);
+        r.status = (int)kt_model_copy(model, memory_of(kt_model_size(model)), kt_model_size(model), &copy, &error);
+    if (r.status == KT_OK)
+        r.status = (int)kt_simulation_create(copy, &run, NULL, &simulation, &error);
     controls asked = {.model = NULL};
     if (r.status == KT_OK)
-        r.status = (int)make_controls(model, &asked, &error);
+        r.status = (int)make_controls(copy, &asked, &error);
+    asked.copy = copy;
     void *block = r.status == KT_OK ? malloc(kt_simulation_state_size(simulation)) : NULL;
     const int nv = r.status == KT_OK ? kt_model_nv(model) : 0;
     if (block == NULL || nv > JOINTS)
