@@ -236,7 +236,8 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  * as none. Every number is checked as in a description; relations between several numbers (lower < upper) are not.
  * Derivatives with respect to a parameter: the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse, minus forces of
  * effects) are linear in gravity, mass, inertia, armature and in the stiffnesses, dampings and coefficients of friction of
- * effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up to rounding.
+ * effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up to rounding. Those
+ * of a whole step: kt_step_parameter_derivatives (sensitivity.h).
  */
 
 /* The most numbers that a parameter has. */

@@ -94,7 +94,7 @@ KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method
  * and inertias change with com constant. A function of time must be constant or set by kt_parameter_set: others have not
  * the numbers of a parameter. Over many steps dx/dp follows S+ = A S + C. Errors: as kt_step_derivatives;
  * KT_ERROR_ARGUMENT for hold, which is no number, and for other functions of time. C is then untouched. Cost: B of a step, and
- * four inverse dynamics for each number at each stage. */
+ * two inverse dynamics for each number at each stage, four of effects and loops. */
 KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
                                                           size_t work_size, const kt_step *step,
                                                           const kt_parameter *parameter, const double *q,

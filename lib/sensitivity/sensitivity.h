@@ -81,8 +81,7 @@ KT_PRODUCTS_DECLARE(v4)
     X(double, gap, p *KT_PARAMETER_MAX, "derivatives of what is closed: phi, A v - b', or A a - b''")                  \
     X(double, force, n, "-dr/dp")                                                                                      \
     X(double, moved, n, "of the accelerations, what the loops themselves ask for")                                     \
-    X(double, value, n + p, "of a difference")                                                                         \
-    X(double, other, n + p, "another such value")                                                                      \
+    X(double, value, 2 * n + p, "of a difference, and forces besides")                                                 \
     X(char, copy, kt_model_size(model), "the model, in which the parameter is shifted")
 
 typedef struct kt_parameter_work {

@@ -5,10 +5,10 @@
  * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by
  * themselves: zero unless p is a loop's own function of time. The projection is told in projection.c.
  *
- * dr/dp, dM/dp x and db''/dp are taken by central differences of order four in a copy of the model, which are exact for
- * polynomials of degree four: r is linear in gravity, mass and inertia and quadratic in com, and the numbers are shifted by
- * their own size, so that nothing is lost but rounding. Forces of effects may bend anywhere (a limit, dry friction), and
- * are linear in most of their numbers: these are shifted by a 1024th. Armature is the diagonal of M.
+ * dr/dp, dM/dp x and db''/dp are taken by central differences in a copy of the model. r is linear in gravity, mass and
+ * inertia and quadratic in com: differences of order two are exact, and the numbers are shifted by their own size, so that
+ * nothing is lost but rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of
+ * their numbers: these are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
  */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
@@ -29,15 +29,14 @@ typedef struct point {
     const kt_wrench *external;
 } point;
 
-/* Something that depends on the parameter, into `out`; `other` is as long. */
-typedef kt_status quantity(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                           kt_error *error);
+/* Something that depends on the parameter, into `out`, which has room for as many numbers again. */
+typedef kt_status quantity(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error);
 
 /* r */
-static kt_status find_residual(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                               kt_error *error) {
+static kt_status find_residual(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
     const kt_wrench *external = at->external;
     const double *tau = NULL;
+    double *other = out + model->n.v;
     kt_status status =
         model->n.effect ? kt_effects_apply(model, data, at->t, at->q, at->v, &tau, &external, error) : KT_OK;
     if (status != KT_OK)
@@ -50,8 +49,8 @@ static kt_status find_residual(const kt_model *model, kt_data *data, const point
 }
 
 /* M a, by inverse dynamics at rest with the accelerations and without. */
-static kt_status find_inertia(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                              kt_error *error) {
+static kt_status find_inertia(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
+    double *other = out + model->n.v;
     kt_status status = kt_inverse_trusted(model, data, at->q, NULL, at->a, NULL, out, error);
     if (status == KT_OK)
         status = kt_inverse_trusted(model, data, at->q, NULL, NULL, NULL, other, error);
@@ -61,24 +60,18 @@ static kt_status find_inertia(const kt_model *model, kt_data *data, const point 
 }
 
 /* phi, -b' and b'' */
-static kt_status find_gap(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                          kt_error *error) {
-    (void)other;
+static kt_status find_gap(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
     return kt_loop_equations(model, data, at->t, at->q, NULL, NULL, out, NULL, NULL, error);
 }
 
-static kt_status find_rate(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                           kt_error *error) {
-    (void)other;
+static kt_status find_rate(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
     const kt_status status = kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, out, NULL, error);
     for (size_t i = 0; i < model->n.row && status == KT_OK; i++)
         out[i] = -out[i];
     return status;
 }
 
-static kt_status find_drift(const kt_model *model, kt_data *data, const point *at, double *out, double *other,
-                            kt_error *error) {
-    (void)other;
+static kt_status find_drift(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
     return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
 }
 
@@ -93,20 +86,22 @@ static double reach_of(const kt_parameter_work *w, int k) {
 /* The derivative of `count` values by number k. What is infinite (a limit that is none) stays so. */
 static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const point *at, size_t count, double *out,
                                kt_error *error) {
-    static const double weight[] = {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0};
+    static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},
+                                         {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
+    const double *weight = weights[w->parameter->kind >= KT_PARAMETER_EFFECT] + 2;
     const double reach = reach_of(w, k);
     kt_status status = KT_OK;
     memset(out, 0, count * sizeof *out);
     for (int s = -2; s <= 2 && status == KT_OK && isfinite(w->now[k]); s++) {
         double values[KT_PARAMETER_MAX];
-        if (s == 0)
+        if (weight[s] == 0.0)
             continue;
         memcpy(values, w->now, sizeof values);
         values[k] += s * reach;
         kt_parameter_put(w->shifted, w->parameter, values);
-        status = of(w->shifted, w->data, at, w->value, w->other, error);
+        status = of(w->shifted, w->data, at, w->value, error);
         for (size_t i = 0; i < count && status == KT_OK; i++)
-            out[i] += weight[s + 2] / reach * w->value[i];
+            out[i] += weight[s] / reach * w->value[i];
     }
     kt_parameter_put(w->shifted, w->parameter, w->now);
     return status;
@@ -133,7 +128,7 @@ static kt_status move_loops(kt_step_work *step, int k, const point *at, kt_error
         status = kt_projection_least(&step->projection, at->t, at->q, at->v, w->gap, w->moved, error);
     const point moved = {.q = at->q, .a = w->moved};
     if (status == KT_OK)
-        status = find_inertia(step->model, w->data, &moved, w->value, w->other, error);
+        status = find_inertia(step->model, w->data, &moved, w->value, error);
     for (size_t i = 0; i < w->n && status == KT_OK; i++)
         w->force[i] -= w->value[i];
     return status;
