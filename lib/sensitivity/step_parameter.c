@@ -139,13 +139,13 @@ kt_status kt_parameter_stage(kt_step_work *step, size_t i, kt_error *error) {
     const size_t n = w->n, nq = step->model->n.q;
     const double *q = step->stage + i * (nq + n), *a = step->slope + i * (nq + n) + nq;
     const point at = {kt_step_time(step->step, i), q, q + nq, a, step->step->external};
-    const bool loop = KT_HAS_LOOPS && w->parameter->kind == KT_PARAMETER_LOOP_CURVE;
+    const bool loop = w->parameter->kind == KT_PARAMETER_LOOP_CURVE;
     memset(w->moved, 0, n * sizeof *w->moved);
     for (int k = 0; k < w->parameter->count; k++) {
         double *out = w->by_parameter + (size_t)k * n;
         memset(w->force, 0, n * sizeof *w->force);
-        kt_status status =
-            loop ? move_loops(step, k, &at, error) : differentiate_forces(w, k, find_residual, &at, w->force, error);
+        kt_status status = KT_HAS_LOOPS && loop ? move_loops(step, k, &at, error)
+                                                : differentiate_forces(w, k, find_residual, &at, w->force, error);
         if (status != KT_OK)
             return status;
         for (size_t j = 0; j < n && !loop; j++)
