@@ -247,7 +247,7 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
         const double L[2][2] = {{0.0, 1.0}, {-25.0, -0.75}};
         double x[2] = {q, v}, dx[2] = {0.0, 0.0}, g[2] = {0.0, tau / mass}, dg[2] = {0.0, 0.0},
                expected[2] = {0.0, 0.0};
-        double C[2] = {NAN, NAN};
+        double C[2] = {(double)NAN, (double)NAN};
         void *work = take(size);
         kt_stability s;
         kt_check_equal_int("stability", kt_stability_make(method, 0, &s, &error), KT_OK);
