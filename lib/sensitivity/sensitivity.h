@@ -3,6 +3,8 @@
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
  *     step_parameter.c     the same by a parameter of the model: C
+ *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
+ *     difference.c         those of the equations of motion and of the loops, by differences
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     rollout.c            gradients over many steps, with checkpoints
@@ -92,6 +94,29 @@ typedef struct kt_parameter_work {
     double now[KT_PARAMETER_MAX];
     KT_ARENA_DECLARE(KT_PARAMETER_FIELDS)
 } kt_parameter_work;
+
+size_t kt_parameter_work_size(const kt_model *model);
+
+/* Initialises w in memory of that size, with a copy of the model; refuses what has no derivative. */
+KT_CHECKED kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
+                                        const kt_parameter *parameter, kt_error *error);
+
+/* Where something is evaluated; what is not read may be NULL. */
+typedef struct kt_parameter_point {
+    double t;
+    const double *q, *v, *a;
+    const kt_wrench *external;
+} kt_parameter_point;
+
+/* M a into out, which has room for 2 nv numbers. */
+KT_CHECKED kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_parameter_point *at,
+                                          double *out, kt_error *error);
+
+/* The derivatives of r (nv), and of b'' (p), by number k. */
+KT_CHECKED kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
+                                           kt_error *error);
+KT_CHECKED kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
+                                        kt_error *error);
 
 /* What a projection gains by the parameter, with the correction x: w->inertia (n x count) and w->gap (p x count), of
  * velocities unless v is NULL. */

@@ -1,201 +1,12 @@
-/* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). The columns of C are those of
- * B with another a_tau dtau. At a stage, with r the forces that the motion needs less those that act,
- *     r(q, v, a; p) = A' lambda,   A a = b''(p)
- *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp
- * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by
- * themselves: zero unless p is a loop's own function of time. The projection is told in projection.c.
- *
- * dr/dp, dM/dp x and db''/dp are taken by central differences in a copy of the model. r is linear in gravity, mass and
- * inertia and quadratic in com: differences of order two are exact, and the numbers are shifted by their own size, so that
- * nothing is lost but rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of
- * their numbers: these are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
- */
-#include "compile/compile.h"
-#include "dynamics/dynamics.h"
-#include "reduction/dense.h"
-#include "reduction/evaluate.h"
+/* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). Its columns are those of B
+ * with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
-KT_ARENA_ARRAYS(place_arrays, kt_parameter_work, KT_PARAMETER_FIELDS, const kt_model *model, size_t n, size_t p)
-
-/* ---- differences ------------------------------------------------------------------------------------------------- */
-
-/* Where something is evaluated; some of it may be NULL. */
-typedef struct point {
-    double t;
-    const double *q, *v, *a;
-    const kt_wrench *external;
-} point;
-
-/* Something that depends on the parameter, into `out`, which has room for as many numbers again. */
-typedef kt_status quantity(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error);
-
-/* r */
-static kt_status find_residual(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
-    const kt_wrench *external = at->external;
-    const double *tau = NULL;
-    double *other = out + model->n.v;
-    kt_status status =
-        model->n.effect ? kt_effects_apply(model, data, at->t, at->q, at->v, &tau, &external, error) : KT_OK;
-    if (status != KT_OK)
-        return status;
-    memcpy(other, tau ? tau : model->zero, model->n.v * sizeof *other);
-    status = kt_inverse_trusted(model, data, at->q, at->v, at->a, external, out, error);
-    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
-        out[i] -= other[i];
-    return status;
-}
-
-/* M a, by inverse dynamics at rest with the accelerations and without. */
-static kt_status find_inertia(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
-    double *other = out + model->n.v;
-    kt_status status = kt_inverse_trusted(model, data, at->q, NULL, at->a, NULL, out, error);
-    if (status == KT_OK)
-        status = kt_inverse_trusted(model, data, at->q, NULL, NULL, NULL, other, error);
-    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
-        out[i] -= other[i];
-    return status;
-}
-
-/* phi, -b' and b'' */
-static kt_status find_gap(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
-    return kt_loop_equations(model, data, at->t, at->q, NULL, NULL, out, NULL, NULL, error);
-}
-
-static kt_status find_rate(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
-    const kt_status status = kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, out, NULL, error);
-    for (size_t i = 0; i < model->n.row && status == KT_OK; i++)
-        out[i] = -out[i];
-    return status;
-}
-
-static kt_status find_drift(const kt_model *model, kt_data *data, const point *at, double *out, kt_error *error) {
-    return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
-}
-
-/* How far number k is shifted. */
-static double reach_of(const kt_parameter_work *w, int k) {
-    const double size = fabs(w->now[k]);
-    if (w->parameter->kind < KT_PARAMETER_EFFECT)
-        return fmax(size, 1.0);
-    return 0x1p-10 * (size > 0.0 ? size : 1.0);
-}
-
-/* The derivative of `count` values by number k. What is infinite (a limit that is none) stays so. */
-static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const point *at, size_t count, double *out,
-                               kt_error *error) {
-    static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},
-                                         {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
-    const double *weight = weights[w->parameter->kind >= KT_PARAMETER_EFFECT] + 2;
-    const double reach = reach_of(w, k);
-    kt_status status = KT_OK;
-    memset(out, 0, count * sizeof *out);
-    for (int s = -2; s <= 2 && status == KT_OK && isfinite(w->now[k]); s++) {
-        double values[KT_PARAMETER_MAX];
-        if (weight[s] == 0.0)
-            continue;
-        memcpy(values, w->now, sizeof values);
-        values[k] += s * reach;
-        kt_parameter_put(w->shifted, w->parameter, values);
-        status = of(w->shifted, w->data, at, w->value, error);
-        for (size_t i = 0; i < count && status == KT_OK; i++)
-            out[i] += weight[s] / reach * w->value[i];
-    }
-    kt_parameter_put(w->shifted, w->parameter, w->now);
-    return status;
-}
-
-/* The same of r or M a; that by armature is the acceleration itself. */
-static kt_status differentiate_forces(kt_parameter_work *w, int k, quantity *of, const point *at, double *out,
-                                      kt_error *error) {
-    if (w->parameter->kind != KT_PARAMETER_ARMATURE)
-        return differentiate(w, k, of, at, w->n, out, error);
-    const int v = w->shifted->body[w->parameter->item].v + k;
-    memset(out, 0, w->n * sizeof *out);
-    out[v] = at->a[v];
-    return KT_OK;
-}
-
-/* ---- what they are needed for ------------------------------------------------------------------------------------ */
-
-/* m, and -M m is added to w->force. */
-static kt_status move_loops(kt_step_work *step, int k, const point *at, kt_error *error) {
-    kt_parameter_work *w = step->parameter;
-    kt_status status = differentiate(w, k, find_drift, at, w->p, w->gap, error);
-    if (status == KT_OK)
-        status = kt_projection_least(&step->projection, at->t, at->q, at->v, w->gap, w->moved, error);
-    const point moved = {.q = at->q, .a = w->moved};
-    if (status == KT_OK)
-        status = find_inertia(step->model, w->data, &moved, w->value, error);
-    for (size_t i = 0; i < w->n && status == KT_OK; i++)
-        w->force[i] -= w->value[i];
-    return status;
-}
-
-kt_status kt_parameter_stage(kt_step_work *step, size_t i, kt_error *error) {
-    kt_parameter_work *w = step->parameter;
-    const size_t n = w->n, nq = step->model->n.q;
-    const double *q = step->stage + i * (nq + n), *a = step->slope + i * (nq + n) + nq;
-    const point at = {kt_step_time(step->step, i), q, q + nq, a, step->step->external};
-    const bool loop = w->parameter->kind == KT_PARAMETER_LOOP_CURVE;
-    memset(w->moved, 0, n * sizeof *w->moved);
-    for (int k = 0; k < w->parameter->count; k++) {
-        double *out = w->by_parameter + (size_t)k * n;
-        memset(w->force, 0, n * sizeof *w->force);
-        kt_status status = KT_HAS_LOOPS && loop ? move_loops(step, k, &at, error)
-                                                : differentiate_forces(w, k, find_residual, &at, w->force, error);
-        if (status != KT_OK)
-            return status;
-        for (size_t j = 0; j < n && !loop; j++)
-            w->force[j] = -w->force[j];
-        kt_dense_apply(step->by_tau, (int)n, (int)n, w->force, out);
-        for (size_t j = 0; j < n; j++)
-            out[j] += w->moved[j];
-    }
-    return KT_OK;
-}
-
-kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v, const double *x,
-                               kt_error *error) {
-    const kt_parameter_kind kind = w->parameter->kind;
-    const point at = {.t = t, .q = q, .v = v, .a = x};
-    kt_status status = KT_OK;
-    memset(w->inertia, 0, w->n * KT_PARAMETER_MAX * sizeof *w->inertia);
-    memset(w->gap, 0, w->p * KT_PARAMETER_MAX * sizeof *w->gap);
-    for (int k = 0; k < w->parameter->count && status == KT_OK; k++) {
-        if (kind >= KT_PARAMETER_MASS && kind <= KT_PARAMETER_ARMATURE)
-            status = differentiate_forces(w, k, find_inertia, &at, w->inertia + (size_t)k * w->n, error);
-        if (KT_HAS_LOOPS && kind == KT_PARAMETER_LOOP_CURVE)
-            status = differentiate(w, k, v ? find_rate : find_gap, &at, w->p, w->gap + (size_t)k * w->p, error);
-    }
-    return status;
-}
-
-/* ---- the public functions ---------------------------------------------------------------------------------------- */
-
 size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method) {
     const size_t size = kt_arena_round(kt_step_work_size(model, method));
-    return size ? size + place_arrays(NULL, NULL, model, model->n.v, model->n.row) : 0;
-}
-
-static kt_status begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
-                       const kt_parameter *parameter, kt_error *error) {
-    if (parameter->kind == KT_PARAMETER_HOLD)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
-                            "there is no derivative with respect to hold, which is a choice of assembly and no number");
-    if (!kt_parameter_stands(model, parameter))
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "parameter",
-            "the function of time under %s is neither constant nor set by kt_parameter_set, and has not "
-            "the numbers of a parameter; set it in a copy of the model, and take the derivative of that",
-            kt_name_quote(parameter->key->name).text);
-    *w = (kt_parameter_work){
-        .parameter = parameter, .data = data, .n = model->n.v, .p = model->n.row, .count = (size_t)parameter->count};
-    (void)place_arrays(w, memory, model, w->n, w->p);
-    kt_parameter_get(model, parameter, w->now);
-    return kt_model_copy(model, w->copy, kt_model_size(model), &w->shifted, error);
+    return size ? size + kt_parameter_work_size(model) : 0;
 }
 
 kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
@@ -209,8 +20,8 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     if (status == KT_OK)
         status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
-        status = begin(&own, model, data, (char *)work + kt_arena_round(kt_step_work_size(model, step->method)),
-                       parameter, error);
+        status = kt_parameter_begin(
+            &own, model, data, (char *)work + kt_arena_round(kt_step_work_size(model, step->method)), parameter, error);
     if (status != KT_OK)
         return status;
     w.parameter = &own;

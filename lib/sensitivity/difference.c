@@ -1,0 +1,163 @@
+/* Derivatives of the equations of motion and of the loops by the numbers of a parameter, at a state: dr/dp of
+ *     r(q, v, a; p) = M a + h - J' external - Q,
+ * dM/dp x, and those of phi, b' and b''.
+ *
+ * They are taken by central differences in a copy of the model. r is linear in gravity, mass and inertia and quadratic in
+ * com: differences of order two are exact, and the numbers are shifted by their own size, so that nothing is lost but
+ * rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of their numbers: these
+ * are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
+ */
+#include "compile/compile.h"
+#include "dynamics/dynamics.h"
+#include "reduction/evaluate.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+KT_ARENA_ARRAYS(place_arrays, kt_parameter_work, KT_PARAMETER_FIELDS, const kt_model *model, size_t n, size_t p)
+
+size_t kt_parameter_work_size(const kt_model *model) {
+    return place_arrays(NULL, NULL, model, model->n.v, model->n.row);
+}
+
+kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
+                             const kt_parameter *parameter, kt_error *error) {
+    if (parameter->kind == KT_PARAMETER_HOLD)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "there is no derivative with respect to hold, which is a choice of assembly and no number");
+    if (!kt_parameter_stands(model, parameter))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "parameter",
+            "the function of time under %s is neither constant nor set by kt_parameter_set, and has not "
+            "the numbers of a parameter; set it in a copy of the model, and take the derivative of that",
+            kt_name_quote(parameter->key->name).text);
+    *w = (kt_parameter_work){
+        .parameter = parameter, .data = data, .n = model->n.v, .p = model->n.row, .count = (size_t)parameter->count};
+    (void)place_arrays(w, memory, model, w->n, w->p);
+    kt_parameter_get(model, parameter, w->now);
+    return kt_model_copy(model, w->copy, kt_model_size(model), &w->shifted, error);
+}
+
+/* ---- differences ------------------------------------------------------------------------------------------------- */
+
+/* Something that depends on the parameter, into `out`, which has room for as many numbers again. */
+typedef kt_status quantity(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                           kt_error *error);
+
+/* r */
+static kt_status find_residual(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                               kt_error *error) {
+    const kt_wrench *external = at->external;
+    const double *tau = NULL;
+    double *other = out + model->n.v;
+    kt_status status =
+        model->n.effect ? kt_effects_apply(model, data, at->t, at->q, at->v, &tau, &external, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    memcpy(other, tau ? tau : model->zero, model->n.v * sizeof *other);
+    status = kt_inverse_trusted(model, data, at->q, at->v, at->a, external, out, error);
+    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
+        out[i] -= other[i];
+    return status;
+}
+
+/* By inverse dynamics at rest with the accelerations and without. */
+kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                               kt_error *error) {
+    double *other = out + model->n.v;
+    kt_status status = kt_inverse_trusted(model, data, at->q, NULL, at->a, NULL, out, error);
+    if (status == KT_OK)
+        status = kt_inverse_trusted(model, data, at->q, NULL, NULL, NULL, other, error);
+    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
+        out[i] -= other[i];
+    return status;
+}
+
+/* phi, -b' and b'' */
+static kt_status find_gap(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                          kt_error *error) {
+    return kt_loop_equations(model, data, at->t, at->q, NULL, NULL, out, NULL, NULL, error);
+}
+
+static kt_status find_rate(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                           kt_error *error) {
+    const kt_status status = kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, out, NULL, error);
+    for (size_t i = 0; i < model->n.row && status == KT_OK; i++)
+        out[i] = -out[i];
+    return status;
+}
+
+static kt_status find_drift(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                            kt_error *error) {
+    return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
+}
+
+/* How far number k is shifted. */
+static double reach_of(const kt_parameter_work *w, int k) {
+    const double size = fabs(w->now[k]);
+    if (w->parameter->kind < KT_PARAMETER_EFFECT)
+        return fmax(size, 1.0);
+    return 0x1p-10 * (size > 0.0 ? size : 1.0);
+}
+
+/* The derivative of `count` values by number k. What is infinite (a limit that is none) stays so. */
+static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at, size_t count,
+                               double *out, kt_error *error) {
+    static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},
+                                         {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
+    const double *weight = weights[w->parameter->kind >= KT_PARAMETER_EFFECT] + 2;
+    const double reach = reach_of(w, k);
+    kt_status status = KT_OK;
+    memset(out, 0, count * sizeof *out);
+    for (int s = -2; s <= 2 && status == KT_OK && isfinite(w->now[k]); s++) {
+        double values[KT_PARAMETER_MAX];
+        if (weight[s] == 0.0)
+            continue;
+        memcpy(values, w->now, sizeof values);
+        values[k] += s * reach;
+        kt_parameter_put(w->shifted, w->parameter, values);
+        status = of(w->shifted, w->data, at, w->value, error);
+        for (size_t i = 0; i < count && status == KT_OK; i++)
+            out[i] += weight[s] / reach * w->value[i];
+    }
+    kt_parameter_put(w->shifted, w->parameter, w->now);
+    return status;
+}
+
+/* The same of r or M a; that by armature is the acceleration itself. */
+static kt_status differentiate_forces(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at,
+                                      double *out, kt_error *error) {
+    if (w->parameter->kind != KT_PARAMETER_ARMATURE)
+        return differentiate(w, k, of, at, w->n, out, error);
+    const int v = w->shifted->body[w->parameter->item].v + k;
+    memset(out, 0, w->n * sizeof *out);
+    out[v] = at->a[v];
+    return KT_OK;
+}
+
+/* ---- what they are needed for ------------------------------------------------------------------------------------ */
+
+kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
+                                kt_error *error) {
+    return differentiate_forces(w, k, find_residual, at, out, error);
+}
+
+kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out, kt_error *error) {
+    return differentiate(w, k, find_drift, at, w->p, out, error);
+}
+
+kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v, const double *x,
+                               kt_error *error) {
+    const kt_parameter_kind kind = w->parameter->kind;
+    const kt_parameter_point at = {.t = t, .q = q, .v = v, .a = x};
+    kt_status status = KT_OK;
+    memset(w->inertia, 0, w->n * KT_PARAMETER_MAX * sizeof *w->inertia);
+    memset(w->gap, 0, w->p * KT_PARAMETER_MAX * sizeof *w->gap);
+    for (int k = 0; k < w->parameter->count && status == KT_OK; k++) {
+        if (kind >= KT_PARAMETER_MASS && kind <= KT_PARAMETER_ARMATURE)
+            status = differentiate_forces(w, k, kt_parameter_inertia, &at, w->inertia + (size_t)k * w->n, error);
+        if (KT_HAS_LOOPS && kind == KT_PARAMETER_LOOP_CURVE)
+            status = differentiate(w, k, v ? find_rate : find_gap, &at, w->p, w->gap + (size_t)k * w->p, error);
+    }
+    return status;
+}
