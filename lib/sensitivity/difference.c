@@ -143,7 +143,7 @@ kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_
 }
 
 kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out, kt_error *error) {
-    return differentiate(w, k, find_drift, at, w->p, out, error);
+    return KT_HAS_LOOPS ? differentiate(w, k, find_drift, at, w->p, out, error) : KT_OK;
 }
 
 kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v, const double *x,
