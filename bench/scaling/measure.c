@@ -1,6 +1,7 @@
 /* Chains of one length: made, run there and back, timed. */
 #include "interpose.h"
 #include "kinetree/control.h"
+#include "kinetree/identification.h"
 #include "scaling.h"
 #include "stepper.h"
 
@@ -8,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kt_scaling_call[KT_SCALING_CALLS] = {"RNEA",  "ABA",    "RK4",   "CRBA", "dABA",   "bias",
-                                                       "terms", "column", "dABA3", "AB",   "motion", "gradient"};
+const char *const kt_scaling_call[KT_SCALING_CALLS] = {
+    "RNEA", "ABA", "RK4", "CRBA", "dABA", "bias", "terms", "column", "dABA3", "AB", "motion", "gradient", "regressor"};
 
 static kt_status first_failure(const kt_chain *chain, kt_error *error) {
     if (chain->error.code != KT_OK && error)
@@ -210,6 +211,68 @@ kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_
         status = measure_control(&c, options, line, error);
     kt_mass_inverse_free(c.inverse);
     kt_chain_free(&c.chain);
+    return status;
+}
+
+/* ---- identification ---------------------------------------------------------------------------------------------- */
+
+typedef struct regression {
+    kt_chain chain;
+    double *matrix, *parameters, *forces;
+} regression;
+
+static void run_regressor(void *user, long repetitions) {
+    regression *r = user;
+    kt_chain *c = &r->chain;
+    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
+        if (kt_regressor_evaluate(c->model, c->data, c->q, c->v, c->a, r->matrix, &c->error) != KT_OK)
+            return;
+}
+
+/* max |Y pi - tau| / max |h|, tau by RNEA from the accelerations that ABA gave. */
+static double regressor_error(regression *r) {
+    kt_chain *c = &r->chain;
+    double *bias = r->forces + c->n;
+    kt_chain_forward(c, 1);
+    kt_chain_inverse(c, 1);
+    run_regressor(r, 1);
+    if (c->error.code != KT_OK ||
+        kt_dynamics_inverse(c->model, c->data, c->q, c->v, NULL, NULL, bias, &c->error) != KT_OK)
+        return (double)NAN;
+    kt_regressor_parameters(c->model, r->parameters);
+    memset(r->forces, 0, (size_t)c->n * sizeof *r->forces);
+    for (int k = 0; k < kt_regressor_columns(c->model); k++)
+        for (int i = 0; i < c->n; i++)
+            r->forces[i] += r->matrix[(size_t)k * (size_t)c->n + (size_t)i] * r->parameters[k];
+    return kt_chain_difference(r->forces, c->torque, bias, c->n);
+}
+
+kt_status kt_scaling_regressor(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    regression r = {.matrix = NULL};
+    kt_status status = kt_chain_make(n, options->level, false, &r.chain, error);
+    if (status != KT_OK)
+        return status;
+    const size_t columns = (size_t)kt_regressor_columns(r.chain.model), nv = (size_t)n;
+    r.matrix = malloc((columns * nv + columns + 2 * nv) * sizeof *r.matrix);
+    if (r.matrix) {
+        const kt_bench_task tasks[] = {{kt_chain_inverse, &r.chain}, {run_regressor, &r}};
+        kt_bench_times times[2];
+        r.parameters = r.matrix + columns * nv;
+        r.forces = r.parameters + columns;
+        *line = (kt_scaling_line){.integrator = 0};
+        describe(&r.chain, line);
+        line->error = regressor_error(&r);
+        line->allocations = count_allocations(tasks, 2);
+        kt_bench_measure(tasks, 2, options->seconds, times);
+        line->measured[KT_SCALING_RNEA] = line->measured[KT_SCALING_REGRESSOR] = true;
+        line->times[KT_SCALING_RNEA] = times[0];
+        line->times[KT_SCALING_REGRESSOR] = times[1];
+        status = first_failure(&r.chain, error);
+    } else {
+        status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the regressor");
+    }
+    free(r.matrix);
+    kt_chain_free(&r.chain);
     return status;
 }
 

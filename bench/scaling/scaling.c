@@ -1,6 +1,6 @@
 /* What a chain costs as it grows: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a step of RK4;
  * the derivatives of forward dynamics with respect to positions and velocities (dABA); what operational space takes: J' v
- * of a point (bias), the terms of M^-1, and M^-1 x (column); and derivatives of a step (A and B) and of many (gradient).
+ * of a point (bias), the terms of M^-1, and M^-1 x (column); the regressor for identification; and derivatives of a step (A and B) and of many (gradient).
  *
  * A line is trusted if nothing was allocated after set-up and if inverse dynamics gives back the torques that forward
  * dynamics was given: error = max |tau' - tau| / max |h|, where the bias force h is what cancels in tau' = M a + h, at
@@ -28,13 +28,16 @@ static const double derivatives_most = 5.0;
 /* Time of J' v after kinematics, and of M^-1 x, over that of forward dynamics, at every length. */
 static const double bias_most = 0.4, column_most = 0.8;
 
+/* Time of the regressor over that of RNEA, 7 links: of n links it has 10 n^2 numbers and more. */
+static const double regressor_most = 4.0;
+
 /* A and B of a step over the derivatives of forward dynamics with respect to q, v and tau, 7 links: of a chain of n links the products of matrices take
  * 15 n^3, and prevail from some 12 links on. The gradient over many steps by all inputs, over the run. */
 static const double matrices_most = 6.0, gradient_most = 5.0;
 
 static const char about[] =
     "Times RNEA, CRBA, ABA and a step of RK4 for chains of 1 to --max links, the derivatives of ABA, and what"
-    " operational space takes.\n";
+    " operational space, identification and derivatives of steps take.\n";
 
 static const char columns[] =
     "n,call," KT_CSV_TIMES ",model_bytes,data_bytes,integrator_bytes,set_up_s,allocations,error," KT_CSV_ORIGIN;
@@ -201,6 +204,29 @@ static int run_control(const kt_bench_options *options, kt_csv *csv, bool *trust
     return KT_BENCH_DONE;
 }
 
+/* The regressor for identification, over inverse dynamics. */
+static int run_regressor(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
+    static const int lengths[] = {7, 32};
+    printf("\nRegressor of inverse dynamics over RNEA (error: Y pi):\n\n%7s |%10s |%10s%8s |%7s%9s\n", "n", "RNEA us",
+           "Y us", "times", "alloc.", "error");
+    *cheap = true;
+    for (int i = 0; i < 2 && (lengths[i] <= options->max || i == 0); i++) {
+        kt_scaling_line line;
+        kt_error error;
+        if (kt_scaling_regressor(lengths[i], options, &line, &error) != KT_OK)
+            return kt_bench_tell(&error);
+        const double rnea = line.times[KT_SCALING_RNEA].low, times = line.times[KT_SCALING_REGRESSOR].low / rnea;
+        printf("%7d |%10.4g |%10.4g%8.2f |%7ld%9.1e%s\n", line.n, 1e6 * rnea,
+               1e6 * line.times[KT_SCALING_REGRESSOR].low, times, line.allocations, line.error,
+               is_trusted(&line) ? "" : "  NOT TO BE TRUSTED");
+        write_line(csv, &line);
+        *trusted &= is_trusted(&line);
+        *cheap &= i > 0 || times <= regressor_most;
+    }
+    printf("\n%s %g times inverse dynamics at n = 7\n", *cheap ? "at most" : "MORE THAN", regressor_most);
+    return KT_BENCH_DONE;
+}
+
 /* Derivatives of steps, over those of forward dynamics; gradients over many steps, over the run. */
 static int run_steps(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
     static const int lengths[] = {7, 16, 32};
@@ -245,16 +271,17 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         trusted &= is_trusted(&lines[i]);
     }
     const bool linear = conclude(lines, count);
-    bool cheap = false, spare = false, brief = false;
+    bool cheap = false, spare = false, brief = false, lean = false;
     if (run_derivatives(options, csv, &trusted, &cheap) != KT_BENCH_DONE ||
         run_control(options, csv, &trusted, &spare) != KT_BENCH_DONE ||
+        run_regressor(options, csv, &trusted, &lean) != KT_BENCH_DONE ||
         run_steps(options, csv, &trusted, &brief) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
     if (options->levels && run_levels(lengths, count, options, csv) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
-    return !trusted                                                 ? KT_BENCH_FAILED
-           : options->check && !(linear && cheap && spare && brief) ? KT_BENCH_MISSED
-                                                                    : KT_BENCH_DONE;
+    return !trusted                                                         ? KT_BENCH_FAILED
+           : options->check && !(linear && cheap && spare && brief && lean) ? KT_BENCH_MISSED
+                                                                            : KT_BENCH_DONE;
 }
 
 int main(int argc, char **argv) {

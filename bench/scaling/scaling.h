@@ -18,6 +18,7 @@ enum {
     KT_SCALING_MATRICES, /* A and B of a step of rk4 */
     KT_SCALING_MOTION,   /* 50 steps */
     KT_SCALING_GRADIENT, /* of a cost over these, by all inputs */
+    KT_SCALING_REGRESSOR,
     KT_SCALING_CALLS
 };
 extern const char *const kt_scaling_call[KT_SCALING_CALLS]; /* names */
@@ -49,6 +50,10 @@ KT_CHECKED kt_status kt_scaling_derive(int n, const kt_bench_options *options, k
 
 /* Fills a line with ABA and what operational space takes of it, timed in turns. */
 KT_CHECKED kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
+
+/* Fills a line with RNEA and the regressor, timed in turns. */
+KT_CHECKED kt_status kt_scaling_regressor(int n, const kt_bench_options *options, kt_scaling_line *line,
+                                          kt_error *error);
 
 /* Fills a line with derivatives of forward dynamics, A and B of a step, a motion and a gradient over it. */
 KT_CHECKED kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
