@@ -211,11 +211,13 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  * parameter is found by its name once, and set in a copy as often as wanted, without allocation. Data of the original serve
  * its copies. Nothing is computed for a parameter that is never set: a copy is a model like any other.
  *
+ *     const size_t size = kt_model_size(model);
+ *     void *memory = aligned_alloc(KT_ALIGNMENT, size);
  *     kt_parameter payload;
- *     kt_model *own;
- *     kt_model_copy(model, memory, size, &own, &error);
- *     kt_parameter_find(model, "hand.mass", &payload, &error);
- *     kt_parameter_set(own, &payload, (double[]){2.5}, &error);
+ *     kt_model *own = NULL;
+ *     status = kt_model_copy(model, memory, size, &own, &error);
+ *     status = kt_parameter_find(model, "hand.mass", &payload, &error);
+ *     status = kt_parameter_set(own, &payload, (double[]){2.5}, &error);
  *
  * | name | numbers |
  * |---|---|
