@@ -46,7 +46,7 @@ KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_po
 /* weigh.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
 void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
-void kt_link_weigh(kt_model *model, int32_t link);
+void kt_link_weigh(kt_model *model, int32_t index);
 /* The part of a planar link that follows from the inertia of its link. */
 void kt_planar_link_weigh(kt_model *model, size_t place);
 /* Gravity along the axes of a plane. */

@@ -450,3 +450,11 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
             term += loop_of(&p, i)->term_count;
     }
 }
+
+void kt_groups_place_matrices(kt_model *m) {
+    m->n.dense = 0;
+    for (size_t g = 0; g < m->n.group; g++) {
+        m->group[g].dense = m->n.dense;
+        m->n.dense += kt_group_layout(&m->group[g]);
+    }
+}

@@ -113,14 +113,6 @@ static void place_groups(kt_model *m) {
     }
 }
 
-void kt_groups_place_matrices(kt_model *m) {
-    m->n.dense = 0;
-    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
-        m->group[g].dense = m->n.dense;
-        m->n.dense += kt_group_layout(&m->group[g]);
-    }
-}
-
 /* Marks planar links whose accelerations other links need; those inside a group are computed all at once. */
 static void mark_passing(kt_model *m) {
     for (size_t i = m->n.planar; i-- > 1;) {
@@ -170,5 +162,6 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     mark_passing(m);
     if (KT_HAS_LOOPS && m->n.front)
         kt_attach_plan_fronts(a, m);
-    kt_groups_place_matrices(m);
+    if (KT_HAS_LOOPS)
+        kt_groups_place_matrices(m);
 }

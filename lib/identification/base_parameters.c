@@ -227,8 +227,8 @@ static void add_term(words *to, const kt_model *model, int column, double coeffi
                            factor, symbols[p.kind], kt_body_name(model, p.body), which);
 }
 
-/* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the words */
 int kt_base_parameter_name(const kt_model *model, int rank, const int *column, const double *relation, int index,
+                           /* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the words */
                            char *text, size_t size) {
     const int rest = kt_regressor_columns(model) - rank;
     words to = {.text = text, .size = size};

@@ -15,7 +15,7 @@
  *     and where a mode decays it is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum never less than 0.
  * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it. Until
  * a first sign is found, only every KT_WATCH_PERIOD-th step is looked at. The bounds are measured on the bundled scenes,
- * at tolerances of 2e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to 1 of the
+ * at tolerances of 1e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to 1 of the
  * critical one.
  *
  * Back. dopri5 takes over again

@@ -172,6 +172,9 @@ KT_TEST(armature_that_cannot_be_is_refused) {
     if (!kt_tree_fine("compile", kt_model_compile(&d, NULL, &model, &e), &e))
         return;
     kt_check_equal_int("absolute", kt_absolute_create(&d, NULL, model, &absolute, &e), KT_ERROR_UNSUPPORTED);
-    kt_check_true(e.message, absolute == NULL && strstr(e.where, "rod") != NULL);
+#ifndef KT_NO_LOOPS /* without them there is no such formulation at all */
+    kt_check_true(e.message, strstr(e.where, "rod") != NULL);
+#endif
+    kt_check_true("no formulation", absolute == NULL);
     kt_model_free(model);
 }
