@@ -1,12 +1,14 @@
 /* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
- * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h), and every hundredth derivatives
- * of steps and gradients (sensitivity.h) and new numbers of a parameter, under Linux' strict seccomp, where any system call but read, write, exit and
- * sigreturn ends the process; and nothing is allocated.
+ * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h) and the regressor
+ * (identification.h), and every hundredth derivatives of steps and gradients (sensitivity.h) and new numbers of a
+ * parameter, under Linux' strict seccomp, where any system call but read, write, exit and sigreturn ends the process; and
+ * nothing is allocated.
  */
 #include "scenes.h"
 
 #include "interpose.h"
 #include "kinetree/control.h"
+#include "kinetree/identification.h"
 #include "kinetree/scene.h"
 #include "kinetree/sensitivity.h"
 #include "leg.h"
@@ -53,14 +55,18 @@ typedef struct controls {
     const kt_model *model;
     kt_data *data;
     kt_mass_inverse *inverse;
-    void *work, *derivative_work, *step_work, *parameter_work;
-    size_t size, derivative_size, step_size, parameter_size;
+    void *work, *derivative_work, *step_work, *parameter_work, *base_work;
+    size_t size, derivative_size, step_size, parameter_size, base_size;
     kt_parameter parameter;          /* mass of the last body */
     kt_model *copy;                  /* on which the simulation runs */
     double *matrix, *other, *vector; /* 6 nv and nv^2; nv^2; 4 nv */
     double *tangents;                /* A, B, a state after a step, gradients, C: 6 nv^2 + (9 + AHEAD) nv + nq */
+    double *regressor, *relation;    /* nv columns and, of small models, columns^2 */
+    int *order;                      /* columns */
     int index[JOINTS];
 } controls;
+
+enum { SMALL = 10 /* columns^3 of larger models take seconds: their base parameters are not asked */ };
 
 static void *memory_of(size_t size) {
     return aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
@@ -89,6 +95,12 @@ static kt_status make_controls(const kt_model *model, controls *c, kt_error *err
     c->tangents = memory_of((6 * nv * nv + (9 + AHEAD) * nv + (size_t)kt_model_nq(model)) * sizeof(double));
     c->parameter_size = kt_step_parameter_work_size(model, rollout.method);
     c->parameter_work = memory_of(c->parameter_size);
+    const size_t columns = (size_t)kt_regressor_columns(model), pairs = nv <= SMALL ? columns * columns : 1;
+    c->base_size = nv <= SMALL ? kt_base_parameters_work_size(model) : 1;
+    c->base_work = memory_of(c->base_size);
+    c->regressor = memory_of(nv * columns * sizeof(double));
+    c->relation = memory_of(pairs * sizeof(double));
+    c->order = memory_of(columns * sizeof(int));
     char name[128];
     (void)snprintf(name, sizeof name, "%s.mass", kt_body_name(model, kt_model_body_count(model) - 1));
     kt_status status = kt_parameter_find(model, name, &c->parameter, error);
@@ -142,6 +154,21 @@ static kt_status ask(controls *c, double t, const double *q, const double *v, kt
     return status;
 }
 
+/* Every call of identification.h. */
+static kt_status identify(controls *c, bool first, const double *q, const double *v, kt_error *error) {
+    char words[200];
+    int rank = 0;
+    kt_status status = kt_regressor_evaluate(c->model, c->data, q, v, v, c->regressor, error);
+    if (status != KT_OK || !first || kt_model_nv(c->model) > SMALL)
+        return status;
+    kt_regressor_parameters(c->model, c->regressor);
+    status =
+        kt_base_parameters_find(c->model, c->data, c->base_work, c->base_size, &rank, c->order, c->relation, error);
+    for (int i = 0; i < rank; i++)
+        (void)kt_base_parameter_name(c->model, rank, c->order, c->relation, i, words, sizeof words);
+    return status;
+}
+
 /* Half |v|^2 at all points. */
 static int kinetic(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
     const int nv = *(const int *)user;
@@ -180,6 +207,11 @@ static kt_status differentiate(controls *c, double t, const double *q, const dou
 /* A mass that grows by a thousandth. */
 static kt_status set_parameter(kt_simulation *simulation, controls *c, kt_error *error) {
     double mass;
+    char name[128];
+    (void)snprintf(name, sizeof name, "%s.mass", kt_body_name(c->model, kt_model_body_count(c->model) - 1));
+    const kt_status found = kt_parameter_find(c->model, name, &c->parameter, error);
+    if (found != KT_OK)
+        return found;
     kt_parameter_get(c->copy, &c->parameter, &mass);
     mass *= 1.001;
     return kt_simulation_set_parameter(simulation, c->copy, &c->parameter, &mass, error);
@@ -195,6 +227,8 @@ static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, i
     kt_status status = kt_simulation_set_torque(simulation, torque, error);
     if (status == KT_OK && k % 10 == 0)
         status = ask(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
+    if (status == KT_OK && k % 10 == 0)
+        status = identify(asked, k == 0, kt_simulation_positions(simulation), v, error);
     if (status == KT_OK && k % 100 == 0)
         status = differentiate(asked, kt_simulation_time(simulation), kt_simulation_positions(simulation), v, error);
     if (status == KT_OK && k % 100 == 50)
