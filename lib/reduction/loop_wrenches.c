@@ -52,6 +52,30 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
+/* The same of a group that is reduced by fronts, whose equations are kept as wrenches on the links, about their origins: no
+ * path is followed, however long it is. That on the first link is the opposite of what acts on the second end. */
+static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                              const kt_loop_record *loop, const int32_t *slot, kt_wrench *bodies) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_v4 arm = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position));
+    kt_wrench out = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (int k = 1; k >= 0; k--) {
+        kt_v4 moment = none, force = none;
+        for (int r = 0; r < loop->row_count; r++) {
+            if (slot[r] < 0)
+                continue;
+            const double *x = w->wrench + (size_t)(2 * slot[r] + k) * KT_FRONT_SPACE;
+            const kt_v4 lambda = kt_v4_splat(w->multiplier[slot[r]]);
+            moment += lambda * (kt_v4){x[0], x[1], x[2], 0.0};
+            force += lambda * (kt_v4){x[3], x[4], x[5], 0.0};
+        }
+        add_to_body(model, data, loop->body[k], moment, force, none, bodies);
+        out.moment = kt_v4_vec3(kt_v4_cross(arm, force) - moment);
+        out.force = kt_v4_vec3(-force);
+    }
+    return out;
+}
+
 /* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
  * loops (one wrench for each loop, on the second end about the first end's point). */
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
@@ -64,6 +88,8 @@ void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, k
             const int32_t *slot = kt_rows_slots(model, group, loop);
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
+            else if (group->front.used)
+                loops[index] = front_wrench(model, data, &w, loop, slot, bodies);
             else
                 loops[index] = frame_wrench(model, data, &w, loop, slot, t, bodies);
         }

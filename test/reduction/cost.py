@@ -51,6 +51,11 @@ claim("tree_grows_in_proportion", [] if abs(tree[1] / tree[0] / 2 - 1) < 0.02 el
 pair = [count("kt_acceleration_evaluate", "four-bars", 20, *plan) for plan in ([], ["spatial"])]
 note(f"twenty four-bars: {pair[0]} instructions in their plane, {pair[1]} in space, {pair[0] / pair[1]:.3f}")
 claim("four_bars_in_their_plane_cost_about_a_third", [] if pair[0] / pair[1] < 0.345 else ["more"])
+# 2.0 and 2.0; with each end of a loop followed from the chains' common ancestor 2.8 in the wrenches of loops.
+for function in ("kt_react_baseline", "kt_reaction_evaluate"):
+    pair = [count(function, "ladder", n) for n in (60, 120)]
+    note(f"{function} of a ladder: {pair[0]} instructions for 60 rungs, {pair[1]} for 120, {pair[1] / pair[0]:.3f}")
+    claim(f"{function}_of_a_ladder_grows_in_proportion", [] if pair[1] / pair[0] < 2.1 else ["more"])
 # Measured 8; 43 with derivatives of accelerations turned into those of forces (by time, 200 links: 5 and 135).
 pair = [count(function, "chain", 60) for function in ("kt_linearization_evaluate", "kt_equilibrium_find")]
 note(f"a chain of 60: {pair[0]} instructions to linearise it, {pair[1]} to bring it to rest, {pair[1] / pair[0]:.1f}")

@@ -1,6 +1,6 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
  * count its instructions. WHAT: four-bars, tree (the same without loops), or chain (N bodies alone, from nearly
- * horizontal, linearised and then brought to rest). */
+ * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them). */
 #include "kinetree/analysis.h"
 #include "kinetree/reduction.h"
 
@@ -35,6 +35,15 @@ static kt_end end_at(const char *body, double x) {
     return end;
 }
 
+static void close_loop(int i, const char *first, double x, const char *second, double y) {
+    snprintf(loop_names[i], sizeof loop_names[i], "loop%d", i);
+    loops[i] = kt_loop_default();
+    loops[i].name = loop_names[i];
+    loops[i].type = KT_LOOP_REVOLUTE;
+    loops[i].between[0] = end_at(first, x);
+    loops[i].between[1] = end_at(second, y);
+}
+
 /* Linearisation at the start, and the equilibrium from there. */
 static bool come_to_rest(const kt_model *model, double *q, const double *v) {
     kt_linearization *l = NULL;
@@ -53,23 +62,26 @@ int main(int argc, char **argv) {
     kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
     const char *link = NULL;
-    const bool chain = strcmp(argv[1], "chain") == 0;
+    const bool chain = strcmp(argv[1], "chain") == 0, ladder = strcmp(argv[1], "ladder") == 0;
+    const char *other = NULL;
+    for (int i = 0; i < n && ladder; i++) {
+        link = add(3 * i, "left", i, link, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
+        other = add(3 * i + 1, "right", i, other, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
+        bodies[3 * i + 1].joint.at.y = i ? 0.0 : 1.0;
+        const char *rung = add(3 * i + 2, "rung", i, link, 0.3, 1.0, 1.5707963267948966 - 0.1);
+        close_loop(i, rung, 1.0, other, 0.3);
+    }
     for (int i = 0; i < n && chain; i++)
         link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? 0.0 : 0.35);
-    for (int i = 0; i < n && !chain; i++) {
+    for (int i = 0; i < n && !chain && !ladder; i++) {
         link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
         const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
         const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
         const char *rocker = add(4 * i + 3, "rocker", i, link, 2.2, 1.8, 1.6);
-        snprintf(loop_names[i], sizeof loop_names[i], "loop%d", i);
-        loops[i] = kt_loop_default();
-        loops[i].name = loop_names[i];
-        loops[i].type = KT_LOOP_REVOLUTE;
-        loops[i].between[0] = end_at(coupler, 2.0);
-        loops[i].between[1] = end_at(rocker, 1.8);
+        close_loop(i, coupler, 2.0, rocker, 1.8);
     }
     d.bodies = bodies;
-    d.body_count = chain ? n : 4 * n;
+    d.body_count = chain ? n : ladder ? 3 * n : 4 * n;
     d.loops = loops;
     d.loop_count = chain || strcmp(argv[1], "tree") == 0 ? 0 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
@@ -79,13 +91,16 @@ int main(int argc, char **argv) {
     kt_data *data = NULL;
     kt_error error;
     static double q[4 * MOST], v[4 * MOST], a[4 * MOST];
+    static kt_wrench joint[4 * MOST + 1], reaction[MOST];
     if (kt_model_compile(&d, &options, &model, &error) != KT_OK || kt_data_create(model, &data, &error) != KT_OK)
         return 1;
     kt_model_initial(model, q, v);
     if (chain && !come_to_rest(model, q, v))
         return 1;
-    const int failed = kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
-                       kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK;
+    const int failed =
+        kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
+        kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK ||
+        (ladder && kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joint, reaction, &error) != KT_OK);
     for (int i = 0; i < 4 * n; i++)
         q[i] += 1e-6;
     const int open = kt_state_project(model, data, 0.0, q, v, NULL, &error) != KT_OK;
