@@ -235,7 +235,8 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  * acceleration at the time t0 and, between two settings, what follows from them. (A distance must be > 0 at t0.)
  *
  * What is decided when a model is compiled stays: the plan, the structural ranks, and the sizes below which inertias count
- * as none. Every number is checked as in a description; relations between several numbers (lower < upper) are not.
+ * as none. Every number is checked as in a description, and so is what must hold between it and the others (lower < upper: set
+ * first what widens). An effect may be set to nothing: a servo without gains, a stop at infinity.
  * Derivatives with respect to a parameter: the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse, minus forces of
  * effects) are linear in gravity, mass, inertia, armature and in the stiffnesses, dampings and coefficients of friction of
  * effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up to rounding. Those

@@ -288,29 +288,48 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
     return checker.first.code;
 }
 
-/* Numbers of effects and functions of time: finite, and in the range of their key. An infinite default may be set again. */
+/* The rules of a description, for the effect as it would be: those of the key, and those that hold between numbers. */
+static kt_status check_effect(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
+    const kt_effect standard = kt_effect_default();
+    kt_effect_record record = m->effect[parameter->item];
+    kt_effect effect = standard;
+    memcpy(number_of(&record, parameter->key), x, (size_t)parameter->count * sizeof *x);
+    effect.type = (kt_effect_type)record.type;
+    effect.name = effect_name(m, (size_t)parameter->item);
+    effect.initial_length = false;
+#define PARAMETER_NUMBER(member) effect.member = record.member;
+    KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
+#undef PARAMETER_NUMBER
+    memcpy(effect.stiffnesses, record.stiffnesses, sizeof effect.stiffnesses);
+    memcpy(effect.dampings, record.dampings, sizeof effect.dampings);
+    kt_description around = kt_description_default();
+    around.effects = &effect;
+    around.effect_count = 1;
+    kt_checker checker = kt_checker_make(&around, NULL, NULL);
+    checker.item = KT_ITEM_EFFECT;
+    checker.set = true;
+    kt_checker_key(&checker, parameter->key, &effect, &standard);
+    if (kt_effect_kind_of(record.type)->check)
+        kt_effect_kind_of(record.type)->check(&checker, &effect);
+    if (checker.first.code != KT_OK && error)
+        *error = checker.first;
+    return checker.first.code;
+}
+
+/* Gravity and functions of time: finite, and in the range of their key where that is a value. */
 static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_key *key = parameter->key;
-    const kt_effect standard = kt_effect_default();
     const char *name = key ? key->name : "gravity";
-    const bool six = key && key->kind == KT_KEY_SIX, number = parameter->kind == KT_PARAMETER_EFFECT && !six;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "parameter '%.40s'", name);
     if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
         (void)snprintf(where, sizeof where, "loop '%.100s'", loop_name(m, (size_t)parameter->item));
-    for (int k = 0; k < parameter->count; k++) {
-        const bool first = k == 0 || number || six || parameter->kind == KT_PARAMETER_EFFECT_VALUE;
-        if (number && isinf(*(const double *)(const void *)((const char *)&standard + key->offset)) &&
-            x[k] == *(const double *)(const void *)((const char *)&standard + key->offset))
-            continue;
+    for (int k = 0; k < parameter->count; k++)
         if (!kt_number_is_fine(x[k]))
             return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; magnitudes end at %g", name, x[k],
                                 KT_NUMBER_MOST);
-        if (key && first && key->range == KT_RANGE_POSITIVE && !(x[k] > 0.0))
-            return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; it must be greater than 0", name, x[k]);
-        if (key && first && (six || key->range == KT_RANGE_NOT_NEGATIVE) && x[k] < 0.0)
-            return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; it cannot be negative", name, x[k]);
-    }
+    if (key && key->range == KT_RANGE_POSITIVE && !(x[0] > 0.0))
+        return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; it must be greater than 0", name, x[0]);
     return KT_OK;
 }
 
@@ -322,6 +341,8 @@ kt_status kt_parameter_check(const kt_model *model, const kt_parameter *paramete
             "a compiled model is immutable; make a copy in memory of your own (kt_model_copy) and set it there");
     if (parameter->kind >= KT_PARAMETER_MASS && parameter->kind <= KT_PARAMETER_ARMATURE)
         return check_body(model, parameter, values, error);
+    if (parameter->kind == KT_PARAMETER_EFFECT)
+        return check_effect(model, parameter, values, error);
     return check_numbers(model, parameter, values, error);
 }
 

@@ -12,7 +12,7 @@
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     const double none = (double)INFINITY;
-    if (effect->lower == -none && effect->upper == none)
+    if (!checker->set && effect->lower == -none && effect->upper == none)
         kt_checker_fault(checker, "lower", -1, "there is neither lower nor upper; give at least one of them");
     else if (kt_number_is_fine(effect->lower) && kt_number_is_fine(effect->upper) && effect->lower > effect->upper)
         kt_checker_fault(checker, "lower", -1, "lower is %g, above upper, which is %g; exchange them", effect->lower,

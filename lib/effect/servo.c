@@ -9,7 +9,7 @@
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
-    if (effect->stiffness == 0.0 && effect->damping == 0.0)
+    if (!checker->set && effect->stiffness == 0.0 && effect->damping == 0.0)
         kt_checker_fault(checker, "stiffness", -1,
                          "there is neither stiffness nor damping, and so no force; give at least one of them");
 }

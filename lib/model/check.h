@@ -36,6 +36,7 @@ typedef struct kt_checker {
     void *user;
     kt_item item; /* the item being checked */
     int index;
+    bool set;       /* a number of an item that exists is set: what is zero or infinite was not forgotten */
     kt_error first; /* the first fault; code KT_OK: none yet */
     kt_names names;
     int *parent;    /* of each body: index, KT_BODY_WORLD or KT_BODY_UNKNOWN */
@@ -110,5 +111,7 @@ int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end
 /* Checks the members of an item to which the keys of its type refer. `standard` is the default struct of such an item.
  * Two ends must lie on two bodies. */
 void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const void *object, const void *standard);
+/* The same for one key that refers to numbers. */
+void kt_checker_key(kt_checker *checker, const kt_key *key, const void *object, const void *standard);
 
 #endif

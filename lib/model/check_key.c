@@ -228,3 +228,8 @@ void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const
     for (int i = 0; i < descriptor->key_count; i++)
         check_key(&c, &descriptor->keys[i]);
 }
+
+void kt_checker_key(kt_checker *checker, const kt_key *key, const void *object, const void *standard) {
+    kt_checked c = {.checker = checker, .object = object, .standard = standard};
+    check_key(&c, key);
+}

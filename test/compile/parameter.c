@@ -43,6 +43,8 @@ static const char scene_text[] =
     "  - {name: hold, type: servo, joint: slide, target: %s, stiffness: 30, damping: 2}\n"
     "  - {name: seat, type: joint_spring, joint: slide, stiffness: 3, rest: 0.1}\n"
     "  - {name: mount, type: bushing, between: [hand, world], stiffness: [%s], damping: [0, 0, 0, 0, 0, 0]}\n"
+    "  - {name: stop, type: joint_limit, joint: slide, lower: -1, upper: 1, stiffness: 100}\n"
+    "  - {name: floor, type: contact, point: hand, plane: world, stiffness: 1000}\n"
     "  - {name: push, type: force, at: hand, value: [%s]}\n";
 
 enum { PLACES = 13 };
@@ -237,6 +239,11 @@ KT_TEST(numbers_that_cannot_be_are_refused_and_nothing_changes) {
         {"gravity", {0, (double)INFINITY, 0}},
         {"effect coil.stiffness", {-5}},
         {"effect mount.stiffness", {1, 1, 1, 1, 1, -1}},
+        {"effect stop.lower", {1.5}},
+        {"effect stop.upper", {-(double)INFINITY}},
+        {"effect brake.static", {0.1}},
+        {"effect floor.exponent", {0.5}},
+        {"effect coil.length", {-0.5}},
         {"loop drive.position", {0, (double)NAN, 0, 0}},
     };
     kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model);
@@ -290,5 +297,87 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
     kt_simulation_free(two);
     kt_model_free(other);
     free(copy);
+    kt_model_free(model);
+}
+
+/* What a description may not leave out may be set to nothing: a servo without gains, stops at infinity. */
+KT_TEST(an_effect_is_switched_off_by_its_numbers) {
+    static const struct {
+        const char *name;
+        double value;
+    } off[] = {{"effect hold.stiffness", 0.0},
+               {"effect hold.damping", 0.0},
+               {"effect stop.lower", -(double)INFINITY},
+               {"effect stop.upper", (double)INFINITY}};
+    kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model);
+    kt_parameter parameter;
+    kt_error e;
+    for (size_t k = 0; k < sizeof off / sizeof *off; k++) {
+        double now = -1.0;
+        fine("find", kt_parameter_find(copy, off[k].name, &parameter, &e), &e);
+        fine(off[k].name, kt_parameter_set(copy, &parameter, &off[k].value, &e), &e);
+        kt_parameter_get(copy, &parameter, &now);
+        kt_check_true("it is read back", now == off[k].value);
+    }
+    free(copy);
+    kt_model_free(model);
+}
+
+static const char slider_crank[] =
+    "kinetree: 1\n"
+    "bodies:\n"
+    "  - {name: crank, joint: {type: revolute, axis: z, position: 60 deg}, mass: 1,\n"
+    "     shape: {type: rod, to: [0.3, 0, 0]}}\n"
+    "  - {name: rod, parent: crank, joint: {type: revolute, axis: z, at: [0.3, 0, 0], position: -75 deg}, mass: 2,\n"
+    "     shape: {type: rod, to: [1, 0, 0]}, markers: {end: [1, 0, 0]}}\n"
+    "  - {name: ram, joint: {type: prismatic, axis: x, position: 1.1}, mass: 5}\n"
+    "loops:\n"
+    "  - {name: eye, type: revolute, between: [rod.end, ram], axis: z}\n";
+
+static void assemble_from(const kt_model *model, double q[3]) {
+    double v[3] = {0.0, 0.0, 0.0};
+    kt_data *data = NULL;
+    kt_error e;
+    memcpy(q, (const double[]){1.0, -1.2, 1.15}, 3 * sizeof *q);
+    if (fine("data", kt_data_create(model, &data, &e), &e))
+        fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
+    kt_data_free(data);
+}
+
+/* Assembly leaves a joint where it is while it is held, as a model does that was compiled so, and moves it when it is not. */
+KT_TEST(assembly_keeps_what_is_set_to_be_held) {
+    kt_scene scene;
+    kt_model *model = NULL, *held = NULL;
+    kt_error e;
+    if (!fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e))
+        return;
+    const char *const names[] = {"ram"};
+    fine("compile", kt_model_compile(&scene.description, NULL, &model, &e), &e);
+    scene.description.hold = names;
+    scene.description.hold_count = 1;
+    fine("compile", kt_model_compile(&scene.description, NULL, &held, &e), &e);
+    scene.description.hold = NULL;
+    scene.description.hold_count = 0;
+    kt_scene_free(&scene);
+    kt_model *copy = copy_of(model);
+    kt_parameter parameter;
+    double free_q[3], held_q[3], set_q[3], back_q[3], hold = 0.0;
+    assemble_from(model, free_q);
+    assemble_from(held, held_q);
+    fine("find", kt_parameter_find(copy, "ram.hold", &parameter, &e), &e);
+    kt_parameter_get(copy, &parameter, &hold);
+    kt_check_true("it is free", hold == 0.0);
+    fine("set", kt_parameter_set(copy, &parameter, (const double[]){1.0}, &e), &e);
+    kt_parameter_get(copy, &parameter, &hold);
+    kt_check_true("it is held", hold == 1.0);
+    assemble_from(copy, set_q);
+    fine("set", kt_parameter_set(copy, &parameter, (const double[]){0.0}, &e), &e);
+    assemble_from(copy, back_q);
+    kt_check_true("a free ram moves", fabs(free_q[2] - 1.15) > 1e-4);
+    kt_check_true("a held ram stays", set_q[2] == 1.15);
+    kt_check_true("bits of a model compiled so", memcmp(set_q, held_q, sizeof set_q) == 0);
+    kt_check_true("and back", memcmp(back_q, free_q, sizeof back_q) == 0);
+    free(copy);
+    kt_model_free(held);
     kt_model_free(model);
 }
