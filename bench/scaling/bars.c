@@ -10,8 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {"separate",      "chained",  "row",    "rope", "rope in space",
-                                                        "rope of balls", "scissors", "ladder", "net"};
+const char *const kt_bars_shape_name[KT_BARS_SHAPES] = {
+    "separate", "chained", "row",      "rope", "rope in space", "rope of balls", "scissors", "ladder",
+    "net",      "grid",    "branches", "fork", "freer",         "spherical",     "bennett"};
 
 enum { NAME_SIZE = 24 };
 
@@ -169,6 +170,151 @@ static void draw_net(drawing *d, int chains, int rods, bool space, bool open) {
         }
 }
 
+/* ---- rows that branch, and rows whose loops are freer or redundant ----------------------------------------------- */
+
+/* The end of a coupler, at `to` in its frame, is the tip of a crank. */
+static void close_window(drawing *d, const char *coupler, kt_vec3 to, const char *crank, double length) {
+    add_loop(d, coupler, to, crank, along(0.0, length));
+}
+
+/* `rows` rows of n windows above each other: columns of cranks, and couplers between them at each height. */
+static void draw_grid(drawing *d, int rows, int n, bool open) {
+    const int row = 2 * n + 1;
+    for (int j = 0; j < rows; j++) {
+        const double lean = j % 2 ? 0.4 : -0.5, below = j == 0 ? 0.0 : j % 2 ? -0.5 : 0.4, rate = j ? 0.0 : 0.5;
+        for (int i = 0; i <= n; i++)
+            (void)add_bar(d, "crank", j * row + i, j ? d->names[(j - 1) * row + i] : NULL,
+                          j ? along(0.0, 1.0) : along(i, 0.0), along(0.0, 1.0), lean - below, rate);
+        for (int i = 0; i < n; i++)
+            (void)add_bar(d, "coupler", j * row + i, d->names[j * row + i], along(0.0, 1.0), along(1.0, 0.0), -lean,
+                          -rate);
+    }
+    for (int i = 0; i < rows * n && !open; i++) {
+        const int crank = i / n * row + i % n;
+        close_window(d, d->names[crank + n + 1], along(1.0, 0.0), d->names[crank + 1], 1.0);
+    }
+}
+
+/* A binary tree of links of 1 m, each of which carries a row of three windows of 0.3 m. */
+static void draw_branches(drawing *d, int links, bool open) {
+    enum { WINDOWS = 3, BARS = 2 * WINDOWS + 2 };
+    const double lean = -0.5, size = 0.3;
+    for (int l = 0; l < links; l++) {
+        const char *parent = l ? d->names[(l - 1) / 2 * BARS] : NULL;
+        const double angle = l % 2 ? 0.5 : -0.5;
+        const char *link = add_bar(d, "link", l, parent, along(l ? 1.0 : 0.0, 0.0), along(1.0, 0.0), angle, 0.1);
+        const char *crank = add_bar(d, "crank", l, link, along(0.0, 0.0), along(0.0, size), lean, 0.3);
+        for (int i = 1; i <= WINDOWS; i++) {
+            (void)add_bar(d, "coupler", WINDOWS * l + i, crank, along(0.0, size), along(size, 0.0), -lean, -0.3);
+            crank = add_bar(d, "next", WINDOWS * l + i, link, along(i * size, 0.0), along(0.0, size), lean, 0.3);
+        }
+    }
+    for (int i = 0; i < WINDOWS * links && !open; i++) {
+        const int coupler = i / WINDOWS * BARS + 2 * (i % WINDOWS + 1);
+        close_window(d, d->names[coupler], along(size, 0.0), d->names[coupler + 1], size);
+    }
+}
+
+/* The pivot of a crank: a metre further at every fork. */
+static kt_vec3 fork_pivot(int crank) {
+    int level = 1;
+    while (2 * level <= crank + 1)
+        level *= 2;
+    return along(log2(level), 5.0 * (crank + 1 - level) / level);
+}
+
+/* A row that forks: crank i ends a window that begins with crank (i - 1) / 2. */
+static void draw_fork(drawing *d, int windows, bool open) {
+    const double lean = -0.5, rate = -1.0;
+    (void)add_bar(d, "crank", 0, NULL, along(0.0, 0.0), along(0.0, 1.0), lean, rate);
+    for (int i = 1; i <= windows; i++) {
+        const int from = (i - 1) / 2;
+        const kt_vec3 to = kt_vec3_sub(fork_pivot(i), fork_pivot(from));
+        (void)add_bar(d, "coupler", i, d->names[2 * from], along(0.0, 1.0), to, -lean, -rate);
+        (void)add_bar(d, "crank", i, NULL, fork_pivot(i), along(0.0, 1.0), lean, rate);
+    }
+    for (int i = 1; i <= windows && !open; i++)
+        close_window(d, d->names[2 * i - 1], kt_vec3_sub(fork_pivot(i), fork_pivot((i - 1) / 2)), d->names[2 * i], 1.0);
+}
+
+/* A row of windows of five bars, each of which adds a degree of freedom: the coupler is two bars of 0.6 m. */
+static void draw_freer(drawing *d, int windows, bool open) {
+    const double lean = -0.5, rate = -1.0, rise = acos(0.5 / 0.6);
+    const char *crank = add_bar(d, "crank", 0, NULL, along(0.0, 0.0), along(0.0, 1.0), lean, rate);
+    for (int i = 1; i <= windows; i++) {
+        const char *half = add_bar(d, "half", i, crank, along(0.0, 1.0), along(0.6, 0.0), rise - lean, 0.1 * (i % 5));
+        (void)add_bar(d, "other", i, half, along(0.6, 0.0), along(0.6, 0.0), -2.0 * rise, 0.0);
+        crank = add_bar(d, "crank", i, NULL, along(i, 0.0), along(0.0, 1.0), lean, rate);
+    }
+    for (int i = 1; i <= windows && !open; i++)
+        close_window(d, d->names[3 * i - 1], along(0.6, 0.0), d->names[3 * i], 1.0);
+}
+
+/* A crank of a row in space as it is at first: the axes of its pivot and of its tip, and the direction to the next pivot. */
+typedef struct space_crank {
+    kt_vec3 pivot, axis, tip, tip_axis, next;
+} space_crank;
+
+/* u turned about the unit vector e. */
+static kt_vec3 turned(kt_vec3 u, kt_vec3 e, double angle) {
+    const kt_vec3 out = kt_vec3_add(kt_vec3_scale(cos(angle), u), kt_vec3_scale(sin(angle), kt_vec3_cross(e, u)));
+    return kt_vec3_add(out, kt_vec3_scale((1.0 - cos(angle)) * kt_vec3_dot(e, u), e));
+}
+
+/* All axes meet in the world's origin. */
+static space_crank spherical_crank(int i) {
+    const double longitude = 0.35 * i, south = i % 2 ? 0.1 : -0.1, north = 0.9 + 0.05 * (i % 3);
+    const kt_vec3 p = {cos(south) * cos(longitude), cos(south) * sin(longitude), sin(south)};
+    const kt_vec3 t = {cos(north) * cos(longitude + 0.2), cos(north) * sin(longitude + 0.2), sin(north)};
+    return (space_crank){.pivot = p, .axis = p, .tip = t, .tip_axis = t};
+}
+
+/* Axes that are a apart and turned by alpha on cranks, b and beta on couplers and between pivots, with a / sin(alpha) =
+ * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for that one, where k =
+ * sin((beta + alpha)/2) / sin((beta - alpha)/2): at tan(g/2) = 1/sqrt(k) both are equally fast. */
+static space_crank bennett_crank(int i, const space_crank *last) {
+    const double alpha = 0.5, beta = 1.1, a = 1.0, b = a * sin(beta) / sin(alpha);
+    const double k = sin(0.5 * (beta + alpha)) / sin(0.5 * (beta - alpha)), g = 2.0 * atan(1.0 / sqrt(k));
+    const double here = i ? -2.0 * atan(sqrt(k)) : g;
+    space_crank c = {.axis = {0.0, 0.0, 1.0}, .next = {1.0, 0.0, 0.0}};
+    if (i) {
+        c.pivot = kt_vec3_add(last->pivot, kt_vec3_scale(b, last->next));
+        c.axis = turned(last->axis, last->next, beta);
+        c.next = turned(last->next, c.axis, here - g);
+    }
+    const kt_vec3 u = turned(c.next, c.axis, g);
+    c.tip = kt_vec3_add(c.pivot, kt_vec3_scale(a, u));
+    c.tip_axis = turned(c.axis, u, alpha);
+    return c;
+}
+
+static space_crank next_crank(kt_bars_shape shape, int i, const space_crank *last) {
+    return shape == KT_BARS_BENNETT ? bennett_crank(i, last) : spherical_crank(i);
+}
+
+/* The frames of all bars are the world's at first. */
+static void draw_space_row(drawing *d, kt_bars_shape shape, int windows, bool open) {
+    space_crank last = {.next = {0.0, 0.0, 0.0}}, now = last;
+    for (int i = 0; i <= windows; i++, last = now) {
+        now = next_crank(shape, i, &last);
+        if (i) {
+            (void)add_bar(d, "coupler", i, d->names[2 * i - 2], kt_vec3_sub(last.tip, last.pivot),
+                          kt_vec3_sub(now.tip, last.tip), 0.0, 0.0);
+            turn_last(d, KT_JOINT_REVOLUTE, last.tip_axis, 0.0);
+        }
+        (void)add_bar(d, "crank", i, NULL, now.pivot, kt_vec3_sub(now.tip, now.pivot), 0.0, i ? 0.0 : 1.0);
+        turn_last(d, KT_JOINT_REVOLUTE, now.axis, 0.0);
+    }
+    for (int i = 0; i <= windows && !open; i++, last = now) {
+        now = next_crank(shape, i, &last);
+        if (!i)
+            continue;
+        add_loop(d, d->names[2 * i - 1], kt_vec3_sub(now.tip, last.tip), d->names[2 * i],
+                 kt_vec3_sub(now.tip, now.pivot));
+        d->loops[i - 1].axis = now.tip_axis;
+    }
+}
+
 static void draw(kt_bars_shape shape, int n, bool open, drawing *d) {
     switch (shape) {
     case KT_BARS_SEPARATE:
@@ -188,6 +334,22 @@ static void draw(kt_bars_shape shape, int n, bool open, drawing *d) {
         break;
     case KT_BARS_NET:
         draw_net(d, 3, n, false, open);
+        break;
+    case KT_BARS_GRID:
+        draw_grid(d, 3, n, open);
+        break;
+    case KT_BARS_BRANCHES:
+        draw_branches(d, n, open);
+        break;
+    case KT_BARS_FORK:
+        draw_fork(d, n, open);
+        break;
+    case KT_BARS_FREER:
+        draw_freer(d, n, open);
+        break;
+    case KT_BARS_SPHERICAL:
+    case KT_BARS_BENNETT:
+        draw_space_row(d, shape, n, open);
         break;
     default:
         draw_rope(d, shape, n, open);
@@ -230,10 +392,10 @@ static kt_status prepare(kt_bars *bars, kt_error *error) {
 
 kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation,
                        const kt_model_options *options, kt_bars *bars, kt_error *error) {
-    const size_t most = 4 * (size_t)loops + 1;
+    const size_t most = 8 * (size_t)loops + 3, closed = 3 * (size_t)loops;
     drawing d = {.bodies = calloc(most, sizeof *d.bodies),
-                 .loops = calloc(2 * (size_t)loops, sizeof *d.loops),
-                 .names = calloc(most + 2 * (size_t)loops, sizeof *d.names)};
+                 .loops = calloc(closed, sizeof *d.loops),
+                 .names = calloc(most + closed, sizeof *d.names)};
     *bars = (kt_bars){.loops = loops};
     kt_status status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for %d loops", loops);
     if (d.bodies && d.loops && d.names)

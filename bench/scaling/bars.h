@@ -8,7 +8,10 @@
 
 /* ROW: rods hung on one another, as many as loops are asked for, and no loop. ROPE: so many rods, held at both ends, in a
  * plane, in space, with spherical joints. SCISSORS: a lift of so many stages. LADDER: two chains of so many rods in
- * space, and rods of given length between them. NET: the same of three chains in a plane. */
+ * space, and rods of given length between them. NET: the same of three chains in a plane. GRID: three rows of so many
+ * windows above each other. BRANCHES: so many links of a binary tree, each with a row of three windows. FORK: so many
+ * windows, after each of which the row forks. FREER: a row of so many windows of five bars, each of which adds a freedom. SPHERICAL: a row of so
+ * many windows whose axes meet in one point. BENNETT: a row of so many of Bennett's linkages. */
 typedef enum kt_bars_shape {
     KT_BARS_SEPARATE = 0,
     KT_BARS_CHAINED,
@@ -19,6 +22,12 @@ typedef enum kt_bars_shape {
     KT_BARS_SCISSORS,
     KT_BARS_LADDER,
     KT_BARS_NET,
+    KT_BARS_GRID,
+    KT_BARS_BRANCHES,
+    KT_BARS_FORK,
+    KT_BARS_FREER,
+    KT_BARS_SPHERICAL,
+    KT_BARS_BENNETT,
     KT_BARS_SHAPES
 } kt_bars_shape;
 extern const char *const kt_bars_shape_name[KT_BARS_SHAPES];

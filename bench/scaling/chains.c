@@ -35,6 +35,13 @@ static const chain chains[] = {
     {KT_BARS_SCISSORS, "scissors", "A scissor lift of n stages", 10, KT_PLAN_AUTO},
     {KT_BARS_LADDER, "ladder", "A ladder of n rungs in space", 5, KT_PLAN_AUTO},
     {KT_BARS_NET, "net", "A net of 3 x n rods in a plane", 5, KT_PLAN_AUTO},
+    {KT_BARS_GRID, "grid", "A grid of 3 x n windows", 10, KT_PLAN_AUTO},
+    {KT_BARS_BRANCHES, "branches", "A binary tree of n links, each with a row of three windows", 10, KT_PLAN_AUTO},
+    {KT_BARS_FORK, "fork", "A row of n windows that forks", 10, KT_PLAN_AUTO},
+    {KT_BARS_FREER, "freer row", "A row of n windows of five bars, which have n + 1 degrees of freedom", 10,
+     KT_PLAN_AUTO},
+    {KT_BARS_SPHERICAL, "spherical row", "A row of n windows whose axes meet in a point", 10, KT_PLAN_AUTO},
+    {KT_BARS_BENNETT, "row of Bennett's", "A row of n of Bennett's linkages", 10, KT_PLAN_AUTO},
 };
 
 typedef struct line {

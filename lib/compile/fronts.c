@@ -121,21 +121,25 @@ static int32_t first_towards(const planner *p, int32_t link) {
 }
 
 typedef struct choice {
-    int32_t link, opens, waits;
+    int32_t link, opens, waits, next; /* next: which of the open links it is next to */
 } choice;
 
-static void consider(const planner *p, int32_t i, choice *best) {
+static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
     if (is_taken(p, i) || !is_taken(p, p->m->link[i].parent))
         return;
-    const choice c = {.link = i, .opens = opening(p, i), .waits = p->a->waiting[i]};
-    if (best->link && (c.opens > best->opens || (c.opens == best->opens && c.waits > best->waits) ||
-                       (c.opens == best->opens && c.waits == best->waits && c.link > best->link)))
-        return;
-    *best = c;
+    const choice c = {.link = i, .opens = opening(p, i), .waits = p->a->waiting[i], .next = next};
+    const int32_t order[][2] = {
+        {best->opens, c.opens}, {best->waits, c.waits}, {c.next, best->next}, {best->link, c.link}};
+    size_t k = 0;
+    while (k + 1 < sizeof order / sizeof *order && order[k][0] == order[k][1])
+        k++;
+    if (!best->link || order[k][0] > order[k][1])
+        *best = c;
 }
 
 /* Of the links that are next to the open ones, that after which the fewest are open. If several are equal, that which
- * the fewest others wait for. */
+ * the fewest others wait for, then that next to the link opened last: where a row forks, one branch is ended before the other is
+ * begun, and the open links are as many as there are forks above each other, not as there are branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
     int32_t open = 0, lowest = 0, *live = a->leave;
@@ -152,15 +156,15 @@ static void order_by_width(const planner *p) {
         choice best = {0};
         for (int32_t n = 0; n < open; n++) {
             for (int32_t j = a->child[live[n]]; j; j = a->sibling[j])
-                consider(p, j, &best);
+                consider(p, j, n, &best);
             for (int32_t e = a->end[live[n]]; e; e = a->next_end[e - 1]) {
                 const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
                 if (!is_taken(p, other))
-                    consider(p, first_towards(p, other), &best);
+                    consider(p, first_towards(p, other), n, &best);
             }
         }
         while (!best.link) {
-            consider(p, p->link[lowest], &best);
+            consider(p, p->link[lowest], -1, &best);
             lowest += best.link ? 0 : 1;
         }
         take(p, best.link, at);
