@@ -392,6 +392,10 @@ void kt_newton_forget(kt_integrator *it) {
     memcpy(it->history, &fresh, sizeof fresh);
 }
 
+/* The contraction rate grows with the step, at least in proportion. A step may grow until it is foreseen to be this one:
+ * a step that is longer, as the error alone would allow, is tried in vain again and again. */
+#define KT_FORESEEN_RATE 0.5
+
 double kt_newton_control(const kt_integrator *it, double h, double error) {
     const kt_newton_work *w = kt_newton_of(it);
     const kt_integrator_options *o = &it->options;
@@ -406,6 +410,8 @@ double kt_newton_control(const kt_integrator *it, double h, double error) {
                                   kt_control_power(error, -root));
     }
     factor = fmax(o->factor_min, fmin(o->factor_max, factor));
+    if (w->is_of_now && factor * w->rate > KT_FORESEEN_RATE) /* of an older J the rate tells its age, too */
+        factor = fmin(factor, fmax(1.0, KT_FORESEEN_RATE / w->rate));
     return factor >= 1.0 && factor <= 1.2 && w->rate <= KT_SLOW_RATE ? 1.0 : factor;
 }
 

@@ -95,7 +95,8 @@ void kt_newton_accept(kt_integrator *it);
 void kt_newton_want(kt_integrator *it);
 void kt_newton_forget(kt_integrator *it);
 
-/* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21). */
+/* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21); not
+ * so long that the iteration would fail. */
 double kt_newton_control(const kt_integrator *it, double h, double error);
 
 kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error *error);

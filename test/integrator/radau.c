@@ -272,6 +272,36 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     integrator_free(it);
 }
 
+/* y' = g' - lambda n n' (y - g) with n = (cos 3t, sin 3t): the stiff direction turns, and y stays with g = (cos t, sin 2t).
+ * How long a step Newton's iteration bears follows from how far n turns in it, whatever the error. */
+static int turning(double t, const double *y, double *dydt, void *user) {
+    const double n[2] = {cos(3.0 * t), sin(3.0 * t)}, off[2] = {y[0] - cos(t), y[1] - sin(2.0 * t)};
+    const double pull = -1e5 * (n[0] * off[0] + n[1] * off[1]);
+    (void)user;
+    dydt[0] = -sin(t) + pull * n[0];
+    dydt[1] = 2.0 * cos(2.0 * t) + pull * n[1];
+    return 0;
+}
+
+/* Before the control knew the rate, three of five tries were in vain, and the evaluations 1.45 times as many. */
+KT_TEST(steps_grow_no_further_than_the_iteration_bears) {
+    static const double tolerances[] = {1e-3, 1e-5, 1e-7};
+    for (int i = 0; i < 3; i++) {
+        kt_error error;
+        const kt_integrator_options options = tolerance(tolerances[i], tolerances[i]);
+        const kt_integrator_callbacks callbacks = {turning, NULL, NULL};
+        kt_integrator *it = integrator_make(radau(), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
+        integrate_to(it, 10.0);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("tolerance %g: %d steps, %d rejected, %d evaluations", tolerances[i], (int)counts.steps,
+                (int)counts.rejected, (int)counts.evaluations);
+        kt_check_near("y2", kt_integrator_state(it)[1], sin(20.0), 10.0 * tolerances[i]);
+        kt_check_below("rejected, over steps", (double)counts.rejected / (double)counts.steps, 0.3);
+        integrator_free(it);
+    }
+}
+
 /* y' = t and y' = cos t from 0: nothing there tells how large y will be, nor does the slope of the first. */
 static int from_rest(double t, const double *y, double *dydt, void *user) {
     (void)y;
