@@ -367,9 +367,8 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
  * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 23 n for rodas5p,
- * 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto, 4 n^2 + 16 n for bdf2 and two-step, 4 n^2 + 13 n for implicit-euler and
- * crank-nicolson. The memory needs no
- * alignment. */
+ * 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto, 4 n^2 + 18 n for bdf2 and two-step, 4 n^2 + 15 n for implicit-euler and
+ * crank-nicolson. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -427,10 +426,11 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * quadratures there are two more, too; these have order 4. A matrix that is singular asks for a shorter step, and where
  * the step is fixed that is KT_ERROR_STEP.
  *
- * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps 50 times (there to rounding). An iteration that
- * does not converge asks for a new Jacobian, and with that one still not, for a shorter step; where the step is fixed
- * that is KT_ERROR_STEP. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be
- * computed, the old one serves on.
+ * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps
+ * 50 times (there to rounding). An iteration that does not converge asks for a new Jacobian, and with that one still not,
+ * for a shorter step. Where the step is fixed, radau5 fails with KT_ERROR_STEP; the others, which solve for one stage at a
+ * time, go on with damped corrections and a Jacobian in each of at most 50 iterations, and fail after that. The Jacobian is
+ * kept as long as the iteration contracts thirtyfold; where it cannot be computed, the old one serves on.
  *
  * Switching (auto): steps of dopri5, to the last bit, until they are bounded by stability alone; then steps of radau5,
  * until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two stages or from the

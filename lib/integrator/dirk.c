@@ -8,7 +8,11 @@
  *
  *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma),     base = y0 + h sum_{j<i} a_ij k_j
  *
- * which begins with the slope at the end of the last step. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated,
+ * which begins with the slope at the end of the last step. Where it does not converge, as where friction sets in or a
+ * contact closes within the step, J and the factors are computed anew in every iteration, and a correction dY is damped: with
+ * the largest lambda = 1, 1/2, 1/4, ... for which the correction that follows at Y + lambda dY with the same factors is
+ * shorter than (1 - lambda / 4) |dY|. That test is affine invariant: P. Deuflhard, Newton Methods for Nonlinear Problems,
+ * 2004, section 3.3. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated,
  * since f would magnify what little Y is off a stiff motion.
  *
  * Linear stability. Y_i = N_i / ((1 - gamma z)^(i-1)) with N_1 = 1, and R = Y_s:
@@ -54,23 +58,101 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     }
 }
 
+/* The correction of the stage in place of f at it. */
+static kt_try_result find_correction(kt_integrator *it, double part, size_t slot, kt_try *result) {
+    const kt_complex sigma = {1.0 / part, 0.0};
+    const double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *base = kt_dirk_row(it, KT_DIRK_BASE);
+    double *r = it->k[slot];
+    for (size_t l = 0; l < it->sizes.n; l++)
+        r[l] -= sigma.re * (stage[l] - base[l]);
+    return kt_newton_solve(it, sigma, r, NULL, result);
+}
+
+/* The weighted norm of a correction of the stage. */
+static double size_of(const kt_integrator *it, const double *correction) {
+    const double square = kt_newton_square_of(it, correction, kt_dirk_row(it, KT_DIRK_STAGE));
+    return sqrt(square / (double)it->counted);
+}
+
 /* One iteration; *size is the weighted norm of the correction. */
 static kt_try_result correct(kt_integrator *it, double t, double part, size_t slot, double *size, kt_try *result) {
-    const size_t n = it->sizes.n;
-    const kt_complex sigma = {1.0 / part, 0.0};
-    double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *r = it->k[slot];
-    const double *base = kt_dirk_row(it, KT_DIRK_BASE);
-    if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED)
+    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
+        find_correction(it, part, slot, result) != KT_TRY_PASSED)
         return result->result;
-    for (size_t l = 0; l < n; l++)
-        r[l] -= sigma.re * (stage[l] - base[l]);
-    if (kt_newton_solve(it, sigma, r, NULL, result) != KT_TRY_PASSED)
-        return result->result;
-    for (size_t l = 0; l < n; l++)
-        stage[l] += r[l];
-    *size = sqrt(kt_newton_square(it, r) / (double)it->counted);
+    *size = size_of(it, it->k[slot]);
+    for (size_t l = 0; l < it->sizes.n; l++)
+        stage[l] += it->k[slot][l];
     return kt_newton_check(it, stage, t, *size, result);
 }
+
+/* ---- damped ------------------------------------------------------------------------------------------------------ */
+
+/* The least part of a correction that is tried. */
+#define KT_LEAST_DAMPING 0x1p-20
+
+static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
+    result->t = it->memory.t;
+    result->factor = 0.5;
+    return result->result = KT_TRY_DIVERGED;
+}
+
+/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer; *found: whether
+ * there is one. The test is made in one norm, whatever becomes of the stage. */
+static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
+    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    const double *from = kt_dirk_row(it, KT_DIRK_FROM), *correction = kt_dirk_row(it, KT_DIRK_CORRECTION);
+    const double size = sqrt(kt_newton_square(it, correction));
+    *found = false;
+    for (double lambda = 1.0; lambda >= KT_LEAST_DAMPING && !*found; lambda *= 0.5) {
+        for (size_t l = 0; l < it->sizes.n; l++)
+            stage[l] = from[l] + lambda * correction[l];
+        const kt_try_result tried = kt_evaluate(it, t, stage, slot, result);
+        if (tried == KT_TRY_STOPPED ||
+            (tried == KT_TRY_PASSED && find_correction(it, part, slot, result) != KT_TRY_PASSED))
+            return result->result;
+        *found = tried == KT_TRY_PASSED && sqrt(kt_newton_square(it, it->k[slot])) <= (1.0 - 0.25 * lambda) * size;
+    }
+    return result->result = KT_TRY_PASSED;
+}
+
+/* One iteration. A correction that no damping makes shorter, or the last one, is taken as it is where it is small, and
+ * counted, as in judge_fixed (newton.c). */
+static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
+    const size_t n = it->sizes.n;
+    kt_newton_work *w = kt_newton_of(it);
+    double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *from = kt_dirk_row(it, KT_DIRK_FROM);
+    double *correction = kt_dirk_row(it, KT_DIRK_CORRECTION);
+    bool found = false;
+    if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
+        kt_newton_relinearize(it, t, stage, slot, 1.0 / part, result) != KT_TRY_PASSED ||
+        find_correction(it, part, slot, result) != KT_TRY_PASSED)
+        return result->result;
+    memcpy(from, stage, n * sizeof *from);
+    memcpy(correction, it->k[slot], n * sizeof *correction);
+    const double size = w->last_size = size_of(it, correction);
+    if (size > 1.0 && damp(it, t, part, slot, &found, result) != KT_TRY_PASSED)
+        return result->result;
+    if (++w->iterations < KT_NEWTON_ITERATIONS_FIXED && found)
+        return KT_TRY_PASSED;
+    for (size_t l = 0; l < n && !found; l++)
+        stage[l] = from[l] + correction[l];
+    it->memory.counts.capped += size > 1e4 && size <= 1e8;
+    *done = size <= 1e8;
+    return *done ? KT_TRY_PASSED : diverged(it, result);
+}
+
+kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    if (kt_newton_retry(it, result) == KT_TRY_PASSED)
+        return KT_TRY_PASSED;
+    if (result->result != KT_TRY_DIVERGED || w->damped || (int)w->now.state == KT_JACOBIAN_ZERO)
+        return result->result;
+    w->damped = true;
+    return result->result = KT_TRY_PASSED;
+}
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
 
 const double *kt_dirk_slope(const kt_integrator *it) {
     const double *history = kt_newton_history(it);
@@ -79,11 +161,13 @@ const double *kt_dirk_slope(const kt_integrator *it) {
 
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
     const double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *base = kt_dirk_row(it, KT_DIRK_BASE);
+    const kt_newton_work *w = kt_newton_of(it);
     kt_newton_begin(it);
     for (bool done = false; !done;) {
         double size = 0.0;
-        if (correct(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
-            kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
+        if (w->damped ? correct_damped(it, t, part, slot, &done, result) != KT_TRY_PASSED
+                      : correct(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
+                            kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
     for (size_t l = 0; l < it->sizes.n; l++)
@@ -103,7 +187,7 @@ kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *r
     const kt_complex none = {0.0, 0.0};
     const kt_method *m = it->method;
     const double gamma = gamma_of(m);
-    if (kt_newton_factor(it, in->h, 1.0 / gamma, none, result) != KT_TRY_PASSED)
+    if (!kt_newton_of(it)->damped && kt_newton_factor(it, in->h, 1.0 / gamma, none, result) != KT_TRY_PASSED)
         return result->result;
     for (int i = 1; i < m->stages; i++) {
         const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
@@ -117,7 +201,7 @@ kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *r
 
 static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     while (kt_dirk_stages(it, in, result) != KT_TRY_PASSED)
-        if (kt_newton_retry(it, result) != KT_TRY_PASSED)
+        if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
     memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;

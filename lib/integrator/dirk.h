@@ -5,8 +5,8 @@
 
 #include "integrator/newton.h"
 
-/* Rows of a try: a stage, and its base. */
-enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_ROWS };
+/* Rows of a try: a stage, and its base; of the damped iteration, where a correction begins, and the correction. */
+enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_FROM, KT_DIRK_CORRECTION, KT_DIRK_ROWS };
 
 /* The first numbers of the history besides Newton's: whether there was a step, and n slopes at each of its ends. */
 enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
@@ -19,6 +19,9 @@ static inline double *kt_dirk_row(const kt_integrator *it, int i) {
 /* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows and `part` of the sign of the step; Y
  * is left in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
+
+/* How a step whose iteration did not converge goes on: with a new Jacobian, then damped (KT_TRY_PASSED), or not at all. */
+kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result);
 
 /* The slope at the start of a step: that with which the last one was solved, or f where there is none. */
 const double *kt_dirk_slope(const kt_integrator *it);

@@ -131,6 +131,10 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* ---- before a try ------------------------------------------------------------------------------------------------ */
 
+/* With fixed steps components are weighed as if they were at least this part of the largest one, and of what a step makes
+ * of them. */
+#define KT_SMALL_PART 1e-3
+
 /* Adaptive: as the error estimate is weighted. That is of order 3, so that the error would be far below the tolerance
  * where this is small: the tolerances of a try are 0.1 r^(2/3) instead of r, and the absolute ones larger by the same
  * factor, as in Hairer's RADAU5. Fixed: by rounding, of the state or of what a step makes of it; the part of the largest
@@ -146,7 +150,7 @@ static void set_scales(kt_integrator *it) {
     most = most > 0.0 ? most : 1.0;
     for (size_t i = 0; i < n; i++)
         w->scale[i] = it->options.step > 0.0
-                          ? 4.0 * DBL_EPSILON * (fabs(it->y[i]) + 1e-3 * most) + DBL_MIN / DBL_EPSILON
+                          ? 4.0 * DBL_EPSILON * (fabs(it->y[i]) + KT_SMALL_PART * most) + DBL_MIN / DBL_EPSILON
                           : w->slack * kt_error_scale(it, i, it->y[i], it->y[i]);
 }
 
@@ -269,6 +273,28 @@ double kt_newton_square(const kt_integrator *it, const double *x) {
     return sum;
 }
 
+double kt_newton_square_of(const kt_integrator *it, const double *x, const double *stage) {
+    const double *scale = kt_newton_of(it)->scale;
+    double sum = 0.0;
+    if (!(it->options.step > 0.0))
+        return kt_newton_square(it, x);
+    for (size_t i = 0; i < it->counted; i++) {
+        const double u = x[i] / fmax(scale[i], KT_SMALL_PART * 4.0 * DBL_EPSILON * fabs(stage[i] + x[i]));
+        sum += u * u;
+    }
+    return sum;
+}
+
+kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
+                                    kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    it->matrices_known = w->is_in_memory = false; /* those of the history are gone */
+    w->factored = 0.0;
+    if (compute_jacobian(it, t, stage, slot, result) == KT_TRY_STOPPED)
+        return result->result;
+    return factor_one(it, (kt_complex){sigma, 0.0}, result);
+}
+
 kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result) {
     if (isfinite(size))
         return KT_TRY_PASSED;
@@ -372,7 +398,7 @@ kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
 
 void kt_newton_accept(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
-    w->now.wanted = w->rate > KT_SLOW_RATE || (int)w->now.state == KT_JACOBIAN_ZERO ? 1.0 : 0.0;
+    w->now.wanted = w->rate > KT_SLOW_RATE || w->damped || (int)w->now.state == KT_JACOBIAN_ZERO ? 1.0 : 0.0;
     if (!isfinite(w->now.ratio))
         w->now.ratio = 1.0;
     memcpy(it->history, &w->now, sizeof w->now);
@@ -417,6 +443,12 @@ double kt_newton_control(const kt_integrator *it, double h, double error) {
 
 kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error *error) {
     const kt_newton_work *w = kt_newton_of(it);
+    if (w->damped)
+        return kt_error_set(error, KT_ERROR_STEP, where,
+                            "Newton's iteration did not converge, nor does any part of a correction bring the solution "
+                            "nearer, with a Jacobian at every iteration: after %d of at most %d iterations a "
+                            "correction is %.3g of the state's size; take a smaller step",
+                            w->iterations, KT_NEWTON_ITERATIONS_FIXED, 4.0 * DBL_EPSILON * w->last_size);
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "Newton's iteration did not converge: after %d of at most %d iterations a correction was %.3g "
                         "times the one before; take a smaller step",

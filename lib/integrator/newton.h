@@ -44,6 +44,7 @@ typedef struct kt_newton_work {
     double last_size, last_quotient; /* of the corrections so far */
     int iterations;                  /* of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
+    bool damped;                     /* fixed steps: the simplified iteration has failed, and the damped one goes on */
     bool is_in_memory;               /* J is in memory */
     bool rejected;                   /* a try of this step was rejected */
     KT_ARENA_DECLARE(KT_NEWTON_FIELDS)
@@ -83,8 +84,17 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);
 
+/* The same of the correction x of a stage or its increment. With fixed steps the scale knows the size of what is corrected:
+ * it may be far larger than the state at the start of the step. */
+double kt_newton_square_of(const kt_integrator *it, const double *x, const double *stage);
+
 /* KT_TRY_NOT_FINITE where the norm of a correction is not finite because of a component of x. */
 kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result);
+
+/* For one iteration of Newton's method without simplification: J at a stage (t, Y), where f is in the slot, and the
+ * factors of sigma - J. Where J cannot be computed there, that in memory serves. */
+kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
+                                    kt_try *result);
 
 /* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), or not at all. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);

@@ -170,7 +170,7 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *s
         return result->result;
     double square = 0.0;
     for (size_t i = 0; i < STAGES; i++) {
-        square += kt_newton_square(it, k[i]);
+        square += kt_newton_square_of(it, k[i], w + i * n);
         for (size_t l = 0; l < n; l++)
             w[i * n + l] += k[i][l];
     }

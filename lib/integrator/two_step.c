@@ -48,7 +48,8 @@ static kt_try_result solve(kt_integrator *it, const kt_interval *in, kt_try *res
     const double *state = past_of(it) + HISTORY_STATE, *slope = state + n, h = in->h;
     const double *last = kt_dirk_slope(it);
     double *base = kt_dirk_row(it, KT_DIRK_BASE), *stage = kt_dirk_row(it, KT_DIRK_STAGE);
-    if (kt_newton_factor(it, h, 1.0 / w.slopes[0], (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED)
+    if (!kt_newton_of(it)->damped &&
+        kt_newton_factor(it, h, 1.0 / w.slopes[0], (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED)
         return result->result;
     for (size_t l = 0; l < n; l++) {
         base[l] =
@@ -63,7 +64,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     if (past_of(it)[HISTORY_GAMMA] != gamma_of(it, in->h))
         kt_newton_of(it)->factored = 0.0;
     while ((regular ? solve(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
-        if (kt_newton_retry(it, result) != KT_TRY_PASSED)
+        if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
     memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;

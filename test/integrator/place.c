@@ -20,10 +20,10 @@ KT_TEST(sizes_are_those_documented) {
         const bool implicit = kt_method_is_implicit(m);
         const bool switches = strcmp(kt_method_family_name(m), "switching") == 0;
         const size_t past = m->steps > 0 ? (size_t)m->steps - 1 : 0;
-        const size_t n = 1000000, vectors = implicit                   ? 4 * n + (past > 0           ? 16
+        const size_t n = 1000000, vectors = implicit                   ? 4 * n + (past > 0           ? 18
                                                                                   : m->gamma != NULL ? 23
                                                                                   : m->stages > 2    ? 21
-                                                                                                     : 13)
+                                                                                                     : 15)
                                             : switches                 ? 4 * n + 25
                                             : kt_method_stages_vary(m) ? 17
                                                                        : explicit + past;
