@@ -114,22 +114,3 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
     return kt_forward_derivatives_fill(model, data, work, work_size, q, v, tau, external, NULL, da_dq, da_dv, da_dtau,
                                        error);
 }
-
-/* ---- the gradient of a sum of joint forces ------------------------------------------------------------------------- */
-
-kt_status kt_inverse_gradient(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                              const kt_wrench *external, const double *w, kt_gradient_link *links, double *by_q,
-                              double *by_v, kt_error *error) {
-    const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
-    if (status != KT_OK)
-        return status;
-#ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
-        kt_inverse_gradient_v4(model, data, v, a, external, w, links, by_q, by_v);
-    else if (model->level == KT_ISA_V3)
-        kt_inverse_gradient_v3(model, data, v, a, external, w, links, by_q, by_v);
-    else
-#endif
-        kt_inverse_gradient_baseline(model, data, v, a, external, w, links, by_q, by_v);
-    return KT_OK;
-}

@@ -56,17 +56,19 @@ KT_INLINE void load(const kt_model *model, const kt_link_motion *motion, const k
     }
 }
 
-/* One degree of freedom; b: W_b. */
-KT_INLINE void write_dof(const kt_dof_motion *m, const kt_gradient_link *x, const kt_v4 b[2], double *by_q,
-                         double *by_v) {
+/* Degree of freedom i; b: W_b. */
+KT_INLINE void write_dof(const kt_dof_motion *m, const kt_gradient_link *x, const kt_v4 b[2], int i,
+                         const kt_gradient *out) {
     const kt_v4 s = m->s[0], moment = kt_v4_cross(s, x->f[0]) + kt_v4_cross(m->s[1], x->f[1]);
-    *by_q = kt_v4_dot2(m->rate[0], x->h[0], m->rate[1], x->h[1]) + kt_v4_dot2(m->psi[0], x->n, s, x->y) +
-            kt_v4_dot2(b[0], moment, b[1], kt_v4_cross(s, x->f[1]));
-    *by_v = kt_v4_dot2(m->phi[0], x->h[0], m->phi[1], x->h[1]) + kt_v4_dot(s, x->n);
+    out->force[i] = kt_v4_dot2(s, x->f[0], m->s[1], x->f[1]);
+    out->momentum[i] = kt_v4_dot2(s, x->h[0], m->s[1], x->h[1]);
+    out->by_q[i] = kt_v4_dot2(m->rate[0], x->h[0], m->rate[1], x->h[1]) + kt_v4_dot2(m->psi[0], x->n, s, x->y) +
+                   kt_v4_dot2(b[0], moment, b[1], kt_v4_cross(s, x->f[1]));
+    out->by_v[i] = kt_v4_dot2(m->phi[0], x->h[0], m->phi[1], x->h[1]) + kt_v4_dot(s, x->n);
 }
 
 KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion, const double *v, const double *a,
-                             const double *w, kt_gradient_link *links, double *by_q, double *by_v) {
+                             const double *w, kt_gradient_link *links, const kt_gradient *out) {
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &motion[i], *up = &motion[link->parent];
@@ -84,7 +86,7 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
         for (int k = 0; k < count; k++) {
             for (int l = 0; l < translations && k == translations; l++) /* they carry the rotations */
                 b[1] += kt_v4_splat(w[link->v + l]) * dof[l].s[1];
-            write_dof(&dof[k], x, b, &by_q[link->v + k], &by_v[link->v + k]);
+            write_dof(&dof[k], x, b, link->v + k, out);
         }
         px->h[0] += x->h[0] + kt_v4_cross(r, x->h[1]);
         px->h[1] += x->h[1];
@@ -96,11 +98,11 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
 }
 
 void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const double *v, const double *a,
-                                    const kt_wrench *external, const double *w, kt_gradient_link *links, double *by_q,
-                                    double *by_v) {
+                                    const kt_wrench *external, const double *w, kt_gradient_link *links,
+                                    const kt_gradient *out) {
     forward_pass(model, data->motion, v, w, links);
     if (external)
         load(model, data->motion, external, links);
     links[0] = (kt_gradient_link){.velocity = kt_v4_splat(0.0), .linear = -model->gravity};
-    backward_pass(model, data->motion, v, a, w, links, by_q, by_v);
+    backward_pass(model, data->motion, v, a, w, links, out);
 }

@@ -27,21 +27,48 @@ typedef struct kt_gradient_link {
     kt_v4 n, y;             /* N, Y */
 } kt_gradient_link;
 
-/* From the motion of all links, accelerations without gravity (kt_links_update), which is in data. links: scratch, one for
- * each; by_q, by_v: nv. */
+/* The same in a plane (planar_gradient.c); velocity and u: of the origin, along the motion and along w. */
+typedef struct kt_planar_gradient_link {
+    kt_v2 velocity, u, force, p; /* F, P */
+    double w, moment, spin;      /* angular velocity along w; moments of F and P about the origin */
+    double n, y;                 /* N, Y */
+} kt_planar_gradient_link;
+
+_Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one memory holds either");
+
+/* The results, nv numbers each: the gradient, and what the same sums give besides, inverse dynamics and M w without
+ * armatures. */
+typedef struct kt_gradient {
+    double *by_q, *by_v, *force, *momentum;
+} kt_gradient;
+
+/* kt_inverse_gradient: from the motion of all links, accelerations without gravity (kt_links_update), which is in data.
+ * kt_planar_gradient: of planar links, from their poses in the plane.
+ * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau.
+ * links: scratch, one for each. */
 #define KT_GRADIENT_DECLARE(level)                                                                                     \
     void kt_inverse_gradient_##level(const kt_model *model, const kt_data *data, const double *v, const double *a,     \
                                      const kt_wrench *external, const double *w, kt_gradient_link *links,              \
-                                     double *by_q, double *by_v);
+                                     const kt_gradient *out);                                                          \
+    void kt_planar_gradient_##level(const kt_model *model, kt_data *data, const double *v, const double *a,            \
+                                    const kt_wrench *external, const double *w, kt_planar_gradient_link *links,        \
+                                    const kt_gradient *out);                                                           \
+    size_t kt_planar_respond_##level(const kt_model *model, kt_data *data, const double *q, const double *tau,         \
+                                     double *x);
 KT_GRADIENT_DECLARE(baseline)
 KT_GRADIENT_DECLARE(v3)
 KT_GRADIENT_DECLARE(v4)
 #undef KT_GRADIENT_DECLARE
 
-/* The same by the kernel of the model's instruction set, at a state whose motion it computes first. external may be NULL.
- * Errors: KT_ERROR_NOT_FINITE. */
-KT_CHECKED kt_status kt_inverse_gradient(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                         const double *a, const kt_wrench *external, const double *w,
-                                         kt_gradient_link *links, double *by_q, double *by_v, kt_error *error);
+/* The gradient by the kernel of the model's instruction set and sweep. `posed`: the data already hold the poses of q.
+ * external may be NULL. Errors: KT_ERROR_NOT_FINITE. */
+KT_CHECKED kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                          const double *a, const kt_wrench *external, bool posed, const double *w,
+                                          kt_gradient_link *links, const kt_gradient *out, kt_error *error);
+
+/* x becomes M^-1 x of a tree, in O(n); memory: kt_inverse_layout. Leaves the poses of q in data. Errors:
+ * KT_ERROR_SINGULAR names the joint; those of kt_input_check. */
+KT_CHECKED kt_status kt_tree_respond(const kt_model *model, kt_data *data, const double *q, void *memory, double *x,
+                                     kt_error *error);
 
 #endif

@@ -212,7 +212,9 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, by_next, 2 * n, "by x+, tangent")                                                                        \
     X(double, by_force, n, "by tau")                                                                                   \
     X(double, tangent, 3 * n, "gradients of a stage by xi and v, and w = M^-1 mu")                                     \
-    X(kt_gradient_link, links, model->n.link, "of kt_inverse_gradient")                                                \
+    X(double, inverse_force, n, "of kt_gradient_evaluate")                                                             \
+    X(double, momentum, n, "likewise")                                                                                 \
+    X(kt_gradient_link, links, model->n.link, "likewise")                                                              \
     X(char, inverse, kt_inverse_layout(NULL, NULL, &model->n), "M^-1, by its terms")                                   \
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")

@@ -33,25 +33,16 @@ static void add_joint_effects(const kt_step_work *w, size_t stage, const double 
     }
 }
 
-/* w = M^-1 mu, in place. */
-static kt_status solve(kt_step_work *w, const double *q, double *x, kt_error *error) {
-    kt_inverse_terms terms;
-    (void)kt_inverse_layout(&terms, w->inverse, &w->model->n);
-    const kt_status status = kt_inverse_compute(w->model, w->data, q, &terms, error);
-    if (status == KT_OK)
-        kt_inverse_apply(w->model, &terms, x);
-    return status;
-}
-
 static kt_status sweep_tree(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq;
     double *by_xi = w->tangent, *by_v = by_xi + n, *by_tau = by_v + n;
     memcpy(by_tau, mu, n * sizeof *mu);
-    kt_status status = solve(w, q, by_tau, error);
+    const kt_gradient gradient = {by_xi, by_v, w->inverse_force, w->momentum};
+    kt_status status = kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
     if (status == KT_OK)
-        status =
-            kt_inverse_gradient(w->model, w->data, q, v, a, w->step->external, by_tau, w->links, by_xi, by_v, error);
+        status = kt_gradient_evaluate(w->model, w->data, q, v, a, w->step->external, true, by_tau, w->links, &gradient,
+                                      error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < 2 * n; i++)
