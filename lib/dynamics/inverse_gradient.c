@@ -19,10 +19,10 @@ KT_INLINE void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 acceler
     x->y = kt_v4_splat(0.0);
 }
 
-KT_INLINE void forward_pass(const kt_model *model, const kt_link_motion *motion, const double *v, const double *w,
-                            kt_gradient_link *links) {
+KT_INLINE void forward_pass(const kt_model *model, const kt_link_motion *motion, kt_v4 gravity, const double *v,
+                            const double *w, kt_gradient_link *links) {
     const kt_v4 none = kt_v4_splat(0.0);
-    links[0] = (kt_gradient_link){.velocity = none, .linear = -model->gravity, .w = {none, none}};
+    links[0] = (kt_gradient_link){.velocity = none, .linear = -gravity, .w = {none, none}};
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &motion[i], *up = &motion[link->parent];
@@ -31,7 +31,7 @@ KT_INLINE void forward_pass(const kt_model *model, const kt_link_motion *motion,
         kt_v4 angular, linear, spin, shift;
         kt_joint_twist(link, up, m, v, &angular, &linear);
         kt_joint_twist(link, up, m, w, &spin, &shift);
-        const kt_v4 acceleration = m->linear - model->gravity;
+        const kt_v4 acceleration = m->linear - gravity;
         x->velocity = px->velocity + kt_v4_cross(up->omega, m->offset) + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
         x->w[0] = px->w[0] + spin;
@@ -98,11 +98,12 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
 }
 
 void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const double *v, const double *a,
-                                    const kt_wrench *external, const double *w, kt_gradient_link *links,
-                                    const kt_gradient *out) {
-    forward_pass(model, data->motion, v, w, links);
+                                    const kt_wrench *external, bool weightless, const double *w,
+                                    kt_gradient_link *links, const kt_gradient *out) {
+    const kt_v4 gravity = weightless ? kt_v4_splat(0.0) : model->gravity;
+    forward_pass(model, data->motion, gravity, v, w, links);
     if (external)
         load(model, data->motion, external, links);
-    links[0] = (kt_gradient_link){.velocity = kt_v4_splat(0.0), .linear = -model->gravity};
+    links[0] = (kt_gradient_link){.velocity = kt_v4_splat(0.0), .linear = -gravity};
     backward_pass(model, data->motion, v, a, w, links, out);
 }

@@ -48,11 +48,11 @@ typedef struct kt_gradient {
  * links: scratch, one for each. */
 #define KT_GRADIENT_DECLARE(level)                                                                                     \
     void kt_inverse_gradient_##level(const kt_model *model, const kt_data *data, const double *v, const double *a,     \
-                                     const kt_wrench *external, const double *w, kt_gradient_link *links,              \
-                                     const kt_gradient *out);                                                          \
+                                     const kt_wrench *external, bool weightless, const double *w,                      \
+                                     kt_gradient_link *links, const kt_gradient *out);                                 \
     void kt_planar_gradient_##level(const kt_model *model, kt_data *data, const double *v, const double *a,            \
-                                    const kt_wrench *external, const double *w, kt_planar_gradient_link *links,        \
-                                    const kt_gradient *out);                                                           \
+                                    const kt_wrench *external, bool weightless, const double *w,                       \
+                                    kt_planar_gradient_link *links, const kt_gradient *out);                           \
     size_t kt_planar_respond_##level(const kt_model *model, kt_data *data, const double *q, const double *tau,         \
                                      double *x);
 KT_GRADIENT_DECLARE(baseline)
@@ -60,10 +60,11 @@ KT_GRADIENT_DECLARE(v3)
 KT_GRADIENT_DECLARE(v4)
 #undef KT_GRADIENT_DECLARE
 
-/* The gradient by the kernel of the model's instruction set and sweep. `posed`: the data already hold the poses of q.
- * external may be NULL. Errors: KT_ERROR_NOT_FINITE. */
+/* The gradient by the kernel of the model's instruction set and sweep. posed: the data already hold the poses of q, in
+ * the plane if the model is planar; weightless: without gravity. external may be NULL. Errors: KT_ERROR_NOT_FINITE. */
+typedef enum kt_gradient_choice { KT_GRADIENT_POSED = 1, KT_GRADIENT_WEIGHTLESS = 2 } kt_gradient_choice;
 KT_CHECKED kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                          const double *a, const kt_wrench *external, bool posed, const double *w,
+                                          const double *a, const kt_wrench *external, unsigned choice, const double *w,
                                           kt_gradient_link *links, const kt_gradient *out, kt_error *error);
 
 /* x becomes M^-1 x of a tree, in O(n); memory: kt_inverse_layout. Leaves the poses of q in data. Errors:

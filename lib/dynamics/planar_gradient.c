@@ -13,9 +13,10 @@
 #include "dynamics/inverse_gradient.h"
 #include "dynamics/planar_articulated.h"
 
+static const double still[2] = {0.0, 0.0};
+
 size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const double *q, const double *tau,
                                     double *x) {
-    static const double none[2] = {0.0, 0.0};
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
@@ -25,7 +26,7 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
                           : kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_joint, NULL);
         if (failed)
             return model->n.spatial + failed - 1;
-        kt_planar_articulated_forward(model, data, plane, none, kt_planar_respond_joint, x, NULL);
+        kt_planar_articulated_forward(model, data, plane, still, kt_planar_respond_joint, x, NULL);
     }
     return 0;
 }
@@ -46,10 +47,10 @@ KT_INLINE void weigh(const kt_planar_link *link, const kt_planar_motion *m, kt_p
 }
 
 KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *v,
-                            const double *a, const double *w, kt_planar_gradient_link *links) {
+                            const double *a, bool weightless, const double *w, kt_planar_gradient_link *links) {
     const kt_v2 none = {0.0, 0.0};
     kt_planar_motion *motion = data->planar;
-    kt_planar_ground_set(plane->gravity, &motion[0]);
+    kt_planar_ground_set(weightless ? still : plane->gravity, &motion[0]);
     links[0] = (kt_planar_gradient_link){.velocity = none, .u = none};
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -131,10 +132,10 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_planar_motion *moti
 }
 
 void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const double *v, const double *a,
-                                   const kt_wrench *external, const double *w, kt_planar_gradient_link *links,
-                                   const kt_gradient *out) {
+                                   const kt_wrench *external, bool weightless, const double *w,
+                                   kt_planar_gradient_link *links, const kt_gradient *out) {
     for (size_t p = 0; p < model->n.plane; p++)
-        forward_pass(model, data, &model->plane[p], v, a, w, links);
+        forward_pass(model, data, &model->plane[p], v, a, weightless, w, links);
     if (external)
         load(model, data->planar, external, links);
     backward_pass(model, data->planar, links, out);

@@ -129,7 +129,7 @@ static bool look_ahead(const approach *a) {
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
     aim_nearest(a->model, a->data, a->d);
-    if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->way))
+    if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->way))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
         a->way[k] = a->fixed[k] ? 0.0 : a->way[k] - a->d[k];
@@ -236,7 +236,7 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
         if (i == 2 || violation->slip <= KT_CLOSED * violation->speed)
             return true;
         if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
-            !kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
+            !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
             return true;
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += fixed[k] ? 0.0 : data->delta[k];

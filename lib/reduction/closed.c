@@ -375,16 +375,17 @@ bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *st
     return true;
 }
 
-/* min dv' M dv with A dv = right: the equations of motion without forces, with dv in place of the accelerations. */
-static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
+/* min dv' M dv / 2 - force' dv with A dv = right: the equations of motion at rest, with dv in place of the
+ * accelerations. */
+static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
         return KT_KERNEL(kt_groups_close)(model, data, step);
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
     data->motion[0].linear = kt_v4_splat(0.0);
-    if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.link, model->few, step) == 0)
+    if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.link, model->few, step) == 0)
         return true;
-    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
+    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
 }
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
@@ -416,6 +417,20 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
                            w.coupling[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
         }
         model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
+    }
+}
+
+void KT_KERNEL(kt_groups_share)(const kt_model *model, kt_data *data, const double *force) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        double *need = group->front.used ? w.free : w.half; /* no longer needed */
+        for (int i = 0; i < w.m; i++)
+            need[i] = force[model->group_v[group->v + i]];
+        if (group->front.used)
+            KT_KERNEL(kt_front_share)(model, data, g, w.multiplier);
+        else
+            model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
     }
 }
 

@@ -23,7 +23,9 @@
  * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
  *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
  * kt_front_damp: as in kernel.h.
- * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change. */
+ * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change.
+ * kt_groups_share: the multipliers of all equations as last factored, in the groups' work memory, of given joint forces:
+ *   A' lambda = force (nv). No group may be `solved`. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
@@ -38,6 +40,7 @@
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \
     bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
+    void kt_groups_share_##level(const kt_model *, kt_data *, const double *);                                         \
     bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)

@@ -54,6 +54,7 @@ typedef struct kt_front_total {
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
  * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the accelerations a (nv) and those
  *   of the links in data->motion.
+ * kt_front_share: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last factored.
  * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
 #define KT_FRONT_DECLARE(level)                                                                                        \
     void kt_front_fill_##level(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *,        \
@@ -64,6 +65,7 @@ typedef struct kt_front_total {
     bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
     void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
     void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, const double *, double *);                  \
+    void kt_front_share_##level(const kt_model *, kt_data *, size_t, double *);                                        \
     void kt_front_nullspace_##level(const kt_model *, kt_data *, size_t, int, double *);
 KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)

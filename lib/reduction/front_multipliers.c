@@ -14,7 +14,13 @@
 #include <string.h>
 
 /* x += the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
-static void shift_wrench(kt_v4 r, const double *w, double *x) {
+static void shift_wrench(int components, kt_v4 r, const double *w, double *x) {
+    if (components == KT_FRONT_SPACE / 2) {
+        x[0] += w[0] + (r[0] * w[2] - r[1] * w[1]);
+        x[1] += w[1];
+        x[2] += w[2];
+        return;
+    }
     const kt_v4 moment = kt_v4_cross(r, (kt_v4){w[3], w[4], w[5], 0.0});
     for (int c = 0; c < 3; c++) {
         x[c] += w[c] + moment[c];
@@ -45,7 +51,7 @@ static void find_forces(const kt_front *f, const double *a) {
             f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d] +
                                    f->model->armature[v + d] * a[v + d];
         if (step->up >= 0)
-            shift_wrench(m->offset, w, kt_front_constant(f, step->up));
+            shift_wrench(f->components, m->offset, w, kt_front_constant(f, step->up));
         memset(w, 0, KT_FRONT_SPACE * sizeof *w); /* for the link that has the slot before */
     }
 }
@@ -85,7 +91,7 @@ static void load_slots(const kt_front *f, const kt_front_step *step, const doubl
             for (int k = 0; k < 2 && kt_front_counts(f, slot[r]); k++) {
                 const int32_t at = kt_front_step_of(f, loop->link[k]);
                 const double *w = kt_front_wrench(f, slot[r], k);
-                for (int c = 0; c < KT_FRONT_SPACE && at >= 0; c++)
+                for (int c = 0; c < f->components && at >= 0; c++)
                     kt_front_constant(f, at)[c] += lambda[slot[r]] * w[c];
             }
     }
@@ -128,7 +134,7 @@ static void undo_step(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     double *w = kt_front_constant(f, s);
     if (step->up >= 0)
-        shift_wrench(f->data->motion[step->link].offset, w, kt_front_constant(f, step->up));
+        shift_wrench(f->components, kt_front_offset(f, step->link), w, kt_front_constant(f, step->up));
     memset(w, 0, KT_FRONT_SPACE * sizeof *w);
     kt_front_release(f, s);
     for (int i = step->term; i < step->term + step->term_count; i++)
@@ -136,26 +142,40 @@ static void undo_step(kt_front *f, int s) {
             kt_front_release(f, f->group->link_count + f->model->front_term[i].slot);
 }
 
+/* lambda, of the forces r; the links' slots hold zeros. */
+static void find_multipliers(kt_front *f, double *lambda) {
+    const kt_model *model = f->model;
+    find_covectors(f);
+    for (int r = 0; r < f->w.k; r++)
+        lambda[r] = 0.0;
+    for (int s = f->group->link_count - 1; s >= 0; s--) {
+        const kt_front_step *step = &f->step[s];
+        kt_front_factor x;
+        kt_front_factor_find(f, s, &x);
+        unload_slots(f, x.early, f->count[s].rank, x.force);
+        solve_multipliers(&f->count[s], &x, f->w.pivot + f->count[s].first, lambda);
+        return_passed(f, &f->count[s], lambda);
+        for (int i = step->loop; i < step->loop + step->loop_count; i++)
+            if (model->loop[model->front_loop[i]].term_count)
+                kt_front_enter(f, kt_front_relation_of(f, step, model->front_loop[i]));
+        for (int i = step->leave; i < step->leave + step->leave_count; i++)
+            kt_front_enter(f, model->front_leave[i]);
+        load_slots(f, step, lambda);
+        undo_step(f, s);
+    }
+}
+
 void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     find_forces(&f, a);
-    find_covectors(&f);
-    for (int r = 0; r < f.w.k; r++)
-        lambda[r] = 0.0;
-    for (int s = f.group->link_count - 1; s >= 0; s--) {
-        const kt_front_step *step = &f.step[s];
-        kt_front_factor x;
-        kt_front_factor_find(&f, s, &x);
-        unload_slots(&f, x.early, f.count[s].rank, x.force);
-        solve_multipliers(&f.count[s], &x, f.w.pivot + f.count[s].first, lambda);
-        return_passed(&f, &f.count[s], lambda);
-        for (int i = step->loop; i < step->loop + step->loop_count; i++)
-            if (model->loop[model->front_loop[i]].term_count)
-                kt_front_enter(&f, kt_front_relation_of(&f, step, model->front_loop[i]));
-        for (int i = step->leave; i < step->leave + step->leave_count; i++)
-            kt_front_enter(&f, model->front_leave[i]);
-        load_slots(&f, step, lambda);
-        undo_step(&f, s);
-    }
+    find_multipliers(&f, lambda);
+}
+
+void KT_KERNEL(kt_front_share)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
+    kt_front f;
+    kt_front_find(model, data, g, data->factored[g], &f);
+    for (int s = 0; s < f.group->link_count; s++)
+        memset(kt_front_constant(&f, s), 0, KT_FRONT_SPACE * sizeof(double));
+    find_multipliers(&f, lambda);
 }

@@ -22,8 +22,8 @@ typedef struct kt_reduction_kernels {
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* Computes the least step (nv) with A step = right, as last factored: in coordinates (then only those of groups
-     * change), or in kinetic energy. Returns false if the inertia is singular. */
-    bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, double *step);
+     * change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
+    bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
     /* A x of a group that is reduced by fronts (front.h), into out (k); if size is not NULL, the largest terms. */
     void (*apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x, double *out,
                   double *size);

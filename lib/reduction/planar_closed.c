@@ -336,7 +336,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
         fill_moving(model, data, g, q, v, t);
 }
 
-static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, double *step) {
+static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
         return KT_KERNEL(kt_groups_close)(model, data, step);
     move(model, data, model->zero);
@@ -344,12 +344,12 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
         data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_accelerate)(model, data, model->zero, model->n.spatial, model->few, step))
-            return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->few, step))
+            return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
     }
-    if (accelerate(model, data, NULL, model->zero, true, step) == 0)
+    if (accelerate(model, data, NULL, force, true, step) == 0)
         return true;
-    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, step);
+    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,

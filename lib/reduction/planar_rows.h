@@ -120,14 +120,18 @@ KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt
                              .bend = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
 }
 
-/* sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
+/* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
+KT_INLINE double kt_planar_turn(double c, double s) {
+    const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
+    const double cosine = c >= 0.0 ? large : small, sine = copysign(c >= 0.0 ? small : large, s);
+    return 4.0 * sine / (1.0 + cosine);
+}
+
 KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, const kt_planar_row *row,
                                                  const kt_planar_relative *r, kt_planar_wrench *w) {
     double c, s;
     kt_planar_angle(flat, r, &c, &s);
-    const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
-    const double cosine = c >= 0.0 ? large : small, sine = copysign(c >= 0.0 ? small : large, s);
-    const double p = 4.0 * sine / (1.0 + cosine), slope = 1.0 + p * p / 16.0;
+    const double p = kt_planar_turn(c, s), slope = 1.0 + p * p / 16.0;
     w->force[0] = w->force[1] = 0.0;
     w->moment = row->constant * slope;
     return (kt_planar_value){.residual = row->constant * p, .bend = 0.125 * p * w->moment * (r->w * r->w)};

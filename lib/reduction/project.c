@@ -57,7 +57,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (!kernels->ready(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
         kt_residuals_to_right_hand_side(model, data, goal);
-        if (!kernels->close(model, data, model->metric, data->delta))
+        if (!kernels->close(model, data, model->metric, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         near = is_near_singular(model, data);
         kt_move(model, NULL, q, data->delta, data->moved_q);
@@ -100,7 +100,7 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
         }
         data->closing.velocity++;
         before = violation->slip;
-        if (!kernels->close(model, data, KT_METRIC_MASS, data->delta))
+        if (!kernels->close(model, data, KT_METRIC_MASS, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         for (size_t k = 0; k < model->n.v; k++) {
             const double old = v[k];
@@ -201,7 +201,7 @@ static bool is_dead_point(const kt_model *model, kt_data *data) {
         return false;
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     look_at_velocities(model, data, data->delta, &violation);
-    if (!kernels->close(model, data, KT_METRIC_IDENTITY, data->delta))
+    if (!kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
         return false;
     look_at_velocities(model, data, data->delta, &violation);
     for (size_t g = 0; g < model->n.group; g++) {

@@ -136,23 +136,26 @@ typedef struct kt_end_wrench {
     kt_vector moment, force;
 } kt_end_wrench;
 
-/* Subtracts the derivative of the joint forces with respect to q_k or v_k from column d: S_i . dW, and (S_k x S_i) . W
- * where S_i is carried along. */
+/* The derivative of joint force i with respect to q_k or v_k: S_i . dW, and (S_k x S_i) . W where S_i is carried
+ * along. */
+static inline double kt_support_slope(const kt_support *w, int32_t i, int32_t k, kt_direction along,
+                                      const kt_end_wrench p[2]) {
+    const kt_support_dof *by = &w->x->dof[k], *at = &w->x->dof[i];
+    const kt_vector moment = p[at->end].moment, force = p[at->end].force;
+    const double x =
+        kt_v4_dot2(at->motion.s[0], kt_vector_derivative(moment), at->motion.s[1], kt_vector_derivative(force));
+    if (along != KT_BY_POSITION || at->end != by->end || i < by->first)
+        return x;
+    kt_v4 carried[2];
+    kt_motion_cross(by->motion.s[0], by->motion.s[1], at->motion.s, carried);
+    return x + kt_v4_dot2(carried[0], kt_vector_value(moment), carried[1], kt_vector_value(force));
+}
+
+/* Subtracts the derivatives of all joint forces from column d. */
 static inline void kt_support_subtract(const kt_support *w, int32_t k, kt_direction along, const kt_end_wrench p[2],
                                        double *d) {
-    const kt_support_dof *by = &w->x->dof[k];
-    for (int32_t i = 0; i < w->count; i++) {
-        const kt_support_dof *at = &w->x->dof[i];
-        const kt_vector moment = p[at->end].moment, force = p[at->end].force;
-        double x =
-            kt_v4_dot2(at->motion.s[0], kt_vector_derivative(moment), at->motion.s[1], kt_vector_derivative(force));
-        if (along == KT_BY_POSITION && at->end == by->end && i >= by->first) {
-            kt_v4 carried[2];
-            kt_motion_cross(by->motion.s[0], by->motion.s[1], at->motion.s, carried);
-            x += kt_v4_dot2(carried[0], kt_vector_value(moment), carried[1], kt_vector_value(force));
-        }
-        d[at->v] -= x;
-    }
+    for (int32_t i = 0; i < w->count; i++)
+        d[w->x->dof[i].v] -= kt_support_slope(w, i, k, along, p);
 }
 
 #endif

@@ -266,14 +266,13 @@ static kt_status refuse_singular(const kt_projection_work *w, kt_error *error) {
     return KT_OK;
 }
 
-/* Projects the state in place; w->q and w->v keep the one before, and *iterations is how often the positions moved. */
-static kt_status project(kt_projection_work *w, double *q, double *v, uint32_t *iterations, kt_error *error) {
+kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error) {
     memcpy(w->q, q, w->model->n.q * sizeof *q);
     memcpy(w->v, v, w->n * sizeof *v);
     if (!kt_unit_quaternions(w->model, w->q))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
     const kt_status status = kt_state_project(w->model, w->data, w->t, q, v, NULL, error);
-    *iterations = w->data->closing.position;
+    w->iterations = w->data->closing.position;
     return status == KT_OK ? refuse_singular(w, error) : status;
 }
 
@@ -282,8 +281,8 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
     const size_t n = w->n, p = w->p;
     const bool mass = w->model->metric == KT_METRIC_MASS;
     const double *inertia = parameter ? parameter->inertia : NULL, *gap = parameter ? parameter->gap : NULL;
-    uint32_t iterations = 0;
-    kt_status status = project(w, q, v, &iterations, error);
+    kt_status status = kt_projection_run(w, q, v, error);
+    const uint32_t iterations = w->iterations;
     for (uint32_t i = 0; i <= iterations && status == KT_OK; i++) {
         double *q_i = w->q + i * w->model->n.q;
         status = prepare_positions(w, q_i, i == iterations, error);
@@ -316,71 +315,5 @@ kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, 
         status = factor(w, KT_ROWS_ALL, error);
     if (status == KT_OK)
         solve(w, false, NULL, e, x);
-    return status;
-}
-
-/* ---- transposed -------------------------------------------------------------------------------------------------- */
-
-/* out += M' x */
-static void add_transposed(const double *matrix, size_t m, size_t n, const double *x, double sign, double *out) {
-    for (size_t j = 0; j < n; j++)
-        out[j] += sign * kt_dense_dot(matrix + j * m, x, (int)m);
-}
-
-/* Adds to by_xi, and unless it is NULL by_dv, what a gradient by_dx of the change of x is with respect to them:
- *     by_g = Z (Z' W Z)^-1 Z' by_dx,   R1 by_e = Q1' (by_dx - W by_g),   by_xi += G' by_g + E' by_e,   by_dv -= J' by_e */
-static void change_transposed(kt_projection_work *w, bool mass, const double *by_dx, double *by_xi, double *by_dv) {
-    const size_t n = w->n, p = w->p, r = (size_t)w->rank;
-    double *z = w->work, *g = z + n, *left = g + n, *e = left + n;
-    for (size_t k = 0; k < n - r; k++)
-        z[k] = kt_dense_dot(w->basis + (r + k) * n, by_dx, (int)n);
-    if (mass)
-        kt_dense_solve(w->reduced, (int)(n - r), z);
-    kt_dense_apply(w->basis + r * n, (int)n, (int)(n - r), z, g);
-    if (mass)
-        kt_dense_apply(w->metric, (int)n, (int)n, g, left);
-    for (size_t i = 0; i < n; i++)
-        left[i] = by_dx[i] - (mass ? left[i] : g[i]);
-    memset(e, 0, p * sizeof *e);
-    for (size_t k = r; k-- > 0;) {
-        double sum = kt_dense_dot(w->basis + k * n, left, (int)n);
-        for (size_t l = k + 1; l < r; l++)
-            sum -= w->factor[l * n + k] * e[w->pivot[l]];
-        e[w->pivot[k]] = sum / w->factor[k * n + k];
-    }
-    add_transposed(w->force, n, n, g, 1.0, by_xi);
-    add_transposed(w->equation, p, n, e, -1.0, by_xi);
-    if (by_dv)
-        add_transposed(w->jacobian, p, n, e, -1.0, by_dv);
-}
-
-kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error) {
-    kt_status status = project(w, q, v, &w->iterations, error);
-    for (uint32_t i = 0; i < w->iterations && status == KT_OK; i++) {
-        double *q_i = w->q + i * w->model->n.q;
-        status = prepare_positions(w, q_i, false, error);
-        if (status == KT_OK)
-            kt_position_add(w->model, q_i, w->x, q_i + w->model->n.q);
-    }
-    return status;
-}
-
-kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
-                                   kt_error *error) {
-    const size_t n = w->n;
-    const bool mass = w->model->metric == KT_METRIC_MASS;
-    kt_status status = prepare_velocities(w, q, v, error);
-    if (status != KT_OK)
-        return status;
-    memcpy(w->change, x + n, n * sizeof *x);
-    change_transposed(w, true, w->change, x, x + n);
-    for (uint32_t i = w->iterations + 1; i-- > 0 && status == KT_OK;) {
-        status = prepare_positions(w, w->q + i * w->model->n.q, i == w->iterations, error);
-        if (status != KT_OK)
-            break;
-        kt_tangent_add_transposed(w->model, w->x, x, w->residue, w->change);
-        change_transposed(w, mass, w->change, w->residue, NULL);
-        memcpy(x, w->residue, n * sizeof *x);
-    }
     return status;
 }

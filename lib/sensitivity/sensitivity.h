@@ -7,8 +7,10 @@
  *     difference.c         those of the equations of motion and of the loops, by differences
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
+ *     stage_loops.c        what loops add to it
  *     rollout.c            gradients over many steps, with checkpoints
  *     projection.c         the derivative of the projection onto the loops
+ *     projection_adjoint.c its adjoint
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
  *     product.c            products of small matrices, compiled for each instruction set
  */
@@ -151,6 +153,12 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, rates, n *p, "another such matrix")                                                                      \
     X(double, unused, n *p, "of kt_dual_loops")                                                                        \
     X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
+    X(double, response, n, "g: response to a gradient")                                                                \
+    X(double, by_g, n, "W g")                                                                                          \
+    X(double, by_x, n, "W x")                                                                                          \
+    X(double, by_inertia, n, "gradient of g . W x")                                                                    \
+    X(double, before, n, "gradient by the positions before an iteration")                                              \
+    X(kt_gradient_link, links, p ? model->n.link : 0, "of kt_gradient_evaluate")                                       \
     X(kt_support_dof, dof, n, "of a loop")                                                                             \
     X(int32_t, chain, p ? model->n.link : 0, "of a loop")                                                              \
     X(char, derivative, p ? kt_derivative_work_size(model) : 0, "of kt_dynamics_inverse_derivatives")
@@ -177,8 +185,8 @@ KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, dou
 KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v,
                                          const double *e, double *x, kt_error *error);
 
-/* Projects q, v in place and keeps the iterations; then a gradient with respect to the state after it, x (2 nv),
- * becomes that with respect to the state before. */
+/* Projects q, v in place; w->q and w->v keep the state before, and w->iterations is how often the positions moved. Then
+ * a gradient with respect to the state after it, x (2 nv), becomes that with respect to the state before. */
 KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
                                               kt_error *error);
@@ -273,6 +281,12 @@ KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 /* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau; the three are in
  * w->tangent. */
 KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error);
+
+/* With loops: the response to mu, and what is added to w->tangent for their multipliers, from what kt_gradient_evaluate
+ * has left in w->inverse_force and w->momentum. */
+KT_CHECKED kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
+                                      kt_error *error);
+KT_CHECKED kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error);
 
 /* Makes quaternions unit, and unless `unprojected` closes the loops, as a simulation does after a step. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,

@@ -1,9 +1,14 @@
 /* The adjoint of an evaluation of accelerations: mu . da for all changes at once.
  *
- * Of a tree, whose effects act in joints alone, one solution for w = M^-1 mu and one sweep for the gradient of w times
- * inverse dynamics (dynamics/inverse_gradient.h):
- *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics),   dQ_j = Q_q dq_j + Q_v dv_j
- * Otherwise the products with the derivatives themselves. */
+ * With effects that act in joints alone, of which dQ_j = Q_q dq_j + Q_v dv_j, the motion's equations
+ *     M a + h - tau - Q = J' lambda,   J a = b''
+ * and the response w to mu with its multipliers pi,
+ *     M w - J' pi = mu,   J w = 0
+ * give
+ *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics) + d(lambda . J w + pi . (J a - b''))
+ * at constant w, a, lambda and pi: one solution, one sweep for the gradient of w times inverse dynamics
+ * (dynamics/inverse_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
+ * equations (reduction/loop_gradient.h). With other effects, the products with the derivatives themselves. */
 #include "reduction/dense.h"
 #include "sensitivity/sensitivity.h"
 
@@ -33,22 +38,33 @@ static void add_joint_effects(const kt_step_work *w, size_t stage, const double 
     }
 }
 
-static kt_status sweep_tree(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
+/* w = M^-1 mu, or with loops the response, into by_tau. */
+static kt_status respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
+                         kt_error *error) {
+    if (KT_HAS_LOOPS && w->model->n.group)
+        return kt_stage_respond(w, t, q, mu, by_tau, error);
+    memcpy(by_tau, mu, w->model->n.v * sizeof *mu);
+    return kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
+}
+
+static kt_status sweep(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq;
+    const double t = kt_step_time(w->step, stage);
     double *by_xi = w->tangent, *by_v = by_xi + n, *by_tau = by_v + n;
-    memcpy(by_tau, mu, n * sizeof *mu);
     const kt_gradient gradient = {by_xi, by_v, w->inverse_force, w->momentum};
-    kt_status status = kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
+    kt_status status = respond(w, t, q, mu, by_tau, error);
     if (status == KT_OK)
-        status = kt_gradient_evaluate(w->model, w->data, q, v, a, w->step->external, true, by_tau, w->links, &gradient,
-                                      error);
+        status = kt_gradient_evaluate(w->model, w->data, q, v, a, w->step->external, KT_GRADIENT_POSED, by_tau,
+                                      w->links, &gradient, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < 2 * n; i++)
         by_xi[i] = -by_xi[i];
     add_joint_effects(w, stage, q, v, by_xi, by_v, by_tau);
-    return KT_OK;
+    if (KT_HAS_LOOPS && w->model->n.group)
+        status = kt_stage_add_loops(w, stage, mu, error);
+    return status;
 }
 
 static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
@@ -63,6 +79,5 @@ static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_er
 }
 
 kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error) {
-    const bool is_tree = !w->model->n.group && acts_in_joints(w->model);
-    return is_tree ? sweep_tree(w, i, mu, error) : multiply(w, i, mu, error);
+    return acts_in_joints(w->model) ? sweep(w, i, mu, error) : multiply(w, i, mu, error);
 }

@@ -1,0 +1,99 @@
+/* What adjoints need of loops at a state, over the kernels of the model's instruction set and sweep, and the gradient of
+ * sums of the equations: planar loops by their own forms, others by dual numbers. */
+#include "reduction/loop_gradient.h"
+
+#include "reduction/closed.h"
+#include "reduction/project.h"
+
+#include <string.h>
+
+kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
+                          kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    if (!kernels->look(model, data, t, q, NULL, NULL, &violation) || !kernels->factor(model, data, rows, false))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                            "the loops' equations overflow: look for a position that is huge");
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->near[g])
+            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                                "the loops are at a singular position, or next to one, where accelerations have no "
+                                "defined derivative; take a neighbouring one");
+    return KT_OK;
+}
+
+/* The arrays of a group's equations. */
+typedef enum array { RIGHT, MULTIPLIER, RESIDUAL } array;
+
+static double *array_of(const kt_group_work *w, array of) {
+    return of == RIGHT ? w->right : of == MULTIPLIER ? w->multiplier : w->residual;
+}
+
+/* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others;
+ * or back, from `given` (NULL: zeros) where `out` is NULL. */
+static void exchange(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
+    if (out)
+        memset(out, 0, model->n.row * sizeof *out);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        double *numbers = array_of(&w, of);
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            for (int r = 0; r < loop->row_count; r++) {
+                const int32_t slot = model->slot[group->row + loop->row + r], at = loop->equation + r;
+                if (slot < 0 || slot >= w.k)
+                    continue;
+                if (out)
+                    out[at] = numbers[slot];
+                else
+                    numbers[slot] = given ? given[at] : 0.0;
+            }
+        }
+    }
+}
+
+void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi) {
+    exchange(model, data, RESIDUAL, NULL, phi);
+}
+
+kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
+                           const double *force, double *x, kt_error *error) {
+    exchange(model, data, RIGHT, right, NULL);
+    if (kt_reduction_kernels_of(model)->close(model, data, metric, force, x))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+}
+
+void kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda) {
+    KT_BY_LEVEL(model->level, , kt_groups_share, (model, data, force));
+    exchange(model, data, MULTIPLIER, NULL, lambda);
+}
+
+void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, double *out) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        if (group->front.used)
+            kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, w.multiplier, NULL);
+        for (int r = 0; r < w.k && !group->front.used; r++) {
+            w.multiplier[r] = 0.0;
+            for (int i = 0; i < w.m; i++)
+                w.multiplier[r] += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];
+        }
+    }
+    exchange(model, data, MULTIPLIER, NULL, out);
+}
+
+void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,
+                      kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
+    for (size_t i = 0; i < model->n.loop; i++) {
+        if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time */
+            continue;
+        if (model->sweep == KT_SWEEP_PLANAR)
+            KT_BY_LEVEL(model->level, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));
+        else
+            kt_dual_loop_gradient(model, data, t, q, (int32_t)i, sum, dof, chain, by_q, by_v);
+    }
+}

@@ -1,0 +1,129 @@
+/* The adjoint of the projection onto the loops (projection.c). Of one linear step, with a gradient y with respect to dx,
+ *     W g - J' e = y,   J g = 0
+ * is the response to y and its multipliers, and
+ *     y . dx = g . G xi + e . (E xi - J dv) = d(lambda . J g - g . W x - e . (r + J x))     at constant g, e, lambda, x
+ * so that no matrix is formed: M x, M g and the gradient of g . M x are those of inverse dynamics at rest without
+ * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M g. */
+#include "kinetree/joint.h"
+#include "reduction/loop_gradient.h"
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+/* g . M x: its gradient, M x and M g. */
+static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
+    const kt_model *model = w->model;
+    const kt_gradient gradient = {w->by_inertia, w->residue, w->by_x, w->by_g};
+    const kt_status status =
+        kt_gradient_evaluate(model, w->data, q, model->zero, w->x, NULL, KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS,
+                             w->response, w->links, &gradient, error);
+    for (size_t i = 0; i < w->n && status == KT_OK; i++) {
+        w->by_x[i] += model->armature[i] * w->x[i];
+        w->by_g[i] += model->armature[i] * w->response[i];
+    }
+    return status;
+}
+
+/* Adds d(lambda . J g - e . J z) to by_xi, with J' lambda = W x and J' e = y - W g. */
+static void add_loops(kt_projection_work *w, const double *q, const double *z, const double *y, double *by_xi) {
+    const kt_loop_sum sum = {.lambda = {w->lambda, w->residual}, .p = {w->response, z}};
+    for (size_t i = 0; i < w->n; i++)
+        w->work[i] = w->by_g[i] - y[i];
+    kt_loops_share(w->model, w->data, w->by_x, w->lambda);
+    kt_loops_share(w->model, w->data, w->work, w->residual);
+    kt_loop_gradient(w->model, w->data, w->t, q, &sum, w->dof, w->chain, by_xi, w->work);
+}
+
+/* From the velocities after the projection, y, to those before; adds to by_xi. */
+static kt_status pull_velocities(kt_projection_work *w, const double *q, const double *v, double *y, double *by_xi,
+                                 kt_error *error) {
+    const kt_model *model = w->model;
+    kt_status status = kt_loops_factor(model, w->data, w->t, q, KT_ROWS_ALL, error);
+    if (status == KT_OK)
+        status = kt_loops_respond(model, w->data, KT_METRIC_MASS, NULL, y, w->response, error);
+    for (size_t i = 0; i < w->n; i++)
+        w->x[i] = v[i] - w->v[i];
+    if (status == KT_OK)
+        status = differentiate_inertia(w, q, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < w->n; i++)
+        by_xi[i] -= w->by_inertia[i];
+    add_loops(w, q, v, y, by_xi);
+    memcpy(y, w->by_g, w->n * sizeof *y);
+    return KT_OK;
+}
+
+/* x of an iteration at q, whose equations are factored; of the last one, which has nothing to move, zero. */
+static kt_status find_step(kt_projection_work *w, bool last, kt_error *error) {
+    memset(w->x, 0, w->n * sizeof *w->x);
+    if (last)
+        return KT_OK;
+    kt_loops_residuals(w->model, w->data, w->residual);
+    for (size_t i = 0; i < w->p; i++)
+        w->residual[i] = -w->residual[i];
+    return kt_loops_respond(w->model, w->data, w->model->metric, w->residual, w->model->zero, w->x, error);
+}
+
+/* g, W g and W x of the gradient y; with the metric of the coordinates g = y - (least z with J z = J y). */
+static kt_status respond(kt_projection_work *w, const double *q, const double *y, kt_error *error) {
+    const kt_model *model = w->model;
+    kt_status status;
+    if (model->metric == KT_METRIC_MASS) {
+        status = kt_loops_respond(model, w->data, KT_METRIC_MASS, NULL, y, w->response, error);
+        return status == KT_OK ? differentiate_inertia(w, q, error) : status;
+    }
+    kt_loops_apply(model, w->data, y, w->residual);
+    status = kt_loops_respond(model, w->data, KT_METRIC_IDENTITY, w->residual, model->zero, w->response, error);
+    if (status == KT_OK && model->sweep != KT_SWEEP_PLANAR) /* for dual numbers, which read poses in space */
+        status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
+    for (size_t i = 0; i < w->n; i++) {
+        w->by_g[i] = w->response[i] = y[i] - w->response[i];
+        w->by_x[i] = w->x[i];
+        w->by_inertia[i] = 0.0;
+    }
+    return status;
+}
+
+/* From the positions after an iteration at q to those before. */
+static kt_status pull_positions(kt_projection_work *w, const double *q, bool last, double *by_xi, kt_error *error) {
+    kt_status status = kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
+    if (status == KT_OK)
+        status = find_step(w, last, error);
+    if (status != KT_OK)
+        return status;
+    kt_tangent_add_transposed(w->model, w->x, by_xi, w->before, w->change);
+    status = respond(w, q, w->change, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < w->n; i++)
+        w->before[i] += w->by_g[i] - w->change[i] - (last ? 0.0 : w->by_inertia[i]);
+    if (!last)
+        add_loops(w, q, w->x, w->change, w->before);
+    memcpy(by_xi, w->before, w->n * sizeof *by_xi);
+    return KT_OK;
+}
+
+/* The positions of all iterations but the first, which w->q has, and the last. */
+static kt_status find_iterations(kt_projection_work *w, kt_error *error) {
+    kt_status status = KT_OK;
+    for (uint32_t i = 0; i + 1 < w->iterations && status == KT_OK; i++) {
+        const double *q = w->q + i * w->model->n.q;
+        status = kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
+        if (status == KT_OK)
+            status = find_step(w, false, error);
+        if (status == KT_OK)
+            kt_position_add(w->model, q, w->x, w->q + (i + 1) * w->model->n.q);
+    }
+    return status;
+}
+
+kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
+                                   kt_error *error) {
+    kt_status status = find_iterations(w, error);
+    if (status == KT_OK)
+        status = pull_velocities(w, q, v, x + w->n, x, error);
+    for (uint32_t i = w->iterations + 1; i-- > 0 && status == KT_OK;)
+        status = pull_positions(w, i == w->iterations ? q : w->q + i * w->model->n.q, i == w->iterations, x, error);
+    return status;
+}

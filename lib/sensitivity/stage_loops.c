@@ -1,0 +1,33 @@
+/* What loops add to the adjoint of an evaluation of accelerations (stage_adjoint.c). */
+#include "reduction/evaluate.h"
+#include "reduction/loop_gradient.h"
+#include "sensitivity/sensitivity.h"
+
+kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
+                           kt_error *error) {
+    const kt_status status = kt_loops_factor(w->model, w->data, t, q, KT_ROWS_ALL, error);
+    return status == KT_OK ? kt_loops_respond(w->model, w->data, KT_METRIC_MASS, NULL, mu, by_tau, error) : status;
+}
+
+kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq, *by_tau = w->tangent + 2 * n;
+    const double t = kt_step_time(w->step, stage);
+    kt_projection_work *p = &w->projection;
+    const kt_wrench *external = w->step->external;
+    const double *tau = w->step->tau;
+    const kt_status status =
+        model->n.effect ? kt_effects_apply(model, w->data, t, q, v, &tau, &external, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < n; i++) {
+        w->inverse_force[i] += model->armature[i] * a[i] - (tau ? tau[i] : 0.0);
+        w->momentum[i] += model->armature[i] * by_tau[i] - mu[i];
+    }
+    kt_loops_share(model, w->data, w->inverse_force, p->lambda);
+    kt_loops_share(model, w->data, w->momentum, p->residual);
+    const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};
+    kt_loop_gradient(model, w->data, t, q, &sum, p->dof, p->chain, w->tangent, w->tangent + n);
+    return KT_OK;
+}
