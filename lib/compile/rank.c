@@ -262,13 +262,11 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
 }
 
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted) on a tree that begins on
- * the ground. Those of relations are no wrenches on links, and where equations may be passed on, the fronts do that. */
+ * the ground. Where equations may be passed on, the fronts do that. */
 static bool is_of_few(const kt_model *model, const kt_group *group) {
     bool few = group->front.used && !group->front.pending && group->parent == 0 && group->rank[KT_ROWS_ALL] > 0 &&
                group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX &&
                kt_delassus_count((size_t)group->v_count) <= group->front.count;
-    for (int i = 0; i < group->loop_count && few; i++)
-        few = model->loop[model->group_loop[group->loop + i]].term_count == 0;
     for (int i = 0; i < group->link_count && few; i++)
         few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
     return few;
@@ -280,7 +278,7 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, open = 0, rank = 0;
-    bool narrow = plan->used && !plan->pending && !group->fits_delassus && group->parent == 0 &&
+    bool narrow = plan->used && !plan->pending && !group->delassus && group->parent == 0 &&
                   kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
                   kt_narrow_count((size_t)group->link_count) <= plan->count;
     for (int32_t s = 0; s < group->link_count && narrow; s++) {
@@ -322,9 +320,11 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         kt_fronts_pass(model);
         kt_groups_place_matrices(model);
     }
+    model->few = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        model->group[g].fits_delassus = is_of_few(model, &model->group[g]);
-        model->group[g].fits_narrow = is_narrow(model, &model->group[g]);
+        model->group[g].delassus = is_of_few(model, &model->group[g]);
+        model->group[g].narrow = is_narrow(model, &model->group[g]);
+        model->few |= model->group[g].delassus;
     }
     kt_armature_note(model);
 }

@@ -29,14 +29,8 @@ void kt_armature_note(kt_model *model) {
             planar->armature = model->armature[link->v];
         }
     }
-    model->few = false;
-    for (size_t g = 0; g < model->n.group; g++) {
-        kt_group *group = &model->group[g];
-        group->pin = group->fits_pin && !group->apart;
-        group->delassus = group->fits_delassus && !model->geared;
-        group->narrow = group->fits_narrow && !model->geared;
-        model->few |= group->delassus;
-    }
+    for (size_t g = 0; g < model->n.group; g++)
+        model->group[g].pin = model->group[g].fits_pin && !model->group[g].apart;
     model->kernels = kt_kernels_of(model->level, model->sweep, model->geared);
 }
 

@@ -264,7 +264,8 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
 
 /* ---- armature ---------------------------------------------------------------------------------------------------- */
 
-/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, and y. */
+/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of its
+ * angular part, and y. */
 static inline kt_v4 *kt_armature_gain(kt_articulated *kept, int row) {
     kt_v4 *const part[] = {kept->j, kept->g, kept->h, kept->m};
     return &part[row / 3][row % 3];

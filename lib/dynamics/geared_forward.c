@@ -9,8 +9,8 @@
 /* Projects the degrees of freedom of a link with armature out of x, the last one first. With A the acceleration before
  * the joint's own, c included, and k ascending,
  *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
- * Stores y and d U: of one degree of freedom as kt_articulated_project_axis does, of several in the link's articulated
- * inertia. */
+ * Stores y and d U: of one degree of freedom as kt_articulated_project_axis does, of several with d in the link's
+ * articulated inertia (kt_armature_gain). */
 bool KT_KERNEL(kt_project_geared)(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                   kt_articulated *x) {
     const kt_link *link = &model->link[i];
@@ -42,7 +42,7 @@ bool KT_KERNEL(kt_project_geared)(const kt_model *model, kt_data *data, size_t i
             data->response[i].gain_linear = vf;
             continue;
         }
-        *kt_armature_gain(kept, 2 * k) = vn;
+        *kt_armature_gain(kept, 2 * k) = (kt_v4){vn[0], vn[1], vn[2], d};
         *kt_armature_gain(kept, 2 * k + 1) = vf;
         (k < 3 ? &kept->moment : &kept->force)[0][k % 3] = y;
     }

@@ -129,9 +129,9 @@ typedef struct kt_group {
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     bool delassus;                /* few equations on many links (reduction/delassus.h) */
     bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
-    bool fits_pin, fits_delassus, fits_narrow; /* the same three, were there no armature (dynamics/armature.c) */
-    size_t dense;                              /* first number in data->dense */
-    size_t at[KT_GROUP_MATRICES];              /* of each of its matrices, from there */
+    bool fits_pin;                /* `pin`, were there no armature (dynamics/armature.c) */
+    size_t dense;                 /* first number in data->dense */
+    size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
     kt_front_plan front;
 } kt_group;
 

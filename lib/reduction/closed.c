@@ -103,15 +103,16 @@ static double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *
 }
 
 /* A link of a group of few equations: it is one of the tree. Its inverse inertia is stored for delassus.c. */
-static kt_elimination eliminate_few(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                    kt_articulated *x) {
+KT_INLINE kt_elimination eliminate_few(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                       kt_articulated *x) {
     const kt_link *link = &model->link[i];
     if (link->motion != KT_MOTION_SPHERICAL) {
         kt_delassus d;
         kt_delassus_find(model, data, (size_t)link->group, &d);
-        d.inverse[link->local] = 1.0 / inertia_along(link, data->motion[i].axis, x);
+        d.inverse[link->local] = 1.0 / (inertia_along(link, data->motion[i].axis, x) + model->armature[link->v]);
     }
-    return kt_eliminate_joint(model, data, i, tau, x, NULL);
+    return link->geared ? kt_eliminate_geared(model, data, i, tau, x, NULL)
+                        : kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
 
 /* A group is eliminated at its first link, which the backward pass reaches last. */
@@ -137,8 +138,8 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
 static kt_elimination eliminate_geared(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                        kt_articulated *x, void *context) {
     if (model->link[i].group < 0)
-        return kt_eliminate_geared(model, data, i, tau, x, context);
-    return eliminate_of_group(model, data, i, tau, x);
+        return kt_eliminate_geared(model, data, i, tau, x, NULL);
+    return eliminate(model, data, i, tau, x, context);
 }
 
 /* The acceleration of a group's parent. */
@@ -175,42 +176,50 @@ KT_INLINE void respond_few(const kt_model *model, kt_data *data, size_t i, doubl
     respond_to(model, data, i, true, a);
 }
 
-/* The same with groups of few equations, which delassus.h solves between the passes. */
-static size_t accelerate_few(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
-    bool few = true;
-    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &few);
-    if (failed)
-        return failed;
+/* Solves the groups of few equations, between the passes; returns the first link of one that cannot be solved, or 0. */
+static size_t solve_few(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
         if (data->solved[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
             return (size_t)link;
     }
-    kt_articulated_forward(model, data, end, respond_few, a);
     return 0;
 }
 
+/* The same with groups of few equations, which delassus.h solves between the passes. */
+static size_t accelerate_few(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+    bool few = true;
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &few);
+    const size_t unsolved = failed ? failed : solve_few(model, data, end);
+    if (!unsolved)
+        kt_articulated_forward(model, data, end, respond_few, a);
+    return unsolved;
+}
+
 static void respond_geared(const kt_model *model, kt_data *data, size_t i, double *a) {
-    if (model->link[i].group < 0)
+    const int32_t group = model->link[i].group;
+    if (group < 0 || data->solved[group])
         kt_link_respond_geared(model, data, i, a);
     else
         respond(model, data, i, a);
 }
 
+/* Either with armature. */
 static __attribute__((noinline)) size_t accelerate_geared(const kt_model *model, kt_data *data, const double *tau,
-                                                          size_t end, double *a) {
-    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, NULL);
-    if (!failed)
+                                                          size_t end, bool few, double *a) {
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, few ? &few : NULL);
+    const size_t unsolved = failed || !few ? failed : solve_few(model, data, end);
+    if (!unsolved)
         kt_articulated_forward(model, data, end, respond_geared, a);
-    return failed;
+    return unsolved;
 }
 
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end, bool few,
                                         double *a) {
+    if (model->geared)
+        return accelerate_geared(model, data, tau, end, few, a);
     if (few)
         return accelerate_few(model, data, tau, end, a);
-    if (model->geared)
-        return accelerate_geared(model, data, tau, end, a);
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
     if (!failed)
         kt_articulated_forward(model, data, end, respond, a);

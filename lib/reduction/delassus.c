@@ -5,8 +5,8 @@
 
 #include <float.h>
 
-/* The size of a row across the others before it, relative to the largest, above which C is found from A A'. It squares
- * the condition: C then is exact to 1e-10. */
+/* The part of a row across the others before it, above which C is found from A A'. It squares the condition: C then is
+ * exact to 1e-10. Sizes of rows beside each other do not matter: A A' is as exact for rows of any units. */
 #define SMALL 1e-3
 
 typedef struct sweep {
@@ -23,8 +23,13 @@ typedef struct sweep {
 
 /* The step that completes a loop. */
 static int32_t step_of(const kt_front *f, const kt_loop_record *loop) {
-    const int32_t a = kt_front_step_of(f, loop->link[0]), b = kt_front_step_of(f, loop->link[1]);
-    return a > b ? a : b;
+    int32_t last = -1;
+    for (int k = 0; k < (loop->term_count ? loop->term_count : 2); k++) {
+        const int32_t link = loop->term_count ? f->model->term[loop->term + k].link : loop->link[k];
+        const int32_t step = kt_front_step_of(f, link);
+        last = step > last ? step : last;
+    }
+    return last;
 }
 
 /* The independent equations: all, or those that have been chosen at generic positions. Returns false if they are not as
@@ -58,25 +63,63 @@ KT_INLINE double dot(kt_v4 a, kt_v4 b) {
     return (x[0] + x[1]) + (x[2] + x[3]);
 }
 
-/* ---- wrenches on the links --------------------------------------------------------------------------------------- */
+/* ---- wrenches on the links, joint forces of relations ------------------------------------------------------------ */
 
-static kt_v4 *load_of(const sweep *s, int32_t link) { return s->d.load + KT_FRONT_SPACE * s->model->link[link].local; }
+/* Adds wrenches to those that a link has to receive. */
+KT_INLINE void store(const sweep *s, int32_t link, int components, const kt_v4 *x) {
+    const int32_t local = s->model->link[link].local;
+    kt_v4 *to = s->d.load + KT_FRONT_SPACE * local;
+    const bool more = s->d.given[local] & KT_DELASSUS_WRENCH;
+    for (int c = 0; c < components; c++)
+        to[c] = more ? to[c] + x[c] : x[c];
+    s->d.given[local] |= KT_DELASSUS_WRENCH;
+}
 
-/* sign times W C on the loops' links, zero on the others. */
-static void place_loads(const sweep *s, double sign) {
+/* Adds sign times W C of a loop to its links. */
+static void place_wrenches(const sweep *s, int r, double sign) {
     const kt_front *f = &s->f;
-    memset(s->d.load, 0, KT_FRONT_SPACE * (size_t)f->w.m * sizeof *s->d.load);
-    for (int r = 0; r < s->count; r++)
-        for (int k = 0; k < 2; k++) {
-            const int32_t link = s->row[r].loop->link[k];
-            if (link == f->group->parent)
-                continue;
-            const kt_v4 columns = kt_v4_splat(sign) * s->d.transform[r];
-            const double *w = kt_front_wrench(f, s->row[r].slot, k);
-            kt_v4 *to = load_of(s, link);
-            for (int c = 0; c < f->components; c++)
-                to[c] += kt_v4_splat(w[c]) * columns;
+    kt_v4 x[KT_FRONT_SPACE];
+    for (int k = 0; k < 2; k++) {
+        const int32_t link = s->row[r].loop->link[k];
+        if (link == f->group->parent)
+            continue;
+        const kt_v4 columns = kt_v4_splat(sign) * s->d.transform[r];
+        const double *w = kt_front_wrench(f, s->row[r].slot, k);
+        for (int c = 0; c < f->components; c++)
+            x[c] = kt_v4_splat(w[c]) * columns;
+        store(s, link, f->components, x);
+    }
+}
+
+/* The joint forces of relations on a link's one degree of freedom. */
+KT_INLINE kt_v4 force_on(const sweep *s, int32_t local) {
+    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_v4_splat(0.0);
+}
+
+/* Adds the joint forces of a relation; those of planar revolute joints are about n. */
+static void place_forces(const sweep *s, int r) {
+    const kt_loop_record *loop = s->row[r].loop;
+    for (int k = 0; k < loop->term_count; k++) {
+        const kt_term_record *term = &s->model->term[loop->term + k];
+        double coefficient = term->coefficient;
+        if (s->f.components == KT_FRONT_SPACE / 2) {
+            const kt_planar_link *planar = &s->model->planar[kt_planar_index_shift(s->model, term->link)];
+            coefficient *= planar->revolute ? planar->sign : 1.0;
         }
+        const int32_t local = s->model->link[term->link].local;
+        s->d.column[local] = force_on(s, local) + kt_v4_splat(coefficient) * s->d.transform[r];
+        s->d.given[local] |= KT_DELASSUS_FORCE;
+    }
+}
+
+/* sign times W C on the loops' links, and the joint forces of relations in the columns. */
+static void place_loads(const sweep *s, double sign) {
+    memset(s->d.given, 0, (size_t)s->f.w.m);
+    for (int r = 0; r < s->count; r++)
+        if (s->row[r].loop->term_count)
+            place_forces(s, r);
+        else
+            place_wrenches(s, r, sign);
 }
 
 /* A wrench of each column, on a link about its origin. */
@@ -86,9 +129,13 @@ typedef struct wrenches {
 
 /* What link i receives: from the link after it, if that is its child (`passed`), and what has been stored. */
 KT_INLINE void receive(const sweep *s, int32_t i, int components, bool passed, wrenches *p) {
-    const kt_v4 *stored = load_of(s, i);
-    for (int c = 0; c < components; c++)
-        p->x[c] = passed ? p->x[c] + stored[c] : stored[c];
+    const int32_t local = s->model->link[i].local;
+    const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
+    const kt_v4 *stored = s->d.load + KT_FRONT_SPACE * local;
+    for (int c = 0; c < components && !passed; c++)
+        p->x[c] = kt_v4_splat(0.0);
+    for (int c = 0; c < components && has; c++)
+        p->x[c] += stored[c];
 }
 
 /* To the origin of the parent: n += r x f. Wrenches that are not for the link before are stored. */
@@ -102,11 +149,8 @@ KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool
         x[1] += rz * x[3] - rx * x[5];
         x[2] += rx * x[4] - ry * x[3];
     }
-    if (passed || up == 0)
-        return;
-    kt_v4 *to = load_of(s, up);
-    for (int c = 0; c < components; c++)
-        to[c] += x[c];
+    if (!passed && up != 0)
+        store(s, up, components, x);
 }
 
 /* S . p of an axis; of a planar revolute joint about n, whatever its sign. */
@@ -147,8 +191,9 @@ KT_INLINE void square_rows(const sweep *s, int components, kt_v4 *square) {
         receive(s, i, components, passed, &p);
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
-            const kt_v4 row = dofs == 1 ? along(s, i, components, &p) : p.x[c];
-            s->d.column[s->model->link[i].local + c] = row;
+            const int32_t local = s->model->link[i].local + c;
+            const kt_v4 row = dofs == 1 ? force_on(s, local) + along(s, i, components, &p) : p.x[c];
+            s->d.column[local] = row;
             add_square(row, 1.0, square);
         }
         passed = l > 0 && up == link[l - 1];
@@ -165,7 +210,8 @@ static double product(const kt_v4 *g, kt_v4 x, kt_v4 y) {
 }
 
 /* The columns of C for the equations from `begin` to `end`, after those before, by Gram and Schmidt with the scalar
- * product of G = A A': the longest remainder first. Returns the size of the last, 0 if that is not clear. */
+ * product of G = A A': the longest remainder first. *first is the squared size of the largest so far. Returns the size
+ * of the last, 0 if that is not clear. */
 static double orthonormalise(const kt_v4 *g, int begin, int end, kt_v4 *c, double *first) {
     bool taken[KT_DELASSUS_MAX] = {false};
     double last = 0.0;
@@ -188,7 +234,8 @@ static double orthonormalise(const kt_v4 *g, int begin, int end, kt_v4 *c, doubl
             }
         }
         *first = fmax(*first, most);
-        if (best < 0 || !(most > SMALL * SMALL * *first))
+        if (best < 0 ||
+            !(most > SMALL * SMALL * g[best][best] && most > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * *first))
             return 0.0;
         last = sqrt(most);
         taken[best] = true;
@@ -286,7 +333,7 @@ KT_INLINE void take_planar(const sweep *s, int32_t i, const kt_v4 at, wrenches *
     const int32_t local = s->model->link[i].local;
     const kt_planar_response *response = &s->data->planar_response[kt_planar_index_shift(s->model, i)];
     const double *gain = response->gain_linear;
-    const kt_v4 u = -along(s, i, KT_FRONT_SPACE / 2, p);
+    const kt_v4 u = force_on(s, local) - along(s, i, KT_FRONT_SPACE / 2, p);
     add_dof(s, local, u, s->d.inverse[local], response->free - (gain[0] * at[0] + gain[1] * at[1]), to);
     pass_on(s, 0, kt_front_offset(&s->f, i), KT_FRONT_SPACE / 2, true, p);
     p->x[0] += kt_v4_splat(response->gain_angular) * u;
@@ -298,7 +345,7 @@ KT_INLINE void take_axis(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, w
     const int32_t local = s->model->link[i].local;
     const kt_response *response = &s->data->response[i];
     const kt_v4 n = response->gain_angular, f = response->gain_linear;
-    const kt_v4 u = -along(s, i, KT_FRONT_SPACE, p);
+    const kt_v4 u = force_on(s, local) - along(s, i, KT_FRONT_SPACE, p);
     add_dof(s, local, u, s->d.inverse[local], n[3] - kt_v4_dot2(n, alpha, f, linear), to);
     pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
     for (int c = 0; c < 3; c++) {
@@ -335,6 +382,24 @@ KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 line
     pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
 }
 
+/* The same of one with armature, its degrees of freedom one after the other (kt_project_geared). */
+static __attribute__((noinline)) void take_geared(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches *p,
+                                                  sums *to) {
+    const int32_t local = s->model->link[i].local;
+    const kt_link_motion *m = &s->data->motion[i];
+    kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
+    for (int k = 2; k >= 0; k--) {
+        const kt_v4 n = *kt_armature_gain(kept, 2 * k), f = *kt_armature_gain(kept, 2 * k + 1), e = m->axes[k];
+        const kt_v4 u = -(kt_v4_splat(e[0]) * p->x[0] + kt_v4_splat(e[1]) * p->x[1] + kt_v4_splat(e[2]) * p->x[2]);
+        add_dof(s, local + k, u, n[3], kept->moment[k] - kt_v4_dot2(n, alpha, f, linear), to);
+        for (int c = 0; c < 3; c++) {
+            p->x[c] += kt_v4_splat(n[c]) * u;
+            p->x[c + 3] += kt_v4_splat(f[c]) * u;
+        }
+    }
+    pass_on(s, 0, m->offset, KT_FRONT_SPACE, true, p);
+}
+
 /* ground: its acceleration, minus gravity. */
 KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *to) {
     const int32_t *link = s->model->group_link + s->f.group->link;
@@ -347,16 +412,15 @@ KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *t
         receive(s, i, components, passed, &p);
         if (components == KT_FRONT_SPACE / 2)
             take_planar(s, i, from->linear + ground, &p, to);
-        else if (s->model->link[i].motion == KT_MOTION_SPHERICAL)
-            take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
-        else
+        else if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
             take_axis(s, i, from->alpha, from->linear + ground, &p, to);
+        else if (s->model->link[i].geared)
+            take_geared(s, i, own->alpha, own->linear + ground, &p, to);
+        else
+            take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
         passed = l > 0 && up == link[l - 1];
-        if (passed || up == 0)
-            continue;
-        kt_v4 *stored = load_of(s, up);
-        for (int c = 0; c < components; c++)
-            stored[c] += p.x[c];
+        if (!passed && up != 0)
+            store(s, up, components, p.x);
     }
 }
 
@@ -390,9 +454,10 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_v4 mu) {
         if (planar) {
             s->data->planar_response[kt_planar_index_shift(s->model, i)].free += s->d.inverse[local] * x;
         } else if (s->model->link[i].motion == KT_MOTION_SPHERICAL) {
-            kt_v4 *moment = &s->data->articulated[s->model->link[i].articulated].moment;
+            const bool geared = s->model->link[i].geared;
+            const kt_v4 one = kt_v4_splat(1.0), inverse = geared ? kt_load3(s->d.inverse + local) : one;
             const double y = dot(s->d.column[local + 1], mu), z = dot(s->d.column[local + 2], mu);
-            *moment += (kt_v4){x, y, z, 0.0};
+            s->data->articulated[s->model->link[i].articulated].moment += inverse * (kt_v4){x, y, z, 0.0};
         } else {
             s->data->response[i].gain_angular[3] += s->d.inverse[local] * x;
         }

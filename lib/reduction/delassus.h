@@ -14,8 +14,9 @@
  *   u_i = -S_i . P_i,   P_parent += shift(P_i) + K_i u_i
  *   S = sum u_i d_i u_i',   B' M^-1 f = sum u_i (y_i - K_i . A0_p)
  * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom, by
- * the factors L D L' of its inertia. With K = 0 the same sweep gives u_i = the rows of A', of which
- * C is the inverse of the triangular factor, loop by loop with pivoting.
+ * the factors L D L' of its inertia, or if it has armature one after the other. A relation between joints, such as a
+ * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep gives u_i =
+ * the rows of A', of which C is the inverse of the triangular factor, loop by loop with pivoting.
  *
  * Rank. Positions next to singular ones, and rows that are large beside each other, are left to the fronts (front.h),
  * as are motions along which the tree has no inertia.
@@ -32,9 +33,9 @@
 enum { KT_DELASSUS_MAX = 4 };
 
 /* What the group's arrays for the elimination by fronts hold instead: the rows of B by coordinates, 1 / D by
- * coordinates, wrenches on links by their first coordinates, and C. */
+ * coordinates, wrenches on links by their first coordinates, C, and what of them is in use. */
 static inline size_t kt_delassus_count(size_t m) {
-    return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + (m + 7) / 8 * 8;
+    return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
 
 typedef struct kt_delassus {
@@ -42,7 +43,11 @@ typedef struct kt_delassus {
     kt_v4 *load;      /* KT_FRONT_SPACE m */
     kt_v4 *transform; /* C, rows */
     double *inverse;  /* d, m */
+    uint8_t *given;   /* m, by links' first coordinates: KT_DELASSUS_... */
 } kt_delassus;
+
+/* Whether `load` has wrenches on a link, and `column` joint forces. */
+enum { KT_DELASSUS_WRENCH = 1, KT_DELASSUS_FORCE = 2 };
 
 KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size_t g, kt_delassus *d) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -51,6 +56,7 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->load = at, at += KT_FRONT_SPACE * w.m;
     d->transform = at, at += KT_DELASSUS_MAX;
     d->inverse = (double *)at;
+    d->given = (uint8_t *)(d->inverse + w.m);
 }
 
 /* kt_delassus_prepare: C, of a group whose equations have been filled; false if it is left to the fronts. Sets what

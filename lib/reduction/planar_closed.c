@@ -154,11 +154,11 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
     double u[2];
     kt_delassus_find(c->model, c->data, (size_t)link->group, &d);
     if (link->revolute) {
-        d.inverse[link->local] = 1.0 / x->j;
+        d.inverse[link->local] = 1.0 / (x->j + link->armature);
         return;
     }
     kt_planar_along(link, m, u);
-    d.inverse[link->local] = 1.0 / kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u)));
+    d.inverse[link->local] = 1.0 / (kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u))) + link->armature);
 }
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
@@ -168,24 +168,28 @@ static kt_elimination eliminate_group(const closure *c, const kt_planar_link *li
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
-/* A group is eliminated at its first link, which the backward pass reaches last. */
-KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
-    const closure *c = context;
+/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the tree. */
+KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                      kt_planar_carried *x, kt_planar_response *response, const closure *c,
+                                      kt_planar_eliminate *joint) {
     if (link->group < 0)
-        return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
+        return joint(link, m, tau, x, response, NULL);
     if (is_few(c, link)) {
         store_inverse(c, link, m, x);
-        return kt_planar_eliminate_joint(link, m, tau, x, response, NULL);
+        return joint(link, m, tau, x, response, NULL);
     }
     c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
     return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
 }
 
+KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
+}
+
 static kt_elimination eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
                                        kt_planar_carried *x, kt_planar_response *response, void *context) {
-    return link->group < 0 ? kt_planar_eliminate_geared(link, m, tau, x, response, NULL)
-                           : eliminate(link, m, tau, x, response, context);
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_geared);
 }
 
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {

@@ -55,7 +55,7 @@ KT_INLINE void weigh_link(narrow *s, const kt_planar_inertia *x, const narrow_li
 
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
  * coordinate. */
-KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const double *tau) {
+KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const double *tau, bool geared) {
     const int32_t k = kt_planar_index_shift(s->f.model, step->link);
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
@@ -84,9 +84,11 @@ KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const doub
     if (tau) {
         weigh_link(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
         s->pull += kt_v4_splat(tau[link->v]) * own;
-    } else {
-        s->energy[n] += own;
-        s->size += own;
+    }
+    if (!tau || geared) {
+        const kt_v4 inertia = own * kt_v4_splat(tau ? link->armature : 1.0);
+        s->energy[n] += inertia;
+        s->size += inertia;
     }
 }
 
@@ -214,12 +216,12 @@ static bool minimise(const narrow *s, int n, kt_v4 *out) {
 }
 
 /* A step; *n parameters before and after. */
-KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau, int *n) {
+KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau, bool geared, int *n) {
     const kt_front_step *step = &s->f.step[at];
     kt_narrow_step *kept = &s->kept[at];
     kt_v4 d[KT_NARROW_ROWS];
     double e[KT_NARROW_ROWS];
-    take_link(s, step, *n, tau);
+    take_link(s, step, *n, tau, geared);
     kept->params = ++*n;
     kept->rank = complete_loops(s, step, d, e);
     for (int i = step->leave; i < step->leave + step->leave_count; i++)
@@ -245,6 +247,18 @@ KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau
     return true;
 }
 
+KT_INLINE bool advance_all(narrow *s, const double *usual, const double *tau, bool geared) {
+    int n = 0;
+    for (int at = 0; at < s->f.group->link_count; at++)
+        if (!advance(s, at, usual, tau, geared, &n))
+            return false;
+    return true;
+}
+
+static __attribute__((noinline)) bool advance_geared(narrow *s, const double *usual, const double *tau) {
+    return advance_all(s, usual, tau, true);
+}
+
 static void respond(const narrow *s, double *a) {
     kt_v4 p = kt_v4_splat(0.0);
     for (int at = s->f.group->link_count - 1; at >= 0; at--) {
@@ -262,7 +276,6 @@ static void respond(const narrow *s, double *a) {
 
 bool KT_KERNEL(kt_narrow_close)(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a) {
     narrow s;
-    int n = 0;
     const kt_rows rows = data->factored[g];
     kt_front_find(model, data, g, rows, &s.f);
     const double *usual = model->front_usual + (size_t)rows * model->n.front + s.f.plan->step;
@@ -272,9 +285,8 @@ bool KT_KERNEL(kt_narrow_close)(const kt_model *model, kt_data *data, size_t g, 
     s.pull = s.size = kt_v4_splat(0.0);
     for (int i = 0; i < KT_NARROW; i++)
         s.energy[i] = kt_v4_splat(0.0);
-    for (int at = 0; at < s.f.group->link_count; at++)
-        if (!advance(&s, at, usual, tau, &n))
-            return false;
+    if (!(model->geared ? advance_geared(&s, usual, tau) : advance_all(&s, usual, tau, false)))
+        return false;
     data->near[g] = false;
     data->last[g] = s.last;
     data->rank[g] = s.f.group->rank[rows];

@@ -377,8 +377,8 @@ static void add_crank(linkage *l, int i, double x, bool slides, double rate, row
 }
 
 /* A row of windows of random bars, every fifth crank on a slide; one window is closed by a rod between the two points
- * instead of a pin, which leaves one more freedom. */
-static bool build_row(linkage *l, kt_random *random) {
+ * instead of a pin, which leaves one more freedom. `geared`: every fourth joint has armature. */
+static bool build_row(linkage *l, bool geared, kt_random *random) {
     const int rod = kt_random_int(random, 1, ROW);
     row_end last = {.angle = 0.0}, next;
     linkage_begin(l);
@@ -401,6 +401,8 @@ static bool build_row(linkage *l, kt_random *random) {
         }
         last = next;
     }
+    for (int b = 1; b < l->description.body_count && geared; b += 4)
+        l->body[b].joint.armature[0] = 0.5;
     return linkage_build(l, 0.0);
 }
 
@@ -413,7 +415,7 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
     for (int n = 0; n < ROWS; n++) {
         double a[LINKAGE_NQ], b[LINKAGE_NQ], most = 0.0, fastest = 1.0;
         kt_random same = random;
-        if (build_row(&l, &random) && build_row(&dense, &same)) {
+        if (build_row(&l, n % 2, &random) && build_row(&dense, n % 2, &same)) {
             kt_error e = {0};
             kt_model_free(dense.model);
             kt_data_free(dense.data);
@@ -421,7 +423,7 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
             if (linkage_compile(&dense) && linkage_accelerate(&l, 0.0, a) &&
                 linkage_fine("dense",
                              kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
-                narrow += l.model->group[0].narrow && !tangle_was_near_singular(l.model, l.data);
+                narrow += l.data->solved[0];
                 for (int i = 0; i < l.nv; i++)
                     most = fmax(most, fabs(b[i]));
                 for (int i = 0; i < l.nv; i++)
@@ -439,7 +441,7 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
     }
     kt_check_worst(&worst);
     kt_check_worst(&projection);
-    kt_check_above("narrow", narrow, ROWS / 2);
+    kt_check_above("narrow", narrow, 0.9 * ROWS);
 }
 
 /* ---- a row that forks -------------------------------------------------------------------------------------------- */
