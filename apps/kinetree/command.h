@@ -103,6 +103,9 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model);
  * *absolute is NULL. */
 int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute);
 
+/* The model that is integrated: that of the absolute formulation where there is one. */
+const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute);
+
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
 

@@ -223,9 +223,11 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
     return code != KT_EXIT_DONE ? code : kt_exit_code(status);
 }
 
-static void show_run(const kt_scene *scene, const kt_model *model) {
+static void show_run(const kt_scene *scene, const kt_model *model, const kt_model *integrated) {
     const kt_run *run = &scene->run;
-    printf("simulate   %g s, %s", run->duration, run->integrator);
+    const char *reason = kt_run_method_reason(run, integrated);
+    kt_method storage;
+    printf("simulate   %g s, %s", run->duration, kt_run_method(run, integrated, &storage)->name);
     if (run->step > 0.0)
         printf(" with steps of %g s", run->step);
     else if (run->relative == run->absolute)
@@ -233,6 +235,8 @@ static void show_run(const kt_scene *scene, const kt_model *model) {
     else
         printf(" at tolerances %g relative, %g absolute", run->relative, run->absolute);
     printf(", %s formulation\n", kt_formulation_name(scene->formulation));
+    if (reason != NULL)
+        printf("           (%s is %s)\n", kt_run_method(run, integrated, &storage)->name, reason);
     fputs("output     ", stdout);
     if (run->interval > 0.0)
         printf("every %g s: ", run->interval);
@@ -250,12 +254,12 @@ static void show_run(const kt_scene *scene, const kt_model *model) {
     putchar('\n');
 }
 
-static int show_all(const kt_scene *scene, const kt_model *model) {
+static int show_all(const kt_scene *scene, const kt_model *model, const kt_model *integrated) {
     if (scene->description.name != NULL)
         printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
     int code = show_start(scene, model);
-    show_run(scene, model);
+    show_run(scene, model, integrated);
     putchar('\n');
     if (kt_tree_draw(model) != 0) {
         kt_say("there is not enough memory for the tree");
@@ -267,26 +271,21 @@ static int show_all(const kt_scene *scene, const kt_model *model) {
 }
 
 /* The plan is that of the model that is integrated. */
-static int show_plan(const kt_scene *scene, const kt_model *model, bool json) {
+static int show_plan(const kt_scene *scene, const kt_model *model, const kt_model *integrated, bool json) {
     kt_plan_step steps[KT_PLAN_STEPS_MAX];
-    kt_absolute *absolute;
     kt_run run = scene->run;
-    int code = kt_compile_absolute(scene, model, &absolute);
-    if (code != KT_EXIT_DONE)
-        return code;
     run.record = kt_run_record(&run, model);
-    const int count = kt_plan_steps(absolute != NULL ? kt_absolute_model(absolute) : model, &run, steps);
+    const int count = kt_plan_steps(integrated, &run, steps);
     if (json)
-        code = write_plan(model, steps, count);
-    else
-        print_plan(model, steps, count);
-    kt_absolute_free(absolute);
-    return code;
+        return write_plan(model, steps, count);
+    print_plan(model, steps, count);
+    return KT_EXIT_DONE;
 }
 
 int kt_command_info(int argc, char **argv) {
     kt_scene scene;
     kt_model *model = NULL;
+    kt_absolute *absolute = NULL;
     info_arguments arguments = {false, false};
     int operands;
     int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, &operands);
@@ -299,10 +298,13 @@ int kt_command_info(int argc, char **argv) {
     code = kt_load_model(argv[1], &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    if (arguments.plan)
-        code = show_plan(&scene, model, arguments.json);
-    else
-        code = show_all(&scene, model);
+    code = kt_compile_absolute(&scene, model, &absolute);
+    const kt_model *integrated = kt_integrated_model(model, absolute);
+    if (code == KT_EXIT_DONE && arguments.plan)
+        code = show_plan(&scene, model, integrated, arguments.json);
+    else if (code == KT_EXIT_DONE)
+        code = show_all(&scene, model, integrated);
+    kt_absolute_free(absolute);
     kt_model_free(model);
     kt_scene_free(&scene);
     return kt_finish_output(code);

@@ -15,7 +15,8 @@ const kt_usage kt_usage_integrators = {
         "implicit one (dirk, two-step, rosenbrock, radau) solves equations in each step, for stiff motions.\n"
         "Multistep ones (adams, two-step) use past steps, and start by a method of one step and their order. Adaptive\n"
         "ones choose their steps by a tolerance and can also be given a fixed step; the others need one. Dense is the\n"
-        "order of the records between steps.\n",
+        "order of the records between steps. A scene that names none has auto, or dopri5 with a fixed step or above\n"
+        "100 velocity coordinates.\n",
 };
 
 int kt_command_integrators(int argc, char **argv) {

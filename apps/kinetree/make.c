@@ -201,7 +201,7 @@ static void make_link(kt_maker *maker, long i, long parent) {
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static int write_scene(kt_maker *maker, const char *title) {
-    kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
+    kt_scene scene = kt_scene_default();
     kt_error error = {0};
     long count = maker->settings.links;
     for (long i = 0; i < count; i++)

@@ -486,6 +486,8 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                      const kt_absolute *absolute, const char *base, const kt_run_manner *manner) {
     kt_run run = scene->run;
     kt_marker_pair *markers;
+    kt_method storage;
+    run.integrator = kt_run_method(&run, kt_integrated_model(model, absolute), &storage)->name;
     int code = kt_run_override_markers("run: --markers", arguments->markers, model, &run, &markers);
     if (code >= 0)
         return code;

@@ -154,6 +154,9 @@ typedef struct kt_method_words {
 
 kt_method_words kt_describe_method(const kt_run *run);
 
+/* Why the run has its method; NULL where the scene or the command line names it. */
+const char *kt_method_reason(const kt_outcome *outcome);
+
 /* ---- progress ---------------------------------------------------------------------------------------------------- */
 
 /* A progress bar on standard error if that is a terminal, shown after the first second. */

@@ -11,7 +11,8 @@
 
 static const kt_option options[] = {
     {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
-    {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME", "the method; 'kinetree integrators' lists them", NULL},
+    {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
+     "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},
     {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
     {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
     {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
@@ -287,9 +288,10 @@ static int override_integrator(const char *name, kt_run *run) {
 }
 
 static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
-    const kt_method *method = kt_method_find(run->integrator);
-    if (method != NULL && !isnan(arguments->rho) && !(method->rho > 0.0)) {
-        kt_say("run: --rho is for --integrator two-step, and this is %s", method->name);
+    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
+    if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0))) {
+        kt_say("run: --rho is for --integrator two-step, and this is %s",
+               method != NULL ? method->name : "the default one");
         return KT_EXIT_USAGE;
     }
     if (method == NULL || method->embedded_order > 0 || run->step > 0.0)

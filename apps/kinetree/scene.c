@@ -126,6 +126,10 @@ int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolut
     return kt_exit_code(status);
 }
 
+const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute) {
+    return absolute != NULL ? kt_absolute_model(absolute) : model;
+}
+
 int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     kt_error error = {0};
     const kt_model_options options = kt_compile_options(scene);

@@ -292,11 +292,12 @@ enum { LARGE = 100 }; /* velocity coordinates; above this number one state is ex
 
 /* Finds the method to draw: the one requested, or the scene's own, with the scene's rho. Returns -1 on success, else an
  * exit code. */
-static int choose_method(const char *name, const kt_run *run, kt_method *storage, const kt_method **method) {
+static int choose_method(const char *name, const kt_run *run, const kt_model *model, kt_method *storage,
+                         const kt_method **method) {
     kt_run wanted_run = *run;
-    const char *wanted = name != NULL ? name : run->integrator != NULL ? run->integrator : kt_run_default().integrator;
+    const char *wanted = name != NULL ? name : run->integrator;
     wanted_run.integrator = wanted;
-    *method = kt_run_method(&wanted_run, storage);
+    *method = kt_run_method(&wanted_run, model, storage);
     if (*method != NULL)
         return -1;
     kt_nearest nearest = kt_nearest_make(wanted, NULL);
@@ -331,7 +332,7 @@ static int show(const kt_stability_subject *subject, const arguments *given) {
 static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
     kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
-    int code = choose_method(given->integrator, &run, &subject.by_rho, &subject.method);
+    int code = choose_method(given->integrator, &run, model, &subject.by_rho, &subject.method);
     if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
         return code;
     if (given->duration > 0.0)

@@ -179,7 +179,7 @@ static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_simulation *simulation = NULL;
     kt_error error = {0};
     kt_absolute_use(outcome->absolute, &options);
-    run.integrator = kt_run_default().integrator;
+    run.integrator = NULL; /* the default for the model */
     run.relative = run.absolute = 1e-6;
     run.step = 0.0;
     run.record = KT_RECORD_POSITION;

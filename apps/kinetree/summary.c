@@ -20,13 +20,19 @@ static json_t *list_markers(const kt_model *model, const kt_data *data) {
     return object;
 }
 
+const char *kt_method_reason(const kt_outcome *outcome) {
+    return kt_run_method_reason(&outcome->scene->run, kt_integrated_model(outcome->model, outcome->absolute));
+}
+
 static json_t *describe_method(const kt_outcome *outcome) {
     const kt_run *run = outcome->run;
     const kt_scene *scene = outcome->scene;
     json_t *method = json_object();
+    const char *reason = kt_method_reason(outcome);
     json_object_set_new(method, "integrator", json_string(run->integrator));
+    json_object_set_new(method, "chosen", reason != NULL ? json_string(reason) : json_null());
     kt_method storage;
-    if (kt_run_method(run, &storage) == &storage)
+    if (kt_run_method(run, outcome->model, &storage) == &storage)
         json_object_set_new(method, "rho", json_real(run->rho));
     if (run->step > 0.0) {
         json_object_set_new(method, "step", json_real(run->step));
@@ -152,14 +158,19 @@ kt_method_words kt_describe_method(const kt_run *run) {
     return words;
 }
 
-static void say_method(const kt_run *run) {
+static void say_method(const kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const char *reason = kt_method_reason(outcome);
     fprintf(stderr, ", %s", run->integrator);
     if (run->step > 0.0)
-        fprintf(stderr, " with steps of %g s\n", run->step);
+        fprintf(stderr, " with steps of %g s", run->step);
     else if (run->relative == run->absolute)
-        fprintf(stderr, " at tolerance %g\n", run->relative);
+        fprintf(stderr, " at tolerance %g", run->relative);
     else
-        fprintf(stderr, " at tolerances %g relative, %g absolute\n", run->relative, run->absolute);
+        fprintf(stderr, " at tolerances %g relative, %g absolute", run->relative, run->absolute);
+    if (reason != NULL)
+        fprintf(stderr, ": %s", reason);
+    fputc('\n', stderr);
 }
 
 static void say_cost(const kt_outcome *outcome, double time) {
@@ -189,7 +200,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
         fprintf(stderr, " of %g s", duration);
     fputc('\n', stderr);
     say_size(outcome);
-    say_method(outcome->run);
+    say_method(outcome);
     say_cost(outcome, time);
     if (outcome->energy.records > 0)
         fprintf(stderr, "  total energy %g J, %s at most %.2g J\n", outcome->energy.start,

@@ -28,7 +28,8 @@
  * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
  * - A distance loop without a length has that of the given positions, before loops are closed; a spring without a
  *   length is unstretched at the start, after they have been closed.
- * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply.
+ * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply; but if `integrator`
+ *   is, run.integrator is NULL, and the method is chosen for the model (kt_run_method).
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -58,7 +59,7 @@ typedef struct kt_scene {
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;
 
-/* Returns a scene with an empty mechanism and kt_run_default. */
+/* Returns a scene with an empty mechanism and kt_run_default, but no method named. */
 KT_API kt_scene kt_scene_default(void);
 
 /* Called once for each fault of a file, in the order of lines and columns. fault->where is "FILE:LINE:COLUMN", both

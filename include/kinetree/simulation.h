@@ -73,7 +73,7 @@ typedef struct kt_marker_pair {
 /* The `simulate` and `output` parts of a scene. */
 typedef struct kt_run {
     double duration;               /* s */
-    const char *integrator;        /* a name that kt_method_find knows */
+    const char *integrator;        /* a name that kt_method_find knows; NULL: chosen for the model (kt_run_method) */
     double step;                   /* s; > 0: fixed step, and the tolerances are not read */
     double relative, absolute;     /* tolerances of an adaptive method, of the numbers of q and v */
     double rho;                    /* two-step: the spectral radius at infinity, 0 to 1; others do not read it */
@@ -86,7 +86,8 @@ typedef struct kt_run {
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, rho 0.6, identity, auto, default records. */
+/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, whose simulations are small, rho 0.6, identity, auto, default
+ * records. A scene names no method unless its file does. */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
@@ -99,9 +100,24 @@ KT_API kt_run kt_run_default(void);
  * "duration", "step", "interval", "tolerance" or "rho". Cost: a few comparisons. */
 KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
 
+/* The most velocity coordinates nv of a model for which auto is the default. Its simulation takes about 14 nv^2 numbers
+ * more than that of dopri5. */
+enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
+
 /* The method of a run: the built-in one of its name, or where that is given by rho a copy of it with the run's, in
- * *storage, which must outlive its use; NULL if there is none of that name. */
-KT_API const kt_method *kt_run_method(const kt_run *run, kt_method *storage);
+ * *storage, which must outlive its use; NULL if there is none of that name. Where the run names none it is the default
+ * for the model that is integrated: auto; but dopri5
+ *   - with a fixed step,
+ *   - for a model of more than KT_RUN_IMPLICIT_MOST velocity coordinates,
+ *   - where the equations of motion are the caller's (kt_simulation_options.acceleration), and model is NULL here,
+ *   - in a library without implicit methods.
+ * auto has the bits of dopri5 until the motion is stiff. Where its memory counts (kt_simulation_size tells it), name
+ * dopri5. */
+KT_API const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage);
+
+/* Which of these applies, in words ("the default with a fixed step"), and what to do if another is wanted; NULL where the
+ * run names its method. Static storage. */
+KT_API const char *kt_run_method_reason(const kt_run *run, const kt_model *model);
 
 /* Returns the bits of what a run records of this model: run->record, or those that KT_RECORD_DEFAULT stands for. */
 KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);

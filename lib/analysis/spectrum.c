@@ -80,11 +80,11 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
 /* The run whose states are analysed: never with the fixed step, which may be the one in doubt. */
 static kt_run run_of(const kt_run *run) {
     kt_run adaptive = *run;
-    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
+    const kt_method *named = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
     adaptive.record = KT_RECORD_POSITION;
     adaptive.marker_count = 0;
-    if (run->step > 0.0 || method == NULL || method->embedded_order == 0) {
-        adaptive.integrator = kt_run_default().integrator;
+    if (run->step > 0.0 || (run->integrator != NULL && (named == NULL || !kt_method_is_adaptive(named)))) {
+        adaptive.integrator = NULL;
         adaptive.relative = adaptive.absolute = 1e-6;
         adaptive.step = 0.0;
     }

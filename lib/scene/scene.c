@@ -190,7 +190,8 @@ bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
 kt_scene kt_scene_default(void) {
-    const kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
+    kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
+    scene.run.integrator = NULL; /* chosen for the model */
     return scene;
 }
 

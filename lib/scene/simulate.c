@@ -53,7 +53,8 @@ static void write_integrator(kt_emitter *e, const kt_field *field, const void *o
 
 static bool same_integrator(const kt_field *field, const void *object, const void *standard) {
     const kt_run *run = kt_field_of(object, field), *rest = kt_field_of(standard, field);
-    return strcmp(run->integrator, rest->integrator) == 0;
+    return run->integrator == NULL || rest->integrator == NULL ? run->integrator == rest->integrator
+                                                               : strcmp(run->integrator, rest->integrator) == 0;
 }
 
 static const kt_kind kind_integrator = {read_integrator, write_integrator, same_integrator};
@@ -135,11 +136,12 @@ static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_C
 static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
     kt_node *step = kt_node_find(node, "step"), *tolerance = kt_node_find(node, "tolerance");
     kt_node *integrator = kt_node_find(node, "integrator");
-    const kt_method *method = kt_method_find(run->integrator);
+    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
     kt_node *rho = kt_node_find(node, "rho");
-    if (rho != NULL && method != NULL && !(method->rho > 0.0) && !kt_node_is_faulty(integrator))
+    if (rho != NULL && (method == NULL || !(method->rho > 0.0)) && !kt_node_is_faulty(integrator))
         kt_fault_at(r, KT_ERROR_SCENE, scope, rho,
-                    "'rho' is for integrator two-step, and this is %s; leave it out, or take two-step", method->name);
+                    "'rho' is for integrator two-step, and this is %s; leave it out, or take two-step",
+                    method != NULL ? method->name : "the default");
     if (step != NULL && tolerance != NULL) {
         kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
                     "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out");
@@ -345,14 +347,14 @@ static kt_status refuse(kt_error *error, const char *where, const char *message)
 
 static kt_status check_run_method(const kt_run *run, kt_error *error) {
     const kt_method *method = run->integrator == NULL ? NULL : kt_method_find(run->integrator);
-    if (method == NULL)
+    if (method == NULL && run->integrator != NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.integrator", "there is no method %s",
-                            kt_name_quote(run->integrator == NULL ? "" : run->integrator).text);
+                            kt_name_quote(run->integrator).text);
     if (!is_not_negative(run->step))
         return refuse(error, "simulate.step", "the step must be finite and not negative");
     if (run->step > 0.0)
         return KT_OK;
-    if (!kt_method_is_adaptive(method))
+    if (method != NULL && !kt_method_is_adaptive(method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.step", "%s has a fixed step; give it", method->name);
     if (!is_not_negative(run->relative) || !is_not_negative(run->absolute) ||
         !is_positive(run->relative + run->absolute))

@@ -95,16 +95,19 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
     kt_checkpoint_head own = make_head(simulation);
     if (memcmp(head->kind, own.kind, sizeof own.kind) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "these bytes are not a checkpoint of a simulation");
-    if (head->size != own.size || head->nq != own.nq || head->nv != own.nv || head->body != own.body)
+    if (head->nq != own.nq || head->nv != own.nv || head->body != own.body)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                            "it is of another model, or only one of the two keeps an energy balance: %llu bodies, %llu "
-                            "positions, %llu velocities, %llu bytes; here: %zu, %zu, %zu, %llu",
+                            "it is of another model: %llu bodies, %llu positions, %llu velocities; here: %zu, %zu, %zu",
                             (unsigned long long)head->body, (unsigned long long)head->nq, (unsigned long long)head->nv,
-                            (unsigned long long)head->size, simulation->size.body, simulation->size.nq,
-                            simulation->size.nv, (unsigned long long)own.size);
+                            simulation->size.body, simulation->size.nq, simulation->size.nv);
     if (memcmp(head->method, own.method, sizeof own.method) != 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "it was made with another integrator: %.31s",
-                            head->method);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                            "it was made with another integrator: %.31s, and this is %.31s", head->method, own.method);
+    if (head->size != own.size)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "checkpoint",
+            "it is of another model, or only one of the two keeps an energy balance: %llu bytes; here: %llu",
+            (unsigned long long)head->size, (unsigned long long)own.size);
     return KT_OK;
 }
 

@@ -26,12 +26,14 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
     settings->options = options != NULL ? *options : kt_simulation_options_default();
-    const char *name = settings->run.integrator != NULL ? settings->run.integrator : kt_run_default().integrator;
-    settings->method =
-        settings->options.method != NULL ? settings->options.method : kt_run_method(&settings->run, &settings->by_rho);
+    settings->model = settings->options.transformation ? settings->options.transformation->model : model;
+    const kt_model *known = settings->options.acceleration == NULL ? settings->model : NULL;
+    settings->method = settings->options.method != NULL ? settings->options.method
+                                                        : kt_run_method(&settings->run, known, &settings->by_rho);
     if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
-                            "there is no method '%s'; kt_method_at lists those that there are", name);
+                            "there is no method '%s'; kt_method_at lists those that there are",
+                            settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
     if (status != KT_OK)
         return status;
@@ -39,7 +41,6 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "%s has no error estimate and cannot choose its steps: give it a step",
                             settings->method->name);
-    settings->model = settings->options.transformation ? settings->options.transformation->model : model;
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
     return KT_OK;
 }

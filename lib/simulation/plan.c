@@ -3,6 +3,7 @@
  * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
  * loops run, and whole passes are skipped when a count is zero; this file reads the same counts.
  */
+#include "integrator/integrator.h"
 #include "model/model.h"
 #include "simulation/simulation.h"
 
@@ -126,7 +127,20 @@ static void add_powers(list *l, const kt_model *model, bool balance) {
 
 /* ---- steps and records ------------------------------------------------------------------------------------------- */
 
-static void add_step(list *l, const kt_model *model) {
+/* Those of a method that is implicit, or that may become so. */
+static void add_implicit(list *l, const kt_model *model, const kt_run *run) {
+    kt_method storage;
+    const kt_method *method = kt_run_method(run, model, &storage);
+    const bool implicit = method != NULL && kt_method_needs_newton(method);
+    const char *reason = kt_run_method_reason(run, model);
+    const char *name = implicit && !kt_method_is_implicit(method) ? "linear equations while it is stiff"
+                                                                  : "linear equations of implicit steps";
+    add_or_drop(l, KT_PHASE_STEP, name, implicit ? model->n.v : 0, "unknowns",
+                reason != NULL ? reason : "the method is explicit");
+}
+
+static void add_step(list *l, const kt_model *model, const kt_run *run) {
+    add_implicit(l, model, run);
     add_or_drop(l, KT_PHASE_STEP, "projection onto the loops", model->n.group, "groups", "the scene names no loops");
     add_or_drop(l, KT_PHASE_STEP, "quaternions to unit norm", model->n.q - model->n.v, "quaternions",
                 "no joint has one");
@@ -150,7 +164,7 @@ int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps)
     add_effects(&l, model);
     add_dynamics(&l, model);
     add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);
-    add_step(&l, model);
+    add_step(&l, model, run);
     add_record(&l, run, record);
     return l.count;
 }

@@ -1,6 +1,7 @@
 /* The settings of a run: defaults, limits and names. */
-#include "kinetree/simulation.h"
+#include "simulation/simulation.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -46,15 +47,62 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
+/* ---- the method --------------------------------------------------------------------------------------------------- */
+
+/* Why a run has its method. */
+typedef enum kt_choice_of_method {
+    KT_CHOSEN_BY_NAME = 0,
+    KT_CHOSEN_ADAPTIVE, /* the only one that is auto */
+    KT_CHOSEN_FIXED,
+    KT_CHOSEN_FOREIGN,
+    KT_CHOSEN_EXPLICIT,
+    KT_CHOSEN_LARGE
+} kt_choice_of_method;
+
+static kt_choice_of_method choose(const kt_run *run, const kt_model *model) {
+    if (run->integrator != NULL)
+        return KT_CHOSEN_BY_NAME;
+    if (run->step > 0.0)
+        return KT_CHOSEN_FIXED;
+    if (model == NULL)
+        return KT_CHOSEN_FOREIGN;
+    if (!KT_HAS_JACOBIAN)
+        return KT_CHOSEN_EXPLICIT;
+    return kt_model_nv(model) > KT_RUN_IMPLICIT_MOST ? KT_CHOSEN_LARGE : KT_CHOSEN_ADAPTIVE;
+}
+
+const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
+    switch (choose(run, model)) {
+    case KT_CHOSEN_BY_NAME:
+        return NULL;
+    case KT_CHOSEN_ADAPTIVE:
+        return "the default";
+    case KT_CHOSEN_FIXED:
+        return "the default with a fixed step";
+    case KT_CHOSEN_FOREIGN:
+        return "the default where the equations of motion are the caller's";
+    case KT_CHOSEN_EXPLICIT:
+        return "the default of a library without implicit methods";
+    case KT_CHOSEN_LARGE:
+        break;
+    }
+    static_assert(KT_RUN_IMPLICIT_MOST == 100, "the words tell it");
+    return "the default above 100 velocity coordinates, for the size of matrices; if the motion is stiff, name auto or "
+           "radau5";
+}
+
 /* The two-step family is given by rho; bdf2 is its member with rho = 0. */
-const kt_method *kt_run_method(const kt_run *run, kt_method *storage) {
-    const kt_method *method = kt_method_find(run->integrator != NULL ? run->integrator : kt_run_default().integrator);
+const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage) {
+    const char *chosen = choose(run, model) == KT_CHOSEN_ADAPTIVE ? "auto" : "dopri5";
+    const kt_method *method = kt_method_find(run->integrator != NULL ? run->integrator : chosen);
     if (method == NULL || !(method->rho > 0.0))
         return method;
     *storage = *method;
     storage->rho = run->rho;
     return storage;
 }
+
+/* ---- limits ------------------------------------------------------------------------------------------------------- */
 
 kt_status kt_run_check(const kt_run *run, kt_error *error) {
     if (!(run->rho >= 0.0 && run->rho <= 1.0))

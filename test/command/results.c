@@ -55,6 +55,38 @@ KT_TEST(bodies_fixed_to_the_world_have_no_energy) {
     json_decref(root);
 }
 
+static void check_method(const char *arguments, const char *words, const char *method, const char *chosen) {
+    const kt_ran ran = kt_shell("$K run b.yaml %s --out /dev/null --summary -", arguments);
+    json_t *root = kt_json(ran.out);
+    const json_t *why = kt_json_find(root, "method.chosen");
+    kt_check_text(arguments, json_string_value(kt_json_find(root, "method.integrator")), method);
+    kt_check_text(arguments, json_is_null(why) ? "null" : json_string_value(why), chosen);
+    kt_check_contains(arguments, ran.err, words);
+    json_decref(root);
+}
+
+/* Report and summary tell which method a run has that names none, and why; so does info. */
+KT_TEST(a_run_tells_its_default_method) {
+    kt_write_file("b.yaml", ball);
+    check_method("", ", auto at tolerance 1e-09: the default\n", "auto", "the default");
+    check_method("--step 0.01", ", dopri5 with steps of 0.01 s: the default with a fixed step\n", "dopri5",
+                 "the default with a fixed step");
+    check_method("--integrator auto", ", auto at tolerance 1e-09\n", "auto", "null");
+    check_method("--formulation absolute", ", auto at tolerance 1e-09: the default\n", "auto", "the default");
+    kt_expect(1, "--rho is for --integrator two-step, and this is the default one", "$K run b.yaml --rho 0.5");
+    kt_check_contains("info", kt_shell("$K info b.yaml").out,
+                      "simulate   1 s, auto at tolerance 1e-09, tree formulation\n           (auto is the default)\n");
+    kt_check_contains("its plan", kt_shell("$K info --plan b.yaml").out, "  linear equations while it is stiff  ");
+    const kt_ran large = kt_shell("$K make chain --links 101 | $K info -");
+    kt_check_contains("a large one", large.out,
+                      "(dopri5 is the default above 100 velocity coordinates, for the size of matrices; if the motion "
+                      "is stiff, name auto or radau5)");
+    const kt_ran free =
+        kt_shell("$K make chain --links 17 | $K run - --formulation absolute --duration 0.01 --out /dev/null");
+    kt_check_contains("what counts are the coordinates that are integrated", free.err,
+                      "dopri5 at tolerance 1e-09: the default above 100 velocity coordinates");
+}
+
 KT_TEST(header_names_every_column) {
     kt_write_file("b.yaml", ball);
     kt_ran ran = kt_shell("$K run b.yaml --quiet --out - --interval 1 --markers arm.tip "

@@ -225,8 +225,9 @@ KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     json_t *root = kt_json(ran.out);
     kt_check_text("but it stands in the summary", json_string_value(kt_json_find(root, "warnings[0].code")),
                   "unstable_step");
-    /* the least along the motion: the start's, or of one a little faster */
-    kt_check_below("with the step", kt_json_at(root, "warnings[0].value"), (1.0 + 1e-9) * 2.785293563 / 8117.2033);
+    /* The least along the motion: the start's, or of one a little faster. The mode may double over the run (analysis.h):
+     * with |R'| = 1.507 and 29,143 steps that is ln 2 / (1.507 * 2.785 * 29143) = 5.7e-6 beyond the limit. */
+    kt_check_below("with the step", kt_json_at(root, "warnings[0].value"), (1.0 + 5.7e-6) * 2.785293563 / 8117.2033);
     kt_check_above("with the step", kt_json_at(root, "warnings[0].value"), 0.99 * 2.785293563 / 8117.2033);
     kt_check_text("its unit", json_string_value(kt_json_find(root, "warnings[0].unit")), "s");
     kt_check_contains("the remedy", json_string_value(kt_json_find(root, "warnings[0].remedy")), "Take steps below");

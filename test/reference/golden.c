@@ -162,9 +162,10 @@ static const kt_model *integrated(const computation *with) {
 }
 
 static void write_name(const kt_case *c, const computation *with, const kt_run *run, char *name, size_t size) {
+    kt_method storage;
     const int length = snprintf(name, size, "%s %s %s %s %s %s ", c->name, kt_formulation_name(with->formulation),
                                 kt_reduction_name(with->reduction), kt_metric_name(run->metric),
-                                kt_plan_name(run->plan), run->integrator);
+                                kt_plan_name(run->plan), kt_run_method(run, integrated(with), &storage)->name);
     if (run->step > 0.0)
         snprintf(name + length, size - (size_t)length, "h=%g t=%g", run->step, run->duration);
     else

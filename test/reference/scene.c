@@ -71,8 +71,8 @@ const char *kt_setting_text(const kt_case *c, const kt_setting *setting) {
     if (run.step > 0.0)
         snprintf(text, sizeof texts[0], "%s: %s h=%g", c->name, run.integrator, run.step);
     else
-        snprintf(text, sizeof texts[0], "%s: %s %g%s", c->name, run.integrator, run.relative,
-                 setting->integrator == NULL ? " (its own)" : "");
+        snprintf(text, sizeof texts[0], "%s: %s %g%s", c->name, run.integrator != NULL ? run.integrator : "its default",
+                 run.relative, setting->integrator == NULL ? " (its own)" : "");
     return text;
 }
 

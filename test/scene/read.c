@@ -111,6 +111,7 @@ KT_TEST(what_is_not_there_is_the_default) {
     kt_check_true("no name", scene.description.name == NULL);
     CHECK_VECTOR("no gravity", scene.description.gravity, 0, 0, 0);
     kt_check_text("the run is kt_run_default", kt_run_difference(&scene.run, &rest.run), "");
+    kt_check_true("no method is named", scene.run.integrator == NULL);
     const kt_body *a = &scene.description.bodies[0];
     kt_check_true("no parent", a->parent == NULL);
     kt_check_equal_int("joint", a->joint.type, KT_JOINT_FIXED);
@@ -255,11 +256,11 @@ KT_TEST(the_two_step_method_has_a_radius_at_infinity) {
     kt_method storage;
     if (kt_parse_right("kinetree: 1\nsimulate: {integrator: two-step, step: 0.1, rho: 0.25}\n", &scene)) {
         CHECK_NUMBERS("rho", &scene.run.rho, 0.25);
-        CHECK_NUMBERS("of its method", &kt_run_method(&scene.run, &storage)->rho, 0.25);
+        CHECK_NUMBERS("of its method", &kt_run_method(&scene.run, NULL, &storage)->rho, 0.25);
         kt_scene_free(&scene);
     }
     if (kt_parse_right("kinetree: 1\nsimulate: {integrator: bdf2, step: 0.1}\n", &scene)) {
-        kt_check_true("bdf2 has its own", kt_run_method(&scene.run, &storage) == kt_method_find("bdf2"));
+        kt_check_true("bdf2 has its own", kt_run_method(&scene.run, NULL, &storage) == kt_method_find("bdf2"));
         kt_scene_free(&scene);
     }
 }

@@ -303,8 +303,8 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     scene.run.duration = (double)INFINITY;
     check_refused("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
-    scene.run.integrator = NULL;
-    check_refused("no method", &scene, KT_ERROR_ARGUMENT, "there is no method ''");
+    scene.run.integrator = "";
+    check_refused("an empty name", &scene, KT_ERROR_ARGUMENT, "there is no method ''");
     scene.run = kt_run_default();
     scene.run.interval = -1.0;
     check_refused("a negative interval", &scene, KT_ERROR_ARGUMENT, "not negative");

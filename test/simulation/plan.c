@@ -287,6 +287,34 @@ KT_TEST(effects_between_what_stands_still_move_no_link) {
     linkage_free(&l);
 }
 
+/* Linear equations are those of implicit methods, and of the default one. */
+KT_TEST(plan_tells_of_linear_equations_of_implicit_steps) {
+    static const struct {
+        const char *method, *name;
+        double step;
+    } cases[] = {{NULL, "linear equations while it is stiff", 0.0},
+                 {"radau5", "linear equations of implicit steps", 0.0},
+                 {"dopri5", NULL, 0.0},
+                 {NULL, NULL, 0.1}};
+    static const char *const reasons[] = {NULL, NULL, "the method is explicit", "the default with a fixed step"};
+    static linkage l;
+    const four_bar f = four_bar_default();
+    linkage_four_bar(&l, &f);
+    if (!linkage_compile(&l))
+        return;
+    for (int i = 0; i < 4; i++) {
+        kt_run run = kt_run_default();
+        run.integrator = cases[i].method;
+        run.step = cases[i].step;
+        const plan p = plan_of(l.model, &run);
+        if (cases[i].name != NULL)
+            is_there(&p, cases[i].name, 3, "unknowns");
+        else
+            is_dropped(&p, "linear equations of implicit steps", reasons[i]);
+    }
+    linkage_free(&l);
+}
+
 /* ---- runs -----------------------------------------------------------------------------------------------------------
  */
 
