@@ -83,7 +83,7 @@ static bool add_marker(kt_columns *columns, const kt_marker_pair *pair) {
 }
 
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
-    *columns = (kt_columns){.model = model};
+    *columns = (kt_columns){.model = model, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_POSITION);
@@ -103,11 +103,13 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
         fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
-    return fine;
+    columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
+    return columns->values != NULL;
 }
 
 void kt_columns_free(kt_columns *columns) {
     free(columns->columns);
+    free(columns->values);
     *columns = (kt_columns){.count = 0};
 }
 
@@ -214,14 +216,12 @@ static double component_of(const kt_wrench *wrenches, int index, int k) {
     return x[k];
 }
 
-static double marker_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+static kt_vec3 marker_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
     const kt_vec3 at = kt_marker_at(columns->model, c->index, c->marker);
-    const kt_vec3 x = kt_point_position(columns->model, record->data, c->index, at);
-    return c->component == 0 ? x.x : c->component == 1 ? x.y : x.z;
+    return kt_point_position(columns->model, record->data, c->index, at);
 }
 
-double kt_column_value(const kt_columns *columns, size_t column, const kt_record *record) {
-    const kt_column *c = &columns->columns[column];
+static double value_of(const kt_column *c, const kt_record *record, kt_vec3 marker) {
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -232,7 +232,7 @@ double kt_column_value(const kt_columns *columns, size_t column, const kt_record
     case KT_COLUMN_ACCELERATION:
         return coordinate(record->a, c->at);
     case KT_COLUMN_MARKER:
-        return marker_of(columns, c, record);
+        return c->component == 0 ? marker.x : c->component == 1 ? marker.y : marker.z;
     case KT_COLUMN_ENERGY:
         return c->component == 0   ? record->kinetic
                : c->component == 1 ? record->potential
@@ -251,4 +251,15 @@ double kt_column_value(const kt_columns *columns, size_t column, const kt_record
         return coordinate(record->multipliers, c->at);
     }
     return (double)NAN;
+}
+
+const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
+    kt_vec3 marker = {0};
+    for (size_t i = 0; i < columns->count; i++) {
+        const kt_column *c = &columns->columns[i];
+        if (c->source == KT_COLUMN_MARKER && c->component == 0) /* its three columns follow each other */
+            marker = marker_of(columns, c, record);
+        columns->values[i] = value_of(c, record, marker);
+    }
+    return columns->values;
 }

@@ -31,8 +31,10 @@ typedef struct kt_column {
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
+    unsigned record; /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
+    double *values; /* [count], of the record that was evaluated last */
 } kt_columns;
 
 /* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
@@ -50,8 +52,8 @@ typedef struct kt_quantity {
 
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
 
-/* NaN if the record does not have it. */
-double kt_column_value(const kt_columns *columns, size_t column, const kt_record *record);
+/* The values of all columns in a record, NaN where it does not have them. They are the list's own, until the next call. */
+const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 
 /* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are
  * unknown. */

@@ -24,42 +24,29 @@ static char *start_cell(kt_lines *lines, size_t length) {
 }
 
 static void add_header(kt_csv *csv) {
-    for (size_t i = 0; i < csv->columns.count; i++) {
-        const int length = kt_column_name(&csv->columns, i, NULL, 0);
+    for (size_t i = 0; i < csv->columns->count; i++) {
+        const int length = kt_column_name(csv->columns, i, NULL, 0);
         char *cell = start_cell(&csv->lines, (size_t)length);
         if (cell != NULL)
-            csv->lines.used += (size_t)kt_column_name(&csv->columns, i, cell, (size_t)length + 1);
+            csv->lines.used += (size_t)kt_column_name(csv->columns, i, cell, (size_t)length + 1);
     }
 }
 
-static void add_line(kt_csv *csv, const kt_record *record) {
-    for (size_t i = 0; i < csv->columns.count; i++) {
+static void add_line(kt_csv *csv, const double *values) {
+    for (size_t i = 0; i < csv->columns->count; i++) {
         char *cell = start_cell(&csv->lines, NUMBER_SIZE);
         if (cell != NULL)
-            csv->lines.used += (size_t)snprintf(cell, NUMBER_SIZE, "%.17g", kt_column_value(&csv->columns, i, record));
+            csv->lines.used += (size_t)snprintf(cell, NUMBER_SIZE, "%.17g", values[i]);
     }
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-static int list_columns(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
-    *csv = (kt_csv){.lines.file = -1};
-    int code = kt_output_start(&csv->output, path);
-    if (code < 0 && !kt_columns_list(&csv->columns, model, run, kt_run_record(run, model))) {
-        kt_say("there is not enough memory");
-        (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
-        code = KT_EXIT_INTEGRATION;
-    }
-    if (code >= 0)
-        kt_columns_free(&csv->columns);
-    return code;
-}
-
-int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run) {
-    *csv = (kt_csv){.lines.file = -1};
+int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns) {
+    *csv = (kt_csv){.columns = columns, .lines.file = -1};
     if (path == NULL)
         return -1;
-    int code = list_columns(csv, path, model, run);
+    int code = kt_output_start(&csv->output, path);
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
@@ -67,7 +54,6 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
     if (file < 0) {
         kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name, strerror(errno));
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
-        kt_columns_free(&csv->columns);
         return KT_EXIT_INTEGRATION;
     }
     kt_lines_start(&csv->lines, file, path, 0);
@@ -80,7 +66,6 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_r
 
 int kt_csv_close(kt_csv *csv, kt_output_fate fate) {
     const int failed = kt_lines_close(&csv->lines);
-    kt_columns_free(&csv->columns);
     if (failed != 0 && fate == KT_OUTPUT_WHOLE)
         fate = KT_OUTPUT_PART;
     return kt_output_end(&csv->output, fate) != 0 ? -1 : failed;
@@ -121,9 +106,10 @@ static int open_beginning(const kt_output *output, long long written, bool *copi
     return *copied ? copy_beginning(output->name, output->partial, written) : file;
 }
 
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written) {
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written) {
     struct stat status;
-    int code = list_columns(csv, path, model, run);
+    *csv = (kt_csv){.columns = columns, .lines.file = -1};
+    int code = kt_output_start(&csv->output, path);
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
@@ -132,7 +118,6 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     if (file < 0) {
         kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
-        kt_columns_free(&csv->columns);
         return KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
@@ -152,9 +137,9 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt
     return KT_EXIT_USAGE;
 }
 
-int kt_csv_write(kt_csv *csv, const kt_record *record) {
+int kt_csv_write(kt_csv *csv, const double *values) {
     if (csv->output.name == NULL)
         return 0;
-    add_line(csv, record);
+    add_line(csv, values);
     return kt_lines_end(&csv->lines);
 }

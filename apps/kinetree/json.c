@@ -21,6 +21,8 @@ static void *allocate(size_t size) {
 
 void kt_json_watch_memory(void) { json_set_alloc_funcs(allocate, free); }
 
+bool kt_json_is_short(void) { return is_short; }
+
 json_t *kt_json_text(const char *text) {
     json_t *exact = json_string(text);
     return exact != NULL ? exact : json_string(kt_show(text).text);

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-size_t kt_motion_width(const kt_motion *motion) { return motion->columns.count - 1 + (motion->has_drift ? 1 : 0); }
+size_t kt_motion_width(const kt_motion *motion) { return motion->columns->count - 1 + (motion->has_drift ? 1 : 0); }
 
 size_t kt_motion_bodies(const kt_motion *motion) { return (size_t)kt_model_body_count(motion->model) - 1; }
 
@@ -18,18 +18,18 @@ static size_t frame_size(const kt_motion *motion, size_t forces) {
            (kt_motion_width(motion) + 3 * forces) * sizeof(float);
 }
 
-kt_motion *kt_motion_start(const kt_scene *scene, const kt_model *model, const kt_run *run, int64_t records,
-                           bool has_reactions) {
+kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions) {
     kt_motion *motion = calloc(1, sizeof *motion);
     if (motion == NULL)
         return NULL;
-    const unsigned record = kt_run_record(run, model);
-    *motion = (kt_motion){.scene = scene, .model = model, .has_drift = (record & KT_RECORD_ENERGY) != 0};
+    *motion = (kt_motion){.scene = scene,
+                          .model = columns->model,
+                          .columns = columns,
+                          .has_drift = (columns->record & KT_RECORD_ENERGY) != 0};
     const size_t reactions = has_reactions ? kt_motion_bodies(motion) + (size_t)scene->description.loop_count : 0;
     const size_t forces = reactions + (size_t)scene->description.effect_count;
-    motion->poses = malloc((size_t)kt_model_body_count(model) * sizeof *motion->poses);
     motion->forces = calloc(forces + 1, sizeof *motion->forces);
-    if (!kt_columns_list(&motion->columns, model, run, record) || motion->poses == NULL || motion->forces == NULL) {
+    if (motion->forces == NULL) {
         kt_motion_free(motion);
         return NULL;
     }
@@ -42,10 +42,8 @@ kt_motion *kt_motion_start(const kt_scene *scene, const kt_model *model, const k
 void kt_motion_free(kt_motion *motion) {
     if (motion == NULL)
         return;
-    kt_columns_free(&motion->columns);
     kt_picture_free(motion->picture);
     free(motion->forces);
-    free(motion->poses);
     free(motion->times);
     free(motion->places);
     free(motion->turns);
@@ -84,22 +82,26 @@ static void list_effect_forces(kt_motion *motion) {
 }
 
 /* What there is to see, and the sizes of it, are taken from the first frame. */
-static int look_at_first(kt_motion *motion) {
-    kt_error error = {0};
-    if (motion->picture != NULL)
-        return 0;
-    if (kt_picture_create(&motion->scene->description, motion->model, motion->poses, &motion->picture, &error) !=
-        KT_OK) {
-        kt_say_error(&error);
-        return -1;
+static int look_at_first(kt_motion *motion, const kt_data *data) {
+    const int count = kt_model_body_count(motion->model);
+    kt_pose *poses = malloc((size_t)count * sizeof *poses);
+    kt_status status = KT_ERROR_MEMORY;
+    for (int body = 0; body < count && poses != NULL; body++)
+        poses[body] = kt_body_pose(motion->model, data, body);
+    if (poses != NULL)
+        status = kt_picture_create(&motion->scene->description, motion->model, poses, &motion->picture, NULL);
+    if (status == KT_OK) {
+        const kt_bounds bounds = kt_picture_widen(motion->picture, poses, kt_bounds_empty());
+        if (bounds.low.x <= bounds.high.x)
+            motion->centre = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+        if (motion->has_reactions)
+            list_reactions(motion);
+        list_effect_forces(motion);
+    } else {
+        kt_say("there is not enough memory for the motion");
     }
-    const kt_bounds bounds = kt_picture_widen(motion->picture, motion->poses, kt_bounds_empty());
-    if (bounds.low.x <= bounds.high.x)
-        motion->centre = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
-    if (motion->has_reactions)
-        list_reactions(motion);
-    list_effect_forces(motion);
-    return 0;
+    free(poses);
+    return status == KT_OK ? 0 : -1;
 }
 
 /* ---- frames ------------------------------------------------------------------------------------------------------ */
@@ -145,23 +147,26 @@ static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
         to[k] = (int16_t)((int)(scale * x[k] + 32768.5) - 32768);
 }
 
-static void put_poses(kt_motion *motion) {
+static void put_poses(kt_motion *motion, const kt_data *data) {
     const size_t bodies = kt_motion_bodies(motion), frame = motion->count;
     for (size_t b = 0; b < bodies; b++) {
         const size_t at = frame * bodies + b;
-        const kt_pose *pose = &motion->poses[b + 1];
-        put_vector(motion->places + 3 * at, kt_vec3_sub(pose->position, motion->centre));
+        const kt_pose pose = kt_body_pose(motion->model, data, (int)b + 1);
+        put_vector(motion->places + 3 * at, kt_vec3_sub(pose.position, motion->centre));
         put_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
-                       kt_quat_from_matrix(pose->rotation));
+                       kt_quat_from_matrix(pose.rotation));
     }
 }
 
-/* At every fourth record: a rotation that lasts shorter is none that would be seen to turn backwards. */
+/* At every fourth record, and of each rigid part once: a rotation that lasts shorter is none that would be seen to turn
+ * backwards. */
 static void find_fastest(kt_motion *motion, const kt_data *data) {
     const int bodies = kt_model_body_count(motion->model);
     if (motion->taken % 4 != 0)
         return;
     for (int body = 1; body < bodies; body++) {
+        if (motion->picture->part[body] != body)
+            continue;
         const double speed = kt_vec3_norm(kt_body_twist(motion->model, data, body).angular);
         if (speed > motion->fastest) {
             motion->fastest = speed;
@@ -175,10 +180,10 @@ static double energy_of(const kt_record *record) {
     return isnan(balance) ? record->kinetic + record->potential : balance;
 }
 
-static void put_values(kt_motion *motion, const kt_record *record) {
+static void put_values(kt_motion *motion, const kt_record *record, const double *values) {
     float *row = motion->values + motion->count * kt_motion_width(motion);
-    for (size_t i = 1; i < motion->columns.count; i++)
-        *row++ = (float)kt_column_value(&motion->columns, i, record);
+    for (size_t i = 1; i < motion->columns->count; i++)
+        *row++ = (float)values[i];
     if (motion->count == 0)
         motion->energy_start = energy_of(record);
     if (motion->has_drift)
@@ -204,19 +209,16 @@ static void put_forces(kt_motion *motion, const kt_record *record) {
         put_vector(row + 3 * i, force_of(motion, &motion->forces[i], record));
 }
 
-int kt_motion_take(kt_motion *motion, const kt_record *record) {
-    const int bodies = kt_model_body_count(motion->model);
-    for (int body = 0; body < bodies; body++)
-        motion->poses[body] = kt_body_pose(motion->model, record->data, body);
+int kt_motion_take(kt_motion *motion, const kt_record *record, const double *values) {
     if (motion->is_loose)
         motion->count--;
     motion->is_loose = false;
-    if (look_at_first(motion) != 0 || make_room(motion) != 0)
+    if ((motion->picture == NULL && look_at_first(motion, record->data) != 0) || make_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;
-    put_poses(motion);
+    put_poses(motion, record->data);
     find_fastest(motion, record->data);
-    put_values(motion, record);
+    put_values(motion, record, values);
     put_forces(motion, record);
     motion->count++;
     motion->is_loose = motion->taken % motion->stride != 0;
@@ -246,7 +248,7 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
                                   .data = data};
         const double fastest = motion->fastest; /* of records: what a run fails of may be very fast */
         motion->is_loose = false;
-        failed = kt_motion_take(motion, &record);
+        failed = kt_motion_take(motion, &record, kt_columns_evaluate(motion->columns, &record));
         motion->is_loose = false;
         motion->fastest = fastest;
     }

@@ -1,7 +1,7 @@
 /* The motion of a mechanism for pictures that move: poses of its bodies, columns and forces, frame by frame.
  *
- *     kt_motion *motion = kt_motion_start(scene, model, run, records, true);
- *     code = kt_motion_take(motion, record);                    for each record
+ *     kt_motion *motion = kt_motion_start(scene, &columns, records, true);
+ *     code = kt_motion_take(motion, record, kt_columns_evaluate(&columns, record));     for each record
  *     code = kt_view_write(motion, ...), kt_glb_write(motion, ...)
  *     kt_motion_free(motion);
  */
@@ -36,13 +36,12 @@ typedef struct kt_motion {
     const kt_scene *scene;
     const kt_model *model;
     kt_picture *picture; /* NULL: there is no frame yet */
-    kt_columns columns;  /* the first is time, which frames have apart */
+    kt_columns *columns; /* the caller's; the first is time, which frames have apart */
     bool has_drift;      /* after the columns comes the change of the total energy, or of the balance */
     double energy_start;
     kt_motion_force *forces;
     int force_count;
     bool has_reactions; /* of joints and loops; forces of effects are always there */
-    kt_pose *poses;     /* of one frame */
     kt_vec3 centre;     /* places of bodies are relative to this, so that single precision does for them */
 
     /* Frames; bodies do not count the world here. */
@@ -59,14 +58,13 @@ typedef struct kt_motion {
     int fastest_body;    /* ... and whose */
 } kt_motion;
 
-/* run: the options of the run, and what is recorded. records: how many will be taken. has_reactions: records have them,
- * whether columns do or not. Returns NULL if memory is insufficient. */
-kt_motion *kt_motion_start(const kt_scene *scene, const kt_model *model, const kt_run *run, int64_t records,
-                           bool has_reactions);
+/* columns: what frames have besides poses and forces; they must outlive the motion. records: how many will be taken.
+ * has_reactions: records have them, whether columns do or not. Returns NULL if memory is insufficient. */
+kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions);
 void kt_motion_free(kt_motion *motion);
 
-/* Adds a record, whose data hold its kinematics. Returns 0, or -1 after printing the error. */
-int kt_motion_take(kt_motion *motion, const kt_record *record);
+/* Adds a record, whose data hold its kinematics; values: of the columns. Returns 0, or -1 after printing the error. */
+int kt_motion_take(kt_motion *motion, const kt_record *record, const double *values);
 /* Adds a state, if it is later than the last frame and its poses can be computed: poses, positions and velocities,
  * without forces and energies. Returns 0, or -1 after printing that memory is insufficient. */
 int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v);

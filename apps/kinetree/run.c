@@ -26,6 +26,7 @@ static double cpu_now(void) {
 
 /* What a run collects for its results. */
 typedef struct kt_results {
+    kt_columns columns;
     kt_csv csv;
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
@@ -33,6 +34,7 @@ typedef struct kt_results {
 
 /* Data of the recorder. */
 typedef struct kt_sinks {
+    kt_columns *columns;
     kt_csv *csv;
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
@@ -86,12 +88,9 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
-    if (kt_csv_write(sinks->csv, record) != 0) {
-        sinks->failed = true;
-        return -1;
-    }
-    if ((sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
-        (sinks->motion != NULL && kt_motion_take(sinks->motion, record) != 0)) {
+    const double *values = kt_columns_evaluate(sinks->columns, record);
+    if (kt_csv_write(sinks->csv, values) != 0 || (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
+        (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
         return -1;
     }
@@ -127,7 +126,8 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
                     bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
-    kt_sinks sinks = {.csv = &results->csv,
+    kt_sinks sinks = {.columns = &results->columns,
+                      .csv = &results->csv,
                       .plot = results->plot,
                       .motion = results->motion,
                       .progress = &progress,
@@ -300,23 +300,25 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
 
 /* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
 static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
-                        const char *out, kt_csv *csv) {
+                        const char *out, kt_results *results) {
     long long lines = 0;
     if (arguments->resume == NULL)
-        return kt_csv_open(csv, out, outcome->model, outcome->run);
+        return kt_csv_open(&results->csv, out, &results->columns);
     int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome, &lines);
-    return code >= 0 ? code : kt_csv_reopen(csv, out, outcome->model, outcome->run, lines);
+    return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, lines);
 }
 
-/* Starts what collects the picture and the motion. Returns false if memory is insufficient. */
+/* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
 static bool start_results(const kt_outcome *outcome, const kt_result_names *names, unsigned record,
                           kt_results *results) {
+    if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
+        return false;
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(outcome->model, outcome->run);
     if (names->view != NULL || names->glb != NULL)
         results->motion =
-            kt_motion_start(outcome->scene, outcome->model, outcome->run,
-                            kt_simulation_record_count(outcome->simulation), (record & KT_RECORD_REACTION) != 0);
+            kt_motion_start(outcome->scene, &results->columns, kt_simulation_record_count(outcome->simulation),
+                            (record & KT_RECORD_REACTION) != 0);
     return (results->plot != NULL || names->plot == NULL) &&
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
@@ -351,11 +353,11 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_results results = {.plot = NULL};
     int code = -1;
     if (!start_results(outcome, names, record, &results)) {
-        kt_say("there is not enough memory for the picture");
+        kt_say("there is not enough memory for the results");
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0)
-        code = open_records(arguments, outcome, checkpoint, names->out, &results.csv);
+        code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
         kt_mode_watch *modes = kt_watch_steps(outcome);
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
@@ -369,6 +371,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
+    kt_columns_free(&results.columns);
     return code;
 }
 

@@ -51,20 +51,19 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* Records as CSV. */
 typedef struct kt_csv {
-    kt_columns columns;
+    const kt_columns *columns;
     kt_output output;
     kt_lines lines;
 } kt_csv;
 
 /* Opens the file ("-": standard output; NULL: there are no records to be written; else see output.h) and writes the
- * header. Returns -1 on success, else an exit
- * code. */
-int kt_csv_open(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run);
+ * header. The columns must outlive it. Returns -1 on success, else an exit code. */
+int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns);
 /* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
  * bytes after them are cut off. Returns -1 on success, else an exit code. */
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_model *model, const kt_run *run, long long written);
-/* Appends a record. Returns 0, or -1 after printing an error if lines could not be written. */
-int kt_csv_write(kt_csv *csv, const kt_record *record);
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written);
+/* Appends a record, given by the values of its columns. Returns 0, or -1 after printing an error if lines could not be written. */
+int kt_csv_write(kt_csv *csv, const double *values);
 /* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
 int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 
