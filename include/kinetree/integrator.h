@@ -320,6 +320,9 @@ typedef struct kt_integrator_callbacks {
  *
  * autonomous (NULL: it may depend): whether f does not depend on t, so that a Rosenbrock method need not find its slope.
  *
+ * time_slope (NULL: none): writes df/dt at (t, y), where f = dydt, to slope: n values, which are zero before; just after t
+ * where f has a corner. > 0: it is not known, and is found by differences of f.
+ *
  * solve: re + i im becomes (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its kind;
  * `im` is NULL for the real one. */
 typedef struct kt_newton {
@@ -327,6 +330,7 @@ typedef struct kt_newton {
     int (*factor)(kt_complex sigma, void *user);                                /* of sigma - J */
     int (*solve)(double *re, double *im, void *user);                           /* with these factors */
     bool (*autonomous)(void *user); /* Rosenbrock: whether f does not depend on t; NULL: it may */
+    int (*time_slope)(double t, const double *y, const double *dydt, double *slope, void *user); /* Rosenbrock: df/dt */
 } kt_newton;
 
 /* A relative tolerance below this, the rounding of numbers (2^-52), is refused: no step could meet it. */
@@ -422,8 +426,8 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *
  * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing. Its order depends on an
  * exact Jacobian, which is computed at every step; where it cannot be, the old one serves on and the step is counted
- * (capped). Where f depends on time its slope is found by two more evaluations: off by 1e-7 h^4 f_ttt in a step. With
- * quadratures there are two more, too; these have order 4. A matrix that is singular asks for a shorter step, and where
+ * (capped). Where f depends on time its slope is asked of the caller (kt_newton), or found by two more evaluations: off by
+ * 1e-7 h^4 f_ttt in a step. With quadratures there are two more, too; these have order 4. A matrix that is singular asks for a shorter step, and where
  * the step is fixed that is KT_ERROR_STEP.
  *
  * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps

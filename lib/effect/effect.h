@@ -72,6 +72,10 @@ typedef struct kt_effect_kind {
                    kt_effect_slopes *slopes);
     void (*joint_slopes)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]);
+    /* The partial derivatives of `wrench` and of `joint_force` by time, just after t. NULL: they do not depend on it. */
+    void (*rise)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                 kt_wrench *wrench);
+    double (*joint_rise)(const kt_effect_record *effect, const double *numbers, double q, double v, double t);
 } kt_effect_kind;
 
 /* a b' */
@@ -128,6 +132,13 @@ kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 /* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      double t);
+
+/* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And that
+ * of `value`, in world axes. */
+static inline void kt_effect_curve_rise(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+    kt_curve_evaluate(curve, numbers, nextafter(t, (double)INFINITY), out);
+}
+kt_vec3 kt_effect_value_rise(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t);
 
 extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
 

@@ -26,10 +26,19 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
     slope[0] = -effect->stiffness;
     slope[1] = -effect->damping;
 }
+
+static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+    double r[3];
+    (void)q, (void)v;
+    kt_effect_curve_rise(&effect->curve[0], numbers, t, r);
+    return effect->stiffness * r[1];
+}
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
-    .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energetics,
+                                                          .joint_force = evaluate_force,
+                                                          .joint_slopes = KT_SLOPES(write_slopes),
+                                                          .joint_rise = KT_SLOPES(find_rise)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

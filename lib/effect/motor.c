@@ -17,11 +17,19 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
     (void)effect, (void)numbers, (void)q, (void)v, (void)t;
     slope[0] = slope[1] = 0.0;
 }
+
+static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+    double f[3];
+    (void)q, (void)v;
+    kt_effect_curve_rise(&effect->curve[0], numbers, t, f);
+    return f[1];
+}
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
                                                    .joint_force = evaluate_force,
-                                                   .joint_slopes = KT_SLOPES(write_slopes)};
+                                                   .joint_slopes = KT_SLOPES(write_slopes),
+                                                   .joint_rise = KT_SLOPES(find_rise)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -45,23 +45,37 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_SLOPES
-/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. */
+/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with its
+ * derivatives. */
+static double slope_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
+    const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
+    const double missing = (1.0 + blend) * effect->limit - fabs(u);
+    if (!(fabs(u) > (1.0 - blend) * effect->limit))
+        return 1.0;
+    return missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
+}
+
 static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]) {
     double r[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, r);
-    const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
-    const double missing = (1.0 + blend) * effect->limit - fabs(u);
-    double rise = 1.0;
-    if (fabs(u) > (1.0 - blend) * effect->limit)
-        rise = missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
-    slope[0] = -rise * effect->stiffness;
-    slope[1] = -rise * effect->damping;
+    const double slope_of_force = slope_of_limit(effect, q, v, r);
+    slope[0] = -slope_of_force * effect->stiffness;
+    slope[1] = -slope_of_force * effect->damping;
+}
+
+static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+    double r[3];
+    kt_effect_curve_rise(&effect->curve[0], numbers, t, r);
+    return slope_of_limit(effect, q, v, r) * (effect->stiffness * r[1] + effect->damping * r[2]);
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_servo) = {
-    .check = check, .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
+const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.check = check,
+                                                   .energetics = energetics,
+                                                   .joint_force = evaluate_force,
+                                                   .joint_slopes = KT_SLOPES(write_slopes),
+                                                   .joint_rise = KT_SLOPES(find_rise)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

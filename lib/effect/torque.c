@@ -18,10 +18,17 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
     if (effect->in_body)
         slopes->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
 }
+
+static void write_rise(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                       kt_wrench *wrench) {
+    wrench[0] = (kt_wrench){.moment = kt_effect_value_rise(effect, numbers, end, t)};
+}
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_torque) = {
-    .energetics = kt_effect_energetics_of_curves, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_energetics_of_curves,
+                                                    .wrench = evaluate_wrench,
+                                                    .slopes = KT_SLOPES(write_slopes),
+                                                    .rise = KT_SLOPES(write_rise)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

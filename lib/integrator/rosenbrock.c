@@ -16,9 +16,9 @@
  * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which an
  * adaptive step sees in its estimate.
  *
- * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or it is the difference over 2 delta, delta =
- * h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within the step: off by delta^2 f_ttt / 3, which
- * makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13 h f.
+ * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_slope), or it is
+ * the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within the
+ * step: off by delta^2 f_ttt / 3, which makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13 h f.
  *
  * Quadratures, on which f does not depend, have no part in J: they are integrated by Simpson's rule over the dense
  * output, with two more evaluations, to order 4.
@@ -77,6 +77,21 @@ static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
 
 /* ---- the time ---------------------------------------------------------------------------------------------------- */
 
+static kt_try_result stopped(double t, int code, kt_try *result) {
+    result->what = "the slope in time";
+    result->t = t;
+    result->code = code;
+    return result->result = KT_TRY_STOPPED;
+}
+
+/* f_t becomes h f_t. */
+static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
+    double *slope = row(it, ROW_TIME);
+    for (size_t l = 0; l < it->sizes.n; l++)
+        slope[l] *= h;
+    return result->result = KT_TRY_PASSED;
+}
+
 /* h f_t into its row. */
 static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
@@ -86,6 +101,13 @@ static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, k
     memset(slope, 0, n * sizeof *slope);
     if (newton != NULL && newton->autonomous != NULL && newton->autonomous(it->callbacks.user))
         return KT_TRY_PASSED;
+    const int known = newton != NULL && newton->time_slope != NULL
+                          ? newton->time_slope(in->t, in->y, f, slope, it->callbacks.user)
+                          : 1;
+    it->memory.counts.evaluations += known == 0;
+    if (known <= 0)
+        return known == 0 ? scale_slope(it, in->h, result) : stopped(in->t, known, result);
+    memset(slope, 0, n * sizeof *slope);
     for (int k = 1; k <= 2; k++) {
         const double t = in->t + (double)k / 1024.0 * in->h, weight = k == 1 ? 2048.0 : -512.0;
         const double part = in->h / (t - in->t) * (double)k / 1024.0; /* what rounding has made of the difference */

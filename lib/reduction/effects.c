@@ -258,6 +258,29 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
 }
 
+#if KT_HAS_SLOPES
+kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  const double **tau, const kt_wrench **external, kt_error *error) {
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
+    const kt_status status = kt_effects_apply(model, data, t, q, v, tau, external, error);
+    for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+        const kt_link *link = &model->link[effect->link[0]];
+        kt_effect_end end[2];
+        kt_wrench wrench[2];
+        if (kind->joint_rise)
+            data->tau[link->v] += kind->joint_rise(effect, model->number, q[link->q], v[link->v], t);
+        if (!kind->rise)
+            continue;
+        find_ends(data, effect, end);
+        kind->rise(effect, model->number, end, t, wrench);
+        add_wrenches(&s, effect, wrench);
+    }
+    return status;
+}
+#endif
+
 kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                const double **tau, const kt_wrench **external, kt_error *error) {
     const double *given = *tau;

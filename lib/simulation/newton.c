@@ -28,6 +28,7 @@
  */
 #include "algebra/lu.h"
 #include "integrator/integrator.h"
+#include "reduction/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -446,4 +447,26 @@ static bool autonomous(void *user) {
     return !model->driven;
 }
 
-const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous};
+/* Exact where effects alone depend on time. Targets of loops and a caller's own effects have no such derivative. */
+static int time_slope(double t, const double *y, const double *dydt, double *slope, void *user) {
+    kt_simulation *s = user;
+    const kt_model *model = s->model;
+    const double *q = y, *v = y + s->size.nq, *tau = s->tau;
+    const kt_wrench *external = s->external;
+    kt_error error;
+    if (model->driven)
+        return 1;
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_CUSTOM)
+            return 1;
+    if (s->transformation != NULL && (tau != NULL || external != NULL))
+        kt_simulation_inputs(s, q, &tau, &external);
+    s->cached = KT_CACHED_NOTHING;
+    s->memory.factorizations += (uint64_t)s->groups;
+    return kt_acceleration_rise(model, s->data, t, q, v, tau, external, dydt + s->size.nq, slope + s->size.nq,
+                                &error) == KT_OK
+               ? 0
+               : 1;
+}
+
+const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous, time_slope};

@@ -228,7 +228,7 @@ static int own_solve(double *re, double *im, void *user) {
 
 static bool own_autonomous(void *user) { return ((const solver *)user)->is_autonomous; }
 
-static const kt_newton own = {own_jacobian, own_factor, own_solve, own_autonomous};
+static const kt_newton own = {own_jacobian, own_factor, own_solve, own_autonomous, NULL};
 
 static kt_integrator *solver_begin(solver *s, double step) {
     kt_error error;
@@ -238,6 +238,85 @@ static kt_integrator *solver_begin(solver *s, double step) {
     kt_integrator *it = integrator_make(rodas(), 1, &options);
     is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0}, &callbacks, &error), &error);
     return it;
+}
+
+/* Prothero and Robinson's equation solved by the caller, who knows its slope in time, or returns `known` instead. */
+typedef struct driven {
+    double lambda, sigma, offset;
+    int known;
+} driven;
+
+static int driven_rhs(double t, const double *y, double *dydt, void *user) {
+    return forced(t, y, dydt, &((driven *)user)->lambda);
+}
+
+static int driven_jacobian(double t, const double *y, const double *dydt, void *user) {
+    (void)t, (void)y, (void)dydt, (void)user;
+    return 0;
+}
+
+static int driven_factor(kt_complex sigma, void *user) {
+    ((driven *)user)->sigma = sigma.re;
+    return 0;
+}
+
+static int driven_solve(double *re, double *im, void *user) {
+    const driven *s = user;
+    (void)im;
+    re[0] /= s->sigma - s->lambda;
+    return 0;
+}
+
+static int driven_slope(double t, const double *y, const double *dydt, double *slope, void *user) {
+    const driven *s = user;
+    (void)y, (void)dydt;
+    kt_check_near("is zero before", slope[0], 0.0, 0.0);
+    slope[0] = s->known == 0 ? -s->lambda * cos(t) - sin(t) + s->offset : 1e9;
+    return s->known;
+}
+
+static const kt_newton driven_newton = {driven_jacobian, driven_factor, driven_solve, NULL, driven_slope};
+
+static double driven_error(driven *s, int steps, kt_integrator_counts *counts, kt_status *status) {
+    kt_error error;
+    kt_integrator_options options = fixed_step(1.5 / steps);
+    options.newton = &driven_newton;
+    const kt_integrator_callbacks callbacks = {driven_rhs, NULL, s};
+    kt_integrator *it = integrator_make(rodas(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
+    double worst = 0.0;
+    *status = KT_OK;
+    while (*status == KT_OK && kt_integrator_time(it) < 1.75) {
+        *status = kt_integrator_step(it, 1.75, &error);
+        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
+    }
+    if (*status != KT_OK)
+        kt_check_contains("words", error.message, "the slope in time asked to stop (code -3)");
+    *counts = kt_integrator_counts_get(it);
+    integrator_free(it);
+    return worst;
+}
+
+/* What the caller knows is taken, for one evaluation that he is held to need; else the difference, for two. A slope of
+ * another equation shows. Where lambda is large the three are the same: the last stages leave the slope out. */
+KT_TEST(a_slope_in_time_that_is_known_is_taken) {
+    static const struct {
+        double offset;
+        int known, evaluations;
+    } cases[] = {{0.0, 0, 9}, {0.0, 1, 10}, {0.5, 0, 9}, {0.0, -3, 0}};
+    double error[4];
+    for (int k = 0; k < 4; k++) {
+        driven s = {.lambda = -1.0, .offset = cases[k].offset, .known = cases[k].known};
+        kt_integrator_counts counts;
+        kt_status status;
+        error[k] = driven_error(&s, 12, &counts, &status);
+        kt_check_equal_int("status", status, k < 3 ? KT_OK : KT_ERROR_CALLBACK);
+        if (k < 3)
+            kt_check_equal_int("evaluations", (long long)counts.evaluations, cases[k].evaluations * 12);
+    }
+    kt_note("errors %.2g known, %.2g by the difference, %.2g of a wrong one", error[0], error[1], error[2]);
+    kt_check_near("difference", error[1] / error[0], 1.0, 0.01);
+    kt_check_above("wrong", error[2] / error[0], 100.0);
 }
 
 /* Eight evaluations a step, and two more for the slope in time, with which the order is 5; 6 of what is linear and

@@ -101,3 +101,95 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
     }
     kt_check_worst(&worst);
 }
+
+/* ---- the slope in time ------------------------------------------------------------------------------------------- */
+
+enum { DRIVES = 6 };
+
+/* A free body with an arm on a slide, which all effects push that are functions of time. */
+static kt_model *driven_model(kt_effect drives[DRIVES], kt_loop *loop) {
+    static const double rows[] = {0.0, 0.0, 0.4, 0.8, 1.0, 0.3, 2.0, 0.5}, polynomial[] = {0.2, -1.0, 0.5, 0.3};
+    static kt_body bodies[3];
+    static const kt_joint_type joints[] = {KT_JOINT_FREE, KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC};
+    static const char *const names[] = {"base", "arm", "slide"};
+    for (int i = 0; i < 3; i++) {
+        bodies[i] = kt_body_default();
+        bodies[i].name = names[i];
+        bodies[i].parent = i > 0 ? names[i - 1] : NULL;
+        bodies[i].joint.type = joints[i];
+        bodies[i].mass = 1.0 + i;
+        bodies[i].com = kt_vec3_make(0.1, 0.2 * i, -0.1);
+        bodies[i].inertia = (kt_sym3){.xx = 0.3, .yy = 0.35, .zz = 0.4};
+    }
+    for (int i = 0; i < DRIVES; i++)
+        drives[i] = kt_effect_default();
+    drives[0].type = KT_EFFECT_JOINT_SPRING;
+    drives[0].rest = kt_function_sine(0.4, 1.5, 0.3, 0.1);
+    drives[1].type = drives[2].type = KT_EFFECT_SERVO;
+    drives[1].target = drives[2].target = kt_function_table(rows, 8, KT_INTERPOLATION_CUBIC);
+    drives[1].limit = 30.0; /* on the parabola before the limit */
+    drives[3].type = KT_EFFECT_MOTOR;
+    drives[3].torque = kt_function_polynomial(polynomial, 4);
+    drives[4].type = KT_EFFECT_FORCE;
+    drives[4].between[0] = (kt_end){.body = "slide", .at = kt_vec3_make(0.3, -0.2, 0.1)};
+    drives[4].value[0] = kt_function_ramp(0.0, 7.0, 0.1, 1.3);
+    drives[4].value[1] = kt_function_constant(2.0);
+    drives[4].value[2] = kt_function_sine(3.0, 0.7, 0.0, 1.0);
+    drives[4].frame = KT_FRAME_BODY;
+    drives[5] = drives[4];
+    drives[5].type = KT_EFFECT_TORQUE;
+    drives[5].frame = KT_FRAME_WORLD;
+    for (int i = 0; i < 4; i++) {
+        drives[i].joint = i % 2 ? "slide" : "arm";
+        drives[i].stiffness = 40.0;
+        drives[i].damping = 3.0;
+    }
+    kt_description d = kt_description_default();
+    d.bodies = bodies;
+    d.body_count = 3;
+    d.effects = drives;
+    d.effect_count = DRIVES;
+    *loop = kt_loop_default();
+    loop->name = "hold";
+    loop->type = KT_LOOP_SPHERICAL;
+    loop->between[1] = (kt_end){.body = "slide"};
+    d.loops = loop;
+    d.loop_count = KT_HAS_LOOPS;
+    return kt_scene_compile(&d);
+}
+
+/* By differences of order four: h^4 / 30 f_ttttt, and eps / h of f. Measured: 3e-9. */
+KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
+    kt_random random = kt_random_of_test();
+    kt_effect drives[DRIVES];
+    kt_loop loop;
+    kt_worst worst = kt_worst_make("slope in time");
+    kt_model *model = driven_model(drives, &loop);
+    const kt_run run = kt_run_fixed("rodas5p", 0.01, 1.0);
+    kt_simulation *s = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    for (int k = 0; k < 40 && s != NULL; k++) {
+        static const double step[] = {-2.0, -1.0, 1.0, 2.0};
+        static const double weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
+        const size_t n = s->size.n;
+        const double t = kt_random_uniform(&random, 0.15, 1.2), h = 1e-3;
+        const kt_integrator_callbacks callbacks = kt_simulation_callbacks(s);
+        double y[MOST] = {0.0}, dydt[MOST], slope[MOST] = {0.0}, expected[MOST] = {0.0}, one[MOST], size = 1.0;
+        kt_model_initial(model, y, y + s->size.nq);
+        for (size_t i = s->size.nq - 2; i < n; i++)
+            y[i] = 0.3 * kt_random_normal(&random);
+        kt_check_equal_int("evaluated", callbacks.rhs(t, y, dydt, s), 0);
+        kt_check_equal_int("known", kt_simulation_newton.time_slope(t, y, dydt, slope, s), 0);
+        for (int l = 0; l < 4; l++) {
+            kt_check_equal_int("evaluated", callbacks.rhs(t + step[l] * h, y, one, s), 0);
+            for (size_t i = 0; i < n; i++)
+                expected[i] += weight[l] * one[i] / h;
+        }
+        for (size_t i = 0; i < n; i++)
+            size = fmax(size, fabs(expected[i]));
+        for (size_t i = 0; i < n; i++)
+            kt_worst_near(&worst, slope[i] / size, expected[i] / size, 1e-8, "t = %g, %d", t, (int)i);
+    }
+    kt_check_worst(&worst);
+    kt_simulation_free(s);
+    kt_model_free(model);
+}
