@@ -63,6 +63,7 @@ void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char 
     }
     cairo_move_to(c, x - shift(anchor, width), y);
     cairo_show_text(c, kt_show(text).text);
+    cairo_new_path(c); /* the current point would be at the end of the text: a line from there to what is drawn next */
 }
 
 /* The text is cut between characters, not within one. */

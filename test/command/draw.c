@@ -1,6 +1,7 @@
 /* kinetree draw. */
 #include "shell.h"
 
+#include <cairo.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -72,6 +73,32 @@ KT_TEST(dark_pictures_have_a_dark_page) {
     expect_picture("d.svg", true);
     kt_ran ran = kt_shell("$K draw pair.yaml --out d.png 2>/dev/null && head -c 4 d.png | tail -c 3");
     kt_check_text("a PNG", ran.out, "PNG");
+}
+
+/* Pixels of rows [from, to) of a PNG that do not have the colour of its first one. */
+static int ink_of(const char *name, int from, int to) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const unsigned char *data = cairo_image_surface_get_data(picture);
+    const int width = cairo_image_surface_get_width(picture), stride = cairo_image_surface_get_stride(picture);
+    int count = 0;
+    for (int y = from; y < to && data != NULL && y < cairo_image_surface_get_height(picture); y++)
+        for (int x = 0; x < width; x++)
+            count += memcmp(data + y * stride + 4 * x, data, 3) != 0;
+    cairo_surface_destroy(picture);
+    return count;
+}
+
+/* The title ends above row 110, and what is drawn begins below row 150: in pixels, at twice the size of an SVG's. */
+KT_TEST(nothing_lies_between_the_title_of_a_png_and_what_is_drawn) {
+    static const char *const scenes[] = {"pair.yaml --strobe 8 --until 0.5 --trace lower.tip", "pair.yaml --names",
+                                         KT_SCENES "/articulated-rotor.yaml --axes"};
+    kt_write_file("pair.yaml", pair);
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+        kt_expect(0, "t.png", "$K draw %s --out t.png", scenes[i]);
+        kt_check_equal_int("pixels between", ink_of("t.png", 110, 150), 0);
+        kt_check_above("pixels of the title", ink_of("t.png", 0, 110), 1000.0);
+        kt_check_above("pixels below", ink_of("t.png", 150, 2000), 5000.0);
+    }
 }
 
 /* Rods that slide and turn by themselves: the places of the picture are those of the mechanism. */
