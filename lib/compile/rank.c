@@ -19,12 +19,15 @@
 
 enum { SAMPLES = 7 };
 
+#define SHARE_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */
+
 #define PREFERRED 16.0 /* weight of a chosen equation: only one that is 16 times longer replaces it */
 
 /* The results of the samples: for each equation, whether it is alive (not void); for each group, whether any position
  * was closed, and its ranks. */
 typedef struct samples {
-    double *q; /* two positions */
+    double *q;     /* two positions */
+    double *share; /* of the displacements, from which a group closes */
     bool *alive, *seen;
     bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank; /* KT_ROWS_COUNT a group */
@@ -32,11 +35,12 @@ typedef struct samples {
     double *usual; /* likewise: the largest size of the last one */
 } samples;
 
-/* A step that moves the coordinates of groups by up to `size` of their units. */
-static void scatter(const kt_model *model, double size, size_t sample, double *step) {
+/* A step that moves the coordinates of groups by up to `size` and the group's share of their units. */
+static void scatter(const kt_model *model, double size, const double *share, size_t sample, double *step) {
     memset(step, 0, model->n.v * sizeof *step);
-    for (size_t i = 0; i < model->n.group_v; i++)
-        step[model->group_v[i]] = size * model->unit[i] * kt_generic(i + 131 * sample);
+    for (size_t g = 0; g < model->n.group; g++)
+        for (size_t i = (size_t)model->group[g].v; i < (size_t)(model->group[g].v + model->group[g].v_count); i++)
+            step[model->group_v[i]] = share[g] * size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
 /* Marks the equations of a group that are alive as last filled: the row or the residual is not zero. */
@@ -186,15 +190,40 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
     }
 }
 
+/* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long chain
+ * small rotations add up to large gaps, from which hundreds of steps may not lead back. */
+static bool come_closer(const kt_model *model, kt_data *data, double *share) {
+    bool any = false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        if (!model->group[g].front.used || is_closed(&w) || share[g] < SHARE_LEAST)
+            continue;
+        share[g] *= 0.25;
+        any = true;
+    }
+    return any;
+}
+
+/* Closes the loops from the base, displaced by up to `size` and each group's share of that. */
+static void take_sample(const kt_model *model, kt_data *data, double size, size_t sample, samples *found) {
+    const double *base = found->q;
+    double *q = found->q + model->n.q;
+    do {
+        scatter(model, size, found->share, sample, data->delta);
+        kt_position_add(model, base, data->delta, q);
+        (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_SAMPLE, q);
+    } while (come_closer(model, data, found->share));
+}
+
 static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     const size_t nq = model->n.q;
     double *base = found->q, *q = found->q + nq;
     memcpy(base, model->q0, nq * sizeof *base);
-    if (isfinite(kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, true, base)))
+    for (size_t g = 0; g < model->n.group; g++)
+        found->share[g] = 1.0;
+    if (isfinite(kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, base)))
         for (size_t s = 0; s < SAMPLES; s++) {
-            scatter(model, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, data->delta);
-            kt_position_add(model, base, data->delta, q);
-            (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, false, q);
+            take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
             look_at(model, data, q, true, found);
         }
     look_at(model, data, model->q0, false, found);
@@ -344,6 +373,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     samples found = {.q = malloc(2 * model->n.q * sizeof(double)),
+                     .share = malloc(model->n.group * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
                      .seen = calloc(model->n.group, sizeof(bool)),
@@ -351,7 +381,8 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
                      .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
                      .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
-    if (!found.q || !found.alive || !found.chosen || !found.seen || !found.rank || !found.cap || !found.usual)
+    if (!found.q || !found.share || !found.alive || !found.chosen || !found.seen || !found.rank || !found.cap ||
+        !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
@@ -367,6 +398,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     free(found.seen);
     free(found.chosen);
     free(found.alive);
+    free(found.share);
     free(found.q);
     return status;
 }

@@ -96,7 +96,7 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
                                bool *fixed) {
     if (!fix_given(model, KT_POSITION_GIVEN, fixed))
         return;
-    (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q);
+    (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
@@ -147,7 +147,8 @@ static bool go(const approach *a, double part) {
         for (size_t k = 0; k < nv; k++)
             step[k] = ldexp(part, -i) * a->way[k];
         kt_move(a->model, a->fixed, a->q, step, near);
-        if (!(kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, false, near) <= KT_CLOSED_ASSEMBLED))
+        if (!(kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near) <=
+              KT_CLOSED_ASSEMBLED))
             continue;
         kt_position_subtract(a->model, near, a->given, step);
         if (!close && !(square(step, nv) < from))
@@ -206,11 +207,11 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .d = data->scratch_v,
                         .way = data->scratch_v + lanes};
     close_around_given(model, data, t, given, q, fixed);
-    if (kt_assemble_levenberg_marquardt(model, data, t, fixed, true, q) <= KT_CLOSED_ASSEMBLED) {
+    if (kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q) <= KT_CLOSED_ASSEMBLED) {
         come_nearer(&a, data->scratch_v + 2 * lanes);
-        double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, false, q);
+        double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
         if (gap > ROUNDING && keeps_given(model, KT_POSITION_GIVEN, fixed)) /* the given values may be rounded */
-            gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, false, q);
+            gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, KT_SEARCH_GIVEN, q);
         if (gap <= KT_CLOSED_ASSEMBLED)
             return KT_OK;
     }

@@ -451,10 +451,9 @@ static void basis(const kt_model *model, kt_data *data) {
     }
 }
 
-bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap,
-                              double mu, double least, double *step) {
-    const double size = KT_KERNEL(kt_front_measure)(model, data, g, rows);
-    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = fmax(mu * size, least)};
+bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
+                              double *step) {
+    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
     if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
         return false;
     KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);
@@ -463,6 +462,7 @@ bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, kt
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
                                                               .apply = KT_KERNEL(kt_front_apply),
+                                                              .measure = KT_KERNEL(kt_front_measure),
                                                               .damp = KT_KERNEL(kt_front_damp),
                                                               .nullspace = KT_KERNEL(kt_front_nullspace),
                                                               .look = look,

@@ -41,7 +41,7 @@
                                     kt_violation *);                                                                   \
     bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
     void kt_groups_share_##level(const kt_model *, kt_data *, const double *);                                         \
-    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double, double, double *);
+    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)
 KT_CLOSED_DECLARE(v4)

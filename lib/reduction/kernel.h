@@ -27,11 +27,11 @@ typedef struct kt_reduction_kernels {
     /* A x of a group that is reduced by fronts (front.h), into out (k); if size is not NULL, the largest terms. */
     void (*apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x, double *out,
                   double *size);
-    /* The step (nv, only of the group's coordinates) of kt_damped_step, of such a group: it is least in |B dy + gap|^2 +
-     * damping |dy|^2, with a damping of mu times the size of the equations, or `least`. Returns false if it cannot be
-     * computed. */
-    bool (*damp)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu,
-                 double least, double *step);
+    /* Prepares the damped steps of such a group; returns the sum of the squares of B's entries (kt_damped_step). */
+    double (*measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows);
+    /* The step (nv, only of the group's coordinates) that is least in |B dy + gap|^2 + damping |dy|^2. Returns false if it
+     * cannot be computed. */
+    bool (*damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping, double *step);
     /* A vector of the basis of such a group's null space (nv, only of its coordinates). */
     void (*nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x);
     /* Computes the multipliers of all equations for accelerations a, in the groups' work memory: those of the state of

@@ -6,6 +6,12 @@
  * of a mechanism, millimetres or kilometres, makes no difference; a step changes a coordinate by at most half its
  * scale. Each group is iterated independently of the others.
  *
+ * In a long chain tr(B'B) grows with the cube of the length and the least singular value of B does not: mu would have to
+ * fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at most
+ * GAP_DAMPING mu times the mean of r^2 over the coordinates (Yamashita & Fukushima 2001), which at first is that with
+ * which a step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000 windows
+ * then takes five steps instead of six to eleven.
+ *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
  */
@@ -16,9 +22,14 @@
 #include <float.h>
 #include <string.h>
 
-enum { STEPS_MOST = 400, STARTS = 4 };
+/* The most steps; and those of a group that is reduced by fronts, unless it starts where the caller has put it: if it
+ * closes at all, it does within 20. */
+enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STARTS = 4 };
 
+#define BEGINNING 1e-3 /* mu of the first step */
 #define UNDAMPED 1e-13 /* the least damping */
+#define GAP_DAMPING (10.0 / BEGINNING)
+#define HIDDEN 1e-14 /* by fronts: the least damping, relative to the mean square of an equation's row */
 
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
 
@@ -59,12 +70,17 @@ static double squares(const kt_group_work *w) {
 /* The noise level of an entry in the units of its row and coordinate (reduce.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
-/* The same by fronts. */
-static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
+/* The same by fronts, with a damping of up to `most`, unless rounding errors hide a damping so small. */
+static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu,
+                       double most) {
     const kt_group *group = &model->group[g];
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     const kt_group_work w = kt_group_matrices(model, data, g, rows);
-    if (!kt_reduction_kernels_of(model)->damp(model, data, g, rows, gap, mu, noise * noise, data->scratch))
-        return false;
+    const double size = kernels->measure(model, data, g, rows), equation = size / (double)w.k;
+    double damping = fmax(fmin(mu * size, fmax(most, HIDDEN * equation)), noise * noise);
+    for (; !kernels->damp(model, data, g, gap, damping, data->scratch); damping *= 100.0)
+        if (!(damping < mu * size))
+            return false;
     for (int i = 0; i < w.m; i++)
         w.free[i] = data->scratch[model->group_v[group->v + i]] / model->unit[group->v + i];
     return true;
@@ -74,7 +90,7 @@ bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows
     const kt_group *group = &model->group[g];
     const kt_group_work matrices = kt_group_matrices(model, data, g, rows), *w = &matrices;
     if (group->front.used)
-        return damp_front(model, data, g, rows, gap, mu);
+        return damp_front(model, data, g, rows, gap, mu, (double)INFINITY);
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double *row = w->work, trace = 0.0;
@@ -107,7 +123,9 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
     double largest = 0.0;
-    if (!kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu))
+    const double most = GAP_DAMPING * mu * data->gap[g] / (double)w->m;
+    if (!(group->front.used ? damp_front(model, data, g, KT_ROWS_CLOSED, w->residual, mu, most)
+                            : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
         return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, fabs(w->free[i]));
@@ -124,15 +142,17 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
 }
 
 /* Whether the step of one group is accepted; its equations at the new state have been filled. */
-static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
+static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w) {
     const double before = data->gap[g], after = squares(w);
+    /* A step that the gap alone damps ends at a minimum at once; more damping would find it again and again. */
+    const bool least = model->group[g].front.used && after != before && fabs(after - before) <= 1e-10 * before;
     const bool rounding = before <= 1e-28 * (double)w->k;
     double *mu = &data->damping[g];
     if (after < before) {
         *mu = fmax(*mu * 0.1, UNDAMPED);
         data->gap[g] = after;
-        data->settled[g] =
-            gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
+        data->settled[g] = least || gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) ||
+                           (rounding && after > 0.5 * before);
         return true;
     }
     /* Near closure rounding errors hide the decrease that a damped step achieves along a direction that is about to be
@@ -140,7 +160,7 @@ static bool judge(kt_data *data, size_t g, const kt_group_work *w) {
      * does. */
     const bool near = before <= 1e-24 * (double)w->k, undamped = *mu <= UNDAMPED;
     *mu = near ? UNDAMPED : *mu * 10.0;
-    data->settled[g] = rounding || (near && undamped) || *mu > 1e12;
+    data->settled[g] = least || rounding || (near && undamped) || *mu > 1e12;
     return false;
 }
 
@@ -153,19 +173,20 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         data->gap[g] = squares(&w);
         data->settled[g] = gap_of(&w) <= KT_CLOSED;
-        data->damping[g] = 1e-3;
+        data->damping[g] = BEGINNING;
     }
     return true;
 }
 
 /* Iterates until all groups are settled; q is finite and stays so. On return the equations are those at q. */
-static void descend(const kt_model *model, kt_data *data, double t, const bool *held, double *q) {
+static void descend(const kt_model *model, kt_data *data, double t, const bool *held, bool elsewhere, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
+            data->settled[g] |= elsewhere && i >= STEPS_ELSEWHERE && model->group[g].front.used;
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, data, g, data->damping[g], data->delta);
@@ -178,7 +199,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
-            if (judge(data, g, &w))
+            if (judge(model, data, g, &w))
                 kt_take_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;
@@ -210,8 +231,8 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
     }
 }
 
-double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held, bool stubborn,
-                                       double *q) {
+double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held,
+                                       kt_search search, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     double *from = data->neighbour_q;
     kt_violation violation;
@@ -219,14 +240,15 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
     int best = 0;
     memcpy(from, q, model->n.q * sizeof *q);
     for (int start = 0; start <= STARTS; start++) { /* the last pass repeats the best start, to report its gap */
+        const int at = start < STARTS ? start : best;
         if (start)
-            start_elsewhere(model, data, held, from, start < STARTS ? start : best, q);
+            start_elsewhere(model, data, held, from, at, q);
         if (!begin(model, data, t, held, q))
             return (double)INFINITY;
-        descend(model, data, t, held, q);
+        descend(model, data, t, held, at > 0 || search == KT_SEARCH_SAMPLE, q);
         if (!kernels->look(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
-        if (violation.gap <= KT_CLOSED_ASSEMBLED || !stubborn)
+        if (violation.gap <= KT_CLOSED_ASSEMBLED || search != KT_SEARCH_STUBBORN)
             break;
         if (violation.gap < 0.999 * least) {
             least = violation.gap;

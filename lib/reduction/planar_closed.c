@@ -358,6 +358,7 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
                                                                      .apply = KT_KERNEL(kt_front_apply),
+                                                                     .measure = KT_KERNEL(kt_front_measure),
                                                                      .damp = KT_KERNEL(kt_front_damp),
                                                                      .nullspace = KT_KERNEL(kt_front_nullspace),
                                                                      .look = look,

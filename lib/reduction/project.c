@@ -339,7 +339,7 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error) {
     memcpy(data->assembled_q, q, model->n.q * sizeof *q);
-    if (kt_assemble_levenberg_marquardt(model, data, t, NULL, false, data->assembled_q) <= tolerance)
+    if (kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q) <= tolerance)
         return KT_OK;
     return kt_open_loops_error(model, data, t, what, false, error);
 }

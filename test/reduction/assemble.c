@@ -247,7 +247,7 @@ KT_TEST(last_roundings_are_closed_along_a_weak_direction_too) {
     if (linkage_compile(&l)) {
         l.q[0] = u - off;
         l.q[1] = -2.0 * l.q[0];
-        const double gap = kt_assemble_levenberg_marquardt(l.model, l.data, 0.0, NULL, false, l.q);
+        const double gap = kt_assemble_levenberg_marquardt(l.model, l.data, 0.0, NULL, KT_SEARCH_GIVEN, l.q);
         kt_check_true("gap, relative", gap <= DBL_EPSILON);
         kt_check_near("angle", l.q[0], u, 4.0 * DBL_EPSILON / (2.0 * u)); /* the gap, over what moves it */
     }

@@ -45,6 +45,10 @@ claim("projection_of_ten_four_bars_costs_ten_times_one", growth("kt_state_projec
 # Searches take more or fewer steps.
 claim("compilation_and_assembly_grow_with_the_number_of_loops",
       growth("kt_model_compile", 1.2, 1.0) + growth("kt_state_assemble", 1.3, 1.0))
+# 8.8; 10.8 where the damping follows the trace of B'B, whatever the gap.
+pair = [count("kt_assemble_levenberg_marquardt", "row", n) for n in (40, 320)]
+note(f"closing a row: {pair[0]} instructions for 40 windows, {pair[1]} for 320, {pair[1] / pair[0]:.3f}")
+claim("closing_a_row_takes_no_more_steps_for_more_windows", [] if pair[1] / pair[0] < 9.7 else ["more"])
 tree = [count("kt_acceleration_evaluate", "tree", n) for n in (20, 40)]
 note(f"the same tree without loops: {tree[0]} instructions for 20, {tree[1]} for 40")
 claim("tree_grows_in_proportion", [] if abs(tree[1] / tree[0] / 2 - 1) < 0.02 else ["it does not"])

@@ -1,6 +1,6 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
  * count its instructions. WHAT: four-bars, tree (the same without loops), or chain (N bodies alone, from nearly
- * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them). */
+ * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them), or row (N windows that share their cranks). */
 #include "kinetree/analysis.h"
 #include "kinetree/reduction.h"
 
@@ -63,6 +63,7 @@ int main(int argc, char **argv) {
     kt_model_options options = kt_model_options_default();
     const char *link = NULL;
     const bool chain = strcmp(argv[1], "chain") == 0, ladder = strcmp(argv[1], "ladder") == 0;
+    const bool row = strcmp(argv[1], "row") == 0;
     const char *other = NULL;
     for (int i = 0; i < n && ladder; i++) {
         link = add(3 * i, "left", i, link, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
@@ -73,7 +74,13 @@ int main(int argc, char **argv) {
     }
     for (int i = 0; i < n && chain; i++)
         link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? 0.0 : 0.35);
-    for (int i = 0; i < n && !chain && !ladder; i++) {
+    for (int i = 0; i < n && row; i++) {
+        link = add(2 * i, "crank", i, NULL, i, 1.0, 1.0);
+        const char *coupler = i + 1 < n ? add(2 * i + 1, "coupler", i, link, 1.0, 1.0, -1.0) : NULL;
+        if (coupler)
+            close_loop(i, coupler, 1.0, names[2 * i + 2], 1.0);
+    }
+    for (int i = 0; i < n && !chain && !ladder && !row; i++) {
         link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
         const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
         const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
@@ -81,9 +88,9 @@ int main(int argc, char **argv) {
         close_loop(i, coupler, 2.0, rocker, 1.8);
     }
     d.bodies = bodies;
-    d.body_count = chain ? n : ladder ? 3 * n : 4 * n;
+    d.body_count = chain ? n : ladder ? 3 * n : row ? 2 * n - 1 : 4 * n;
     d.loops = loops;
-    d.loop_count = chain || strcmp(argv[1], "tree") == 0 ? 0 : n;
+    d.loop_count = chain || strcmp(argv[1], "tree") == 0 ? 0 : row ? n - 1 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
