@@ -113,10 +113,11 @@ KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const
 /* The same without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* Memory for kinematics other than those of the last kt_kinematics_update: that of the articulated inertias, which is
- * free when no recursion is under way. */
-_Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_articulated), "a link's kinematics fit");
-static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->articulated; }
+/* Memory for kinematics other than those of the last kt_kinematics_update: that of the links' motion, which is free when
+ * no recursion is under way. kt_links_update and kt_links_sweep replace the one by the other there, link by link: a
+ * link's kinematics end before the next link's motion begins. */
+_Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_link_motion), "a link's kinematics fit");
+static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->motion; }
 
 /* kt_point_acceleration and kt_body_twist from such kinematics. */
 kt_vec3 kt_links_acceleration(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at);

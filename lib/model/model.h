@@ -193,19 +193,11 @@ typedef struct kt_front_count {
     double last;                                            /* size of the last independent equation */
 } kt_front_count;
 
-/* Links with an entry among the articulated inertias: all where there are constraint groups, otherwise those with
- * `link->articulated`. The array also is memory for kinematics (kt_links_scratch). */
-#define KT_ARTICULATED(n)                                                                                              \
-    ((n)->articulated > kt_links_as_articulated((n)->link) ? (n)->articulated : kt_links_as_articulated((n)->link))
-static inline size_t kt_links_as_articulated(size_t links) {
-    return (links * sizeof(kt_link_kinematics) + sizeof(kt_articulated) - 1) / sizeof(kt_articulated);
-}
-
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
     X(kt_response, response, n->link, "from the backward pass to the last")                                            \
-    X(kt_articulated, articulated, KT_ARTICULATED(n), "inertias: articulated, composite, sums of what children pass")  \
+    X(kt_articulated, articulated, n->articulated, "inertias: articulated, composite, sums of what children pass")     \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
     X(double, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                               \
