@@ -69,9 +69,10 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  *
  * Errors: as kt_acceleration_evaluate; KT_ERROR_MEMORY if work is too small or not aligned; KT_ERROR_SINGULAR also at
  * and near singular positions of the loops. The outputs are then untouched. Cost: kt_stiffness_evaluate, one
- * factorisation, two solutions a column and another for da_dtau: O(nv^2 depth), with loops O(nv^3), two evaluations of
- * a loop's equations for each coordinate that moves it, and 16 nv evaluations of a caller's effects. For models without
- * loops and effects, kt_dynamics_forward_derivatives is faster. */
+ * factorisation, two solutions a column and another for da_dtau: O(nv^2 depth); two evaluations of a loop's equations
+ * for each coordinate that moves it, and the square of their number; and 16 nv evaluations of a caller's effects. With
+ * loops solutions take O(bodies) each where groups are small or follow each other (rows of windows, ropes), otherwise
+ * O(nv^2). For models without loops and effects, kt_dynamics_forward_derivatives is faster. */
 KT_API size_t kt_acceleration_work_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *work,
                                                         size_t work_size, double t, const double *q, const double *v,

@@ -1,24 +1,34 @@
 /* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da,
  *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
- * and without loops M da = -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
+ * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (saddle.h); and without loops M da = -D,
+ * with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
  */
 #include "reduction/stiffness.h"
 
 #include "dynamics/dynamics.h"
 #include "reduction/dense.h"
+#include "reduction/saddle.h"
 
 #include <string.h>
 
-/* Every array: type, name, count, meaning. Of a tree m is 0, otherwise n. */
+static size_t saddle_size(const kt_model *model) {
+    if (!KT_HAS_LOOPS || !model->n.row || kt_loops_are_dense(model))
+        return 0;
+    return kt_saddle_init(NULL, NULL, model, NULL);
+}
+
+/* Every array: type, name, count, meaning. With loops and dense factors m is n, otherwise 0. */
 #define FIELDS(X)                                                                                                      \
     X(double, reduced, m *m, "Z' M Z, factored")                                                                       \
     X(double, solution, m, "y, z")                                                                                     \
-    X(char, factors, m ? 0 : kt_mass_factor_size(model), "of M: L'DL")                                                 \
+    X(char, factors, model->n.row ? 0 : kt_mass_factor_size(model), "of M: L'DL")                                      \
+    X(char, along, saddle_size(model), "of `saddle`")                                                                  \
     X(double, d_tau, n *n, "result by joint forces")
 
 typedef struct work {
     kt_linearized of;
     kt_mass_factor *factor;
+    kt_saddle saddle;
     KT_ARENA_DECLARE(FIELDS)
 } work;
 
@@ -26,20 +36,24 @@ KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, siz
 
 static size_t lay_out(work *w, void *memory, const kt_model *model) {
     const size_t n = model->n.v;
-    return place_arrays(w, memory, model, n, model->n.row ? n : 0);
+    return place_arrays(w, memory, model, n, kt_loops_are_dense(model) ? n : 0);
 }
 
 size_t kt_acceleration_work_size(const kt_model *model) {
-    return kt_linearized_init(NULL, NULL, model, NULL, 0.0) + lay_out(NULL, NULL, model);
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_loops_are_dense(model)) + lay_out(NULL, NULL, model);
 }
 
-/* The factors of M, or reduced = Cholesky of Z' M Z. */
-static kt_status factor(work *w, kt_error *error) {
+/* The factors of M, those of saddle.h, or reduced = Cholesky of Z' M Z. */
+static kt_status factor(work *w, const double *q, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n, r = (size_t)w->of.rank, f = n - r;
     if (!w->of.p) {
         const kt_status status = kt_mass_factor_init(model, w->factors, kt_mass_factor_size(model), &w->factor, error);
         return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
+    }
+    if (KT_HAS_LOOPS && !w->of.dense) {
+        (void)kt_saddle_init(&w->saddle, w->along, model, w->of.data);
+        return kt_saddle_factor(&w->saddle, w->of.t, q, error);
     }
     for (size_t j = 0; j < f; j++)
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
@@ -68,10 +82,12 @@ static void solve_closed(work *w, double *d, const double *e) {
 /* Overwrites D with da. */
 static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
-    for (size_t j = 0; j < n && p; j++)
+    for (size_t j = 0; j < n && w->of.dense; j++)
         solve_closed(w, d + j * n, e ? e + j * p : NULL);
-    for (size_t i = 0; i < n * n && !p; i++)
+    for (size_t i = 0; i < n * n && !w->of.dense; i++)
         d[i] = -d[i];
+    if (KT_HAS_LOOPS && p && !w->of.dense)
+        kt_saddle_solve(&w->saddle, n, d, e);
     const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)n, d, error);
     return status == KT_OK && !kt_all_finite(d, n * n) ? kt_linearized_overflow(error) : status;
 }
@@ -94,11 +110,11 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
                                       kt_acceleration_work_size(model), error);
     if (status != KT_OK)
         return status;
-    const size_t used = kt_linearized_init(&w.of, memory, model, data, t);
+    const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_loops_are_dense(model));
     (void)lay_out(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, q, v, tau, external, NULL, error);
     if (status == KT_OK)
-        status = factor(&w, error);
+        status = factor(&w, q, error);
     if (status == KT_OK)
         status = solve(&w, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)

@@ -553,11 +553,18 @@ KT_INLINE void pass_constants(kt_front *f, int s) {
     }
 }
 
+/* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if they are asked for. */
+KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int rows) {
+    for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
+        memcpy(*f->kept, f->energy + c * f->level + from, (size_t)rows * sizeof **f->kept);
+}
+
 /* Puts p = Q (y, p2) into the energy. */
 KT_INLINE void impose(const kt_front *f, int s, const kt_front_factor *x, int base) {
     const int n = f->count[s].params, rank = f->count[s].rank, all = base + n, level = f->level;
     for (int j = 0; j < rank; j++)
         reflect_energy(f, x->rows + j * n + j, x->scale[j], base + j, all);
+    keep_energy(f, base, rank, 0, all);
     for (int j = 0; j < rank; j++)
         for (int i = 0; i < all; i++)
             f->pull[i] -= f->energy[(base + j) * level + i] * x->y[j];
@@ -637,6 +644,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         reflect_energy(f, x->seen + j * count->left + j, x->seen_scale[j], base + j, all);
     if (!factor_energy(f, t, u, judge))
         return false;
+    keep_energy(f, t, u, t, u);
     memcpy(x->gain, f->pull + t, (size_t)u * sizeof *x->gain);
     solve_energy(f, t, u, x->gain);
     for (int c = 0; c < t; c++) {
@@ -741,6 +749,7 @@ bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, 
                                 kt_front_total *total) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
+    f.kept = aim->kept;
     const int base = aim->base ? f.components : 0;
     const bool done = model->geared ? reduce_geared(&f, aim, base) : reduce_steps(&f, aim, base, false);
     for (int c = 0; c < base && done; c++) {

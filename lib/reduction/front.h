@@ -38,6 +38,7 @@ typedef struct kt_front_aim {
     const double *gap; /* damped: violations of the equations (k) */
     double damping;    /* damped */
     bool base;         /* dynamics: the parent accelerates */
+    double **kept;     /* dynamics: where saddle.h keeps factors of the energy, moved on past them; or NULL */
 } kt_front_aim;
 
 /* The wrench that the parent has to exert for its acceleration (alpha, a): inertia (alpha, a) + bias, column-major. */
@@ -89,6 +90,7 @@ typedef struct kt_front {
     double *touch, *constant;  /* T' and t: a vector of `width` and a number a component */
     double *speed;             /* two a slot */
     double *energy, *pull, *size, *z, *spare, *product;
+    double **kept; /* of kt_front_aim */
 } kt_front;
 
 static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {

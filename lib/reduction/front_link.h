@@ -26,6 +26,17 @@ KT_INLINE void kt_front_shift(int components, kt_v4 r, double *x) {
     x[5] += x[0] * r[1] - x[1] * r[0];
 }
 
+/* The wrench at the end of r, about its beginning. */
+KT_INLINE void kt_front_shift_wrench(int components, kt_v4 r, double *w) {
+    if (components == KT_FRONT_SPACE / 2) {
+        w[0] += r[0] * w[2] - r[1] * w[1];
+        return;
+    }
+    w[0] += r[1] * w[5] - r[2] * w[4];
+    w[1] += r[2] * w[3] - r[0] * w[5];
+    w[2] += r[0] * w[4] - r[1] * w[3];
+}
+
 /* S: the accelerations for unit ones of the link's coordinates, one after the other; zero for coordinates that count as
  * constants. Returns their number. */
 KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, double *s) {

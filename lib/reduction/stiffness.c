@@ -25,18 +25,35 @@
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
 #include "reduction/householder.h"
+#include "reduction/loop_gradient.h"
 
 #include <string.h>
 
 #define KT_STEP 0.002 /* rad or m, and of their rates */
 
-KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t m)
+KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t l,
+                size_t m, size_t k)
 
-size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t) {
-    const size_t n = model->n.v, p = model->n.row;
+/* From this number of coordinates on, dense factors take longer than fronts or groups that each have few of them (rows
+ * of windows, ropes). */
+enum { FEW = 28 };
+
+bool kt_loops_are_dense(const kt_model *model) {
+    if (!KT_HAS_LOOPS || !model->n.row)
+        return false;
+    if (!model->n.group || !model->reduction->fronts || model->structure == KT_STRUCTURE_DENSE)
+        return true;
+    bool dense = model->n.v < FEW;
+    for (size_t g = 0; g < model->n.group; g++)
+        dense = dense || (!model->group[g].front.used && 2 * (size_t)model->group[g].v_count > model->n.v);
+    return dense && model->structure != KT_STRUCTURE_FRONTS;
+}
+
+size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense) {
+    const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
     if (memory)
-        *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p};
-    return place_arrays(w, memory, model, n, p, p ? n : 0);
+        *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p, .dense = dense && p > 0};
+    return place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);
 }
 
 static bool has_own_effects(const kt_model *model) {
@@ -229,9 +246,9 @@ static kt_status fill_own_effects(kt_linearized *w, const double *q, const doubl
 static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, const double *tau,
                             const kt_wrench *external, kt_error *error) {
     kt_status status = sum_effects(w, q, v, false, w->force, error);
-    if (status == KT_OK)
+    if (status == KT_OK && w->dense)
         status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
-    if (status == KT_OK)
+    if (status == KT_OK && w->dense)
         status = factor(w, error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, external, w->change, error);
@@ -239,11 +256,15 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
-    find_multipliers(w, w->change);
+    if (w->dense)
+        find_multipliers(w, w->change);
+    else
+        kt_loops_share(w->model, w->data, w->change, w->lambda);
     const kt_dual_motion at = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
     kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
-    reduce(w);
+    if (w->dense)
+        reduce(w);
     return KT_OK;
 }
 
@@ -272,7 +293,7 @@ kt_status kt_linearized_overflow(kt_error *error) {
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-size_t kt_stiffness_work_size(const kt_model *model) { return kt_linearized_init(NULL, NULL, model, NULL, 0.0); }
+size_t kt_stiffness_work_size(const kt_model *model) { return kt_linearized_init(NULL, NULL, model, NULL, 0.0, true); }
 
 static bool is_finite(const kt_linearized *w) {
     const size_t square = w->n * w->n;
@@ -326,7 +347,7 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
     if (status != KT_OK)
         return status;
-    (void)kt_linearized_init(&w, memory, model, data, t);
+    (void)kt_linearized_init(&w, memory, model, data, t, true);
     status = kt_linearized_fill(&w, q, v, tau, external, a, error);
     if (status != KT_OK)
         return status;

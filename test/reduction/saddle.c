@@ -1,0 +1,219 @@
+/* The equations of motion with multipliers for many right-hand sides, and what is made of them: derivatives along the tree
+ * against those of dense factors. */
+#include "tangle.h"
+
+#include "model/model.h"
+#include "reduction/saddle.h"
+#include "reduction/stiffness.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COLUMNS = 11, MOST = KT_TREE_NV * KT_TREE_NV };
+
+typedef struct right_sides {
+    double f[COLUMNS * KT_TREE_NV], b[COLUMNS * TANGLE_ROWS], x[COLUMNS * KT_TREE_NV];
+} right_sides;
+
+/* x and lambda at random, f = M x - A' lambda, b = A x. */
+static void draw(const tangle *g, const tangle_system *s, kt_random *random, right_sides *r) {
+    const int nv = g->tree.nv, rows = g->rows;
+    memset(r, 0, sizeof *r);
+    for (int c = 0; c < COLUMNS; c++) {
+        double *x = r->x + c * nv, *f = r->f + c * nv, *b = r->b + c * rows;
+        for (int i = 0; i < nv; i++)
+            x[i] = kt_random_uniform(random, -1.0, 1.0);
+        for (int j = 0; j < nv; j++)
+            for (int i = 0; i < nv; i++)
+                f[i] += s->mass[j * nv + i] * x[j];
+        for (int e = 0; e < rows; e++) {
+            const double lambda = kt_random_uniform(random, -1.0, 1.0);
+            for (int j = 0; j < nv; j++) {
+                b[e] += s->jacobian[j * rows + e] * x[j];
+                f[j] -= s->jacobian[j * rows + e] * lambda;
+            }
+        }
+    }
+}
+
+static bool solve(const kt_model *model, kt_data *data, const tangle *g, right_sides *r) {
+    const size_t size = kt_saddle_init(NULL, NULL, model, NULL);
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    kt_saddle w;
+    kt_error e = {0};
+    memset(memory, 0xFF, size);
+    (void)kt_saddle_init(&w, memory, model, data);
+    const bool fine = kt_tree_fine("factors", kt_saddle_factor(&w, g->t, g->q, &e), &e);
+    if (fine)
+        kt_saddle_solve(&w, COLUMNS, r->f, r->b);
+    free(memory);
+    return fine;
+}
+
+typedef struct census {
+    int compared, near, fronts, dense, carried, redundant, planar;
+} census;
+
+static void count(const tangle *g, census *c) {
+    const kt_model *m = g->tree.model;
+    c->compared++;
+    for (size_t i = 0; i < m->n.group; i++) {
+        const kt_group *group = &m->group[i];
+        *(group->front.used ? &c->fronts : &c->dense) += 1;
+        c->carried += group->parent != 0;
+        c->redundant += group->rank[KT_ROWS_ALL] < group->count[KT_ROWS_ALL];
+        c->planar += (size_t)m->group_link[group->link] >= m->n.spatial;
+    }
+}
+
+/* Bounds: what rounding of the matrices makes of each right-hand side (tangle_solve), or 1e-10 of scale. */
+static void check(const tangle *g, const tangle_system *s, const right_sides *r, const right_sides *solved,
+                  kt_worst *worst) {
+    static tangle_system of;
+    const int nv = g->tree.nv;
+    double expected[KT_TREE_NV], moved[KT_TREE_NV];
+    of = *s;
+    for (int c = 0; c < COLUMNS; c++) {
+        memcpy(of.force, r->f + c * nv, (size_t)nv * sizeof *of.force);
+        memcpy(of.drift, r->b + c * g->rows, (size_t)g->rows * sizeof *of.drift);
+        (void)tangle_solve(g, &of, (tangle_way){.mixes = true}, expected, moved);
+        for (int i = 0; i < nv; i++)
+            kt_worst_near(worst, solved->f[c * nv + i], r->x[c * nv + i], fmax(1e-10, 8.0 * moved[i]),
+                          "nv %d, column %d, %d", nv, c, i);
+    }
+}
+
+static void run(const tangle_plan *plan, int mechanisms, census *c) {
+    static tangle g;
+    static tangle_system s;
+    static right_sides r, solved;
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("x");
+    *c = (census){0};
+    for (int n = 0; n < mechanisms; n++) {
+        tangle_plan some = *plan;
+        some.tree.geared = n % 3 ? 0.0 : 0.5;
+        some.options.structure = n % 2 ? KT_STRUCTURE_FRONTS : KT_STRUCTURE_AUTO;
+        if (tangle_grow(&g, &some, &random) && tangle_system_of(&g, &s)) {
+            draw(&g, &s, &random, &r);
+            solved = r;
+            const bool fine = solve(g.tree.model, g.tree.data, &g, &solved);
+            if (fine && tangle_was_near_singular(g.tree.model, g.tree.data)) {
+                c->near++;
+            } else if (fine) {
+                count(&g, c);
+                check(&g, &s, &r, &solved, &worst);
+            }
+        }
+        tangle_free(&g);
+    }
+    kt_note(
+        "%d compared, %d near singular, %d groups by fronts, %d by dense matrices, %d carried, %d redundant, %d planar",
+        c->compared, c->near, c->fronts, c->dense, c->carried, c->redundant, c->planar);
+    kt_check_worst(&worst);
+    kt_check_above("compared", c->compared, 0.7 * mechanisms);
+    kt_check_above("by fronts", c->fronts, 0.3 * mechanisms);
+    kt_check_above("by dense matrices", c->dense, 0.3 * mechanisms);
+}
+
+KT_TEST(right_hand_sides_are_solved_in_space) {
+    const tangle_plan plan = tangle_plan_default();
+    census c;
+    run(&plan, 60, &c);
+    kt_check_above("carried", c.carried, 5);
+}
+
+KT_TEST(right_hand_sides_are_solved_in_a_plane) {
+    const tangle_plan plan = tangle_plan_planar();
+    census c;
+    run(&plan, 60, &c);
+    kt_check_above("planar", c.planar, 40);
+    kt_check_above("carried", c.carried, 5);
+}
+
+KT_TEST(right_hand_sides_of_redundant_loops_are_solved) {
+    tangle_plan plan = tangle_plan_planar();
+    census c;
+    plan.options.plan = KT_PLAN_SPATIAL;
+    run(&plan, 60, &c);
+    kt_check_above("redundant", c.redundant, 40);
+}
+
+/* ---- derivatives -------------------------------------------------------------------------------------------------- */
+
+typedef struct derivatives {
+    double q[MOST], v[MOST], tau[MOST];
+} derivatives;
+
+static bool derive(const tangle *g, kt_structure structure, derivatives *d, bool *dense) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error e = {0};
+    options.plan = g->tree.model->n.planar ? KT_PLAN_AUTO : KT_PLAN_SPATIAL;
+    options.structure = structure;
+    bool fine = kt_tree_fine("compiles", kt_model_compile(&g->tree.description, &options, &model, &e), &e) &&
+                kt_tree_fine("data", kt_data_create(model, &data, &e), &e);
+    if (fine) {
+        const size_t size = kt_acceleration_work_size(model);
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        memset(work, 0xFF, size);
+        *dense = kt_loops_are_dense(model);
+        fine = kt_acceleration_derivatives(model, data, work, size, g->t, g->q, g->v, g->tau, g->external, d->q, d->v,
+                                           d->tau, &e) == KT_OK;
+        free(work);
+    }
+    kt_data_free(data);
+    kt_model_free(model);
+    return fine;
+}
+
+/* How much of the largest acceleration its rounding is. */
+static double relative_rounding(const tangle *g) {
+    static tangle_system s;
+    double a[KT_TREE_NV], moved[KT_TREE_NV];
+    if (!tangle_system_of(g, &s))
+        return 0.0;
+    (void)tangle_solve(g, &s, (tangle_way){.mixes = true}, a, moved);
+    return kt_tree_largest(moved, g->tree.nv) / kt_tree_largest(a, g->tree.nv);
+}
+
+static bool is_plain(const kt_model *model) {
+    int rows = 0;
+    for (size_t g = 0; g < model->n.group; g++)
+        rows += model->group[g].count[KT_ROWS_ALL];
+    return rows == kt_model_mobility(model).rank;
+}
+
+/* With redundant equations positions that violate the loops have the accelerations of those that are chosen: there only the
+ * response to forces is compared. */
+KT_TEST(derivatives_along_the_tree_are_those_of_dense_factors) {
+    enum { MECHANISMS = 60 };
+    static tangle g;
+    static derivatives along, dense;
+    kt_random random = kt_random_of_test();
+    kt_worst worst[3] = {kt_worst_make("da/dq"), kt_worst_make("da/dv"), kt_worst_make("da/dtau")};
+    int compared = 0, ways = 0;
+    for (int n = 0; n < MECHANISMS; n++) {
+        const tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
+        bool first = true, second = false;
+        if (tangle_grow(&g, &plan, &random) && derive(&g, KT_STRUCTURE_FRONTS, &along, &first) &&
+            derive(&g, KT_STRUCTURE_DENSE, &dense, &second)) {
+            const double *const to[3] = {along.q, along.v, along.tau}, *const of[3] = {dense.q, dense.v, dense.tau};
+            const double rounding = fmax(1e-10, 32.0 * relative_rounding(&g));
+            const int all = g.tree.nv * g.tree.nv;
+            ways += !first && second;
+            for (int k = is_plain(g.tree.model) ? 0 : 2; k < 3; k++)
+                for (int i = 0; i < all; i++)
+                    kt_worst_near(&worst[k], to[k][i], of[k][i], rounding * kt_tree_largest(of[k], all),
+                                  "mechanism %d, %d", n, i);
+            compared++;
+        }
+        tangle_free(&g);
+    }
+    for (int k = 0; k < 3; k++)
+        kt_check_worst(&worst[k]);
+    kt_check_above("compared", compared, 0.7 * MECHANISMS);
+    kt_check_equal_int("in two ways", ways, compared);
+}
