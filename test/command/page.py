@@ -230,6 +230,25 @@ def check_symbols(page, folder):
     claim("what_acts_in_joints_has_symbols", faults)
 
 
+# Bushings that are under some pixel of the first picture.
+BUSHINGS = """(() => {
+    const page = window.kinetree, {width, height} = document.getElementById("picture");
+    const seen = page.figure.pick(page.pose(), page.shown, width, height, 0, 0, width, height);
+    return [...new Set(seen)].filter((n) => n > 0).map((n) => page.figure.things[n - 1].text).filter((text) => text.startsWith("bushing")).sort();
+})()"""
+
+
+def check_bushings(page, folder):
+    """The mounts at the front of the engine and at its right are seen from where the view begins; the left one is behind it."""
+    run = kinetree("view", f"{SCENES}/engine-mounts.yaml", "--duration", "0.02", "--quiet", folder=folder)
+    page.resize(WIDTH, HEIGHT)
+    page.open(f"{folder}/engine-mounts.html")
+    found = page.evaluate(BUSHINGS)
+    note(f"bushings that are seen: {found}")
+    claim("bushings_are_seen_and_named", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if "bushing mount_front between world and engine" in found and len(found) == 2 else [f"{found}"]))
+
+
 HOSTILE = "</script><img src=x onerror=document.title='taken'>"
 
 
@@ -303,6 +322,7 @@ def main():
             timed("time", check_time, page, f"{folder}/page.html")
             timed("arrows", check_arrows, page, folder)
             timed("symbols", check_symbols, page, folder)
+            timed("bushings", check_bushings, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)
             timed("long", check_long, page, folder)

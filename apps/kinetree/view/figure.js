@@ -27,7 +27,7 @@ const JOINED = ["spherical", "revolute", "universal", "weld", "distance"];
 
 const DRIVES = ["motor", "servo"];
 
-const PICKABLE = ["joints", "loops", "contacts", "markers"];
+const PICKABLE = ["joints", "loops", "springs", "contacts", "markers"];
 
 class Figure {
     constructor(painter, data, motion) {
@@ -107,6 +107,7 @@ class Figure {
         this.data.joints.filter((joint) => !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
         this.data.loops.forEach((loop, i) => this.put_loop(loop, i));
         this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
+        this.data.effects.filter((effect) => effect.type === "bushing").forEach((effect) => this.put_bushing(effect));
         this.data.markers.forEach((marker) => this.put("markers", "sphere", marker.body, marker.at, [1, 0, 0, 0],
             Array(3).fill(0.8 * this.data.radius), this.theme.ink,
             this.thing(`marker ${this.data.bodies[marker.body].name}.${marker.name}`, marker.body)));
@@ -155,6 +156,13 @@ class Figure {
             `${this.data.bodies[ends[1].body].name}`.replace("  ", " "), ends[0].body);
         if (radius < this.data.radius || !this.data.solids.some((s) => s.body === ends[0].body))
             this.put("contacts", "sphere", ends[0].body, ends[0].at, [1, 0, 0, 0], [r, r, r], this.theme.ink, id);
+    }
+
+    /* At its first end; a line from there to the second one is too short to be seen. */
+    put_bushing({name, ends}) {
+        const r = this.data.radius, [a, b] = ends.map((end) => this.data.bodies[end.body].name);
+        this.put("springs", "cylinder", ends[0].body, ends[0].at, ends[0].turn, [2.2 * r, 2.2 * r, 1.6 * r], this.theme.joint,
+            this.thing(`bushing ${name ?? ""} between ${a} and ${b}`.replace("  ", " "), ends[1].body));
     }
 
     /* ---- from frame to frame -------------------------------------------------------------------------------------- */
