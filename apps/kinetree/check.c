@@ -296,6 +296,7 @@ int kt_command_check(int argc, char **argv) {
     }
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--view", arguments.view, true}};
     code = arguments.view != NULL ? kt_check_files("check", uses, 2) : -1;
+    code = code < 0 ? kt_check_ending("--view", arguments.view, ".html") : code;
     if (code >= 0)
         return code;
     code = KT_EXIT_DONE;

@@ -24,7 +24,7 @@ enum {
 
 typedef struct kt_draw_arguments {
     const char *out, *view, *at, *trace;
-    long strobe;
+    long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
     bool axes, names, dark;
 } kt_draw_arguments;
@@ -164,16 +164,19 @@ static int fail(kt_status status, const kt_error *error) {
     return kt_exit_code(status);
 }
 
+static int refuse_times(const char *list) {
+    kt_say("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
+    return KT_EXIT_USAGE;
+}
+
 static int read_times(const char *list, motion *m) {
     const char *text = list;
     while (*text != '\0') {
         char *end;
         const double time = strtod(text, &end);
         if (end == text || (*end != ',' && *end != '\0') || !isfinite(time) || time < 0.0 ||
-            (m->state_count > 0 && time <= m->times[m->state_count - 1])) {
-            kt_say("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
-            return KT_EXIT_USAGE;
-        }
+            (m->state_count > 0 && time <= m->times[m->state_count - 1]))
+            return refuse_times(list);
         if (m->state_count == STATES_MOST) {
             kt_say("draw: --at takes up to %d times", STATES_MOST);
             return KT_EXIT_USAGE;
@@ -181,7 +184,7 @@ static int read_times(const char *list, motion *m) {
         m->times[m->state_count++] = time;
         text = *end == ',' ? end + 1 : end;
     }
-    return -1;
+    return m->state_count > 0 ? -1 : refuse_times(list);
 }
 
 /* The times of all states. Returns -1, or an exit code after printing the error. */
@@ -190,8 +193,12 @@ static int choose_times(const kt_draw_arguments *arguments, motion *m, double un
         kt_say("draw: --at and --strobe exclude each other");
         return KT_EXIT_USAGE;
     }
-    if (arguments->strobe > STATES_MOST) {
-        kt_say("draw: --strobe takes up to %d states", STATES_MOST);
+    if (arguments->strobe == 0 || arguments->strobe > STATES_MOST) {
+        kt_say("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST, arguments->strobe);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->until > 0.0 && (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL))) {
+        kt_say("draw: --until is the end of --strobe or --trace without --at; give one of these, or leave it out");
         return KT_EXIT_USAGE;
     }
     if (arguments->at != NULL)
@@ -435,7 +442,7 @@ static char *title_of(const motion *m, const char *base) {
 }
 
 int kt_command_draw(int argc, char **argv) {
-    kt_draw_arguments arguments = {.out = NULL};
+    kt_draw_arguments arguments = {.strobe = -1};
     int operands;
     int code = kt_arguments_read(&kt_usage_draw, argc, argv, &arguments, &operands);
     if (code >= 0)

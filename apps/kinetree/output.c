@@ -129,6 +129,16 @@ void kt_note_replaced(const char *path, char *text, size_t size) {
     (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
 }
 
+int kt_check_ending(const char *option, const char *path, const char *ending) {
+    const size_t length = path != NULL ? strlen(path) : 0, end = strlen(ending);
+    struct stat status;
+    if (path == NULL || (length > end && strcmp(path + length - end, ending) == 0) ||
+        (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
+        return -1;
+    kt_say("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
+    return KT_EXIT_USAGE;
+}
+
 /* ---- all files of a command -------------------------------------------------------------------------------------- */
 
 /* Returns whether two names denote the same file, also through links. A file that is written directly (a device) may be

@@ -41,6 +41,10 @@ char *kt_part_name(const char *path);
  * is empty. Appends nothing if there is no such file. */
 void kt_note_replaced(const char *path, char *text, size_t size);
 
+/* Prints an error if a result of a format of its own would get a name that says otherwise; path: NULL, or as given to
+ * the option. Devices have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
+int kt_check_ending(const char *option, const char *path, const char *ending);
+
 /* A file that a command reads or writes, with the name given by the user; NULL: none. */
 typedef struct kt_file_use {
     const char *what; /* "the scene", "--summary" */

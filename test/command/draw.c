@@ -164,6 +164,10 @@ KT_TEST(views_are_read_and_refused) {
     kt_expect(1, "--view takes", "$K draw pair.yaml --view 20,100");
     kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,0.5");
     kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,x");
+    kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at ''");
+    kt_expect(1, "--strobe takes a number of states from 1 up to 60, not 0", "$K draw pair.yaml --strobe 0");
+    kt_expect(1, "--until is the end of --strobe or --trace", "$K draw pair.yaml --until 0.5");
+    kt_expect(1, "--until is the end of --strobe or --trace", "$K draw pair.yaml --at 0,1 --trace lower.tip --until 1");
     kt_expect(1, "exclude each other", "$K draw pair.yaml --at 1 --strobe 3");
     kt_expect(1, "up to 60", "$K draw pair.yaml --strobe 61");
     kt_expect(1, "draw: --trace: body 'lower' has no marker 'top'; did you mean 'tip'?",

@@ -154,6 +154,21 @@ KT_TEST(two_results_are_never_one_file) {
     kt_expect(0, NULL, "$K run p.yaml --quiet --duration 0.1 --out /dev/null --summary /dev/null");
 }
 
+/* `view --view iso` is a slip for `draw --view iso`. */
+KT_TEST(pages_and_models_have_names_that_say_so) {
+    make_scene();
+    kt_write_file("a.svg", "mine\n");
+    static const char *const wrong[] = {"run p.yaml --view a.svg", "view p.yaml --view iso", "view p.yaml --view -",
+                                        "check p.yaml --view a.svg", "view p.yaml --view .html"};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+        kt_expect(1, "--view takes the name of a file that ends in .html, not '", "$K %s", wrong[i]);
+    kt_expect(1, "--glb takes the name of a file that ends in .glb, not 'a.svg'", "$K run p.yaml --glb a.svg");
+    kt_check_text("what was there", kt_read_file("a.svg"), "mine\n");
+    kt_expect(0, NULL, "test ! -e iso -a ! -e ./- -a ! -e p.csv");
+    kt_expect(0, NULL,
+              "$K run p.yaml --quiet --duration 0.1 --out /dev/null --view /dev/null --glb a.glb && test -s a.glb");
+}
+
 KT_TEST(result_is_never_what_it_is_made_from) {
     make_scene();
     static const char *const commands[] = {"run p.yaml --out p.yaml",
