@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* ---- a rope that is held at both ends ---------------------------------------------------------------------------- */
 
@@ -250,25 +251,100 @@ static void free_results(few_results *r) {
     *r = (few_results){.size = 0.0};
 }
 
+/* Springs, dampers and friction in the joints with one axis, in turns, and a spring from the world to the last body. */
+static void add_effects(tangle *g, kt_effect *effects) {
+    kt_description *d = &g->tree.description;
+    int count = 0;
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_joint_type type = d->bodies[i].joint.type;
+        kt_effect *e = &effects[count];
+        if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC)
+            continue;
+        *e = kt_effect_default();
+        e->type = count % 3 == 0   ? KT_EFFECT_JOINT_SPRING
+                  : count % 3 == 1 ? KT_EFFECT_JOINT_DAMPER
+                                   : KT_EFFECT_JOINT_FRICTION;
+        e->joint = d->bodies[i].name;
+        e->stiffness = 5.0;
+        e->damping = e->coulomb = 1.5;
+        e->smoothing = 0.5;
+        count++;
+    }
+    effects[count] = kt_effect_default();
+    effects[count].type = KT_EFFECT_SPRING;
+    effects[count].between[1].body = d->bodies[d->body_count - 1].name;
+    effects[count].between[1].at = kt_vec3_make(0.3, 0.2, 0.1);
+    effects[count++].stiffness = 10.0;
+    d->effects = effects;
+    d->effect_count = count;
+}
+
+/* The derivatives of the accelerations: by both reductions; and along one direction of v against differences of order
+ * four. */
+static void compare_derivatives(const tangle *g, const few_results *few, const few_results *dense, kt_worst *both,
+                                kt_worst *differences) {
+    static double d[2][3][KT_TREE_NV * KT_TREE_NV];
+    static const double step = 1e-3, weight[] = {8.0 / 12.0, -1.0 / 12.0};
+    const few_results *r[] = {few, dense};
+    const int nv = g->tree.nv;
+    double scale = 1.0, by[KT_TREE_NV] = {0.0}, v[KT_TREE_NV], a[KT_TREE_NV];
+    kt_error e = {0};
+    bool fine = true;
+    for (int k = 0; k < 2; k++) {
+        const size_t size = kt_acceleration_work_size(r[k]->model);
+        void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+        fine &= kt_tree_fine("derivatives",
+                             kt_acceleration_derivatives(r[k]->model, r[k]->data, work, size, g->t, g->q, g->v, g->tau,
+                                                         g->external, d[k][0], d[k][1], d[k][2], &e),
+                             &e);
+        free(work);
+    }
+    for (int i = 0; i < nv * nv; i++)
+        scale = fmax(scale, fmax(fabs(d[1][0][i]), fmax(fabs(d[1][1][i]), fabs(d[1][2][i]))));
+    for (int k = 0; k < 3 && fine; k++)
+        for (int i = 0; i < nv * nv; i++)
+            kt_worst_near(both, d[0][k][i], d[1][k][i], 1e-12 * scale, "matrix %d, %d, %d", k, i % nv, i / nv);
+    for (int k = 0; k < 4 && fine; k++) {
+        const double h = (k % 2 ? -step : step) * (k / 2 + 1);
+        for (int i = 0; i < nv; i++)
+            v[i] = g->v[i] + h * sin(1.0 + i);
+        fine = kt_tree_fine(
+            "beside", kt_acceleration_evaluate(few->model, few->data, g->t, g->q, v, g->tau, g->external, a, &e), &e);
+        for (int i = 0; i < nv; i++)
+            by[i] += (k % 2 ? -1.0 : 1.0) * weight[k / 2] * a[i] / step;
+    }
+    for (int i = 0; i < nv && fine; i++) {
+        double along = 0.0;
+        for (int j = 0; j < nv; j++)
+            along += d[0][1][j * nv + i] * sin(1.0 + j);
+        kt_worst_near(differences, along, by[i], 2e-12 * scale * nv, "%d", i);
+    }
+}
+
 /* The bound of accelerations is what the condition of the mechanism makes of rounding (tangle_solve); that of reactions
  * is relative to the largest, and grows with the lever arms by which a loop holds a tree. */
-static void compare(const tangle_plan *plan, int mechanisms, int *compared) {
+static void compare(const tangle_plan *plan, int mechanisms, bool effects, int *compared) {
     static tangle g;
     static few_results few, dense;
     static tangle_system s;
+    static kt_effect acting[KT_TREE_BODIES + 1];
     double expected[KT_TREE_NV], moved[KT_TREE_NV];
+    kt_worst derivative = kt_worst_make("derivatives"), difference = kt_worst_make("derivatives and differences");
     kt_worst acceleration = kt_worst_make("accelerations"), reaction = kt_worst_make("reactions");
     kt_worst projection = kt_worst_make("projections");
     kt_random random = kt_random_of_test();
     *compared = 0;
     for (int n = 0; n < mechanisms; n++) {
-        if (tangle_grow(&g, plan, &random) && evaluate(&g, KT_STRUCTURE_FRONTS, &few) && few.solved &&
+        const bool grown = tangle_grow(&g, plan, &random);
+        if (grown && effects)
+            add_effects(&g, acting);
+        if (grown && evaluate(&g, KT_STRUCTURE_FRONTS, &few) && few.solved &&
             evaluate(&g, KT_STRUCTURE_DENSE, &dense) && !dense.near && tangle_system_of(&g, &s)) {
             const double reach = tangle_reach(&g, true);
             double scale = 0.0;
             (void)tangle_solve(&g, &s, (tangle_way){.mixes = true}, expected, moved);
             for (int i = 0; i < g.tree.nv; i++)
-                scale = fmax(scale, fabs(expected[i]));
+                scale = fmax(scale, fmax(fabs(expected[i]), fabs(dense.a[i])));
             for (int i = 0; i < g.tree.nv; i++)
                 kt_worst_near(&acceleration, few.a[i], dense.a[i], fmax(1e-12 * scale, 8.0 * moved[i]), "%d: %d", n, i);
             for (int i = 0; i < g.loops && !few.redundant; i++) { /* otherwise reactions are not unique */
@@ -282,6 +358,8 @@ static void compare(const tangle_plan *plan, int mechanisms, int *compared) {
                            linkage_projections_differ((const kt_model *const[2]){few.model, dense.model},
                                                       (kt_data *const[2]){few.data, dense.data}, g.t, g.q, g.v),
                            1e-13 * fmax(1.0, reach), "%d", n);
+            if (effects && !few.redundant)
+                compare_derivatives(&g, &few, &dense, &derivative, &difference);
             ++*compared;
         }
         free_results(&few);
@@ -291,9 +369,13 @@ static void compare(const tangle_plan *plan, int mechanisms, int *compared) {
     kt_check_worst(&acceleration);
     kt_check_worst(&reaction);
     kt_check_worst(&projection);
+    if (effects) {
+        kt_check_worst(&derivative);
+        kt_check_worst(&difference);
+    }
 }
 
-static void compare_in_space(double geared) {
+static void compare_in_space(double geared, bool effects) {
     tangle_plan plan = tangle_plan_default();
     int compared;
     plan.tree.bodies = 20;
@@ -302,24 +384,28 @@ static void compare_in_space(double geared) {
                  1 << KT_LOOP_COAXIAL | 1 << KT_LOOP_ORTHOGONAL | 1 << KT_LOOP_COUPLING | 1 << KT_LOOP_MOTION;
     plan.tree.geared = geared;
     plan.nearby = 0.0;
-    compare(&plan, 120, &compared);
-    kt_check_above("compared", compared, 30);
+    compare(&plan, effects ? 60 : 120, effects, &compared);
+    kt_check_above("compared", compared, effects ? 15 : 30);
 }
 
-static void compare_in_a_plane(double geared) {
+static void compare_in_a_plane(double geared, bool effects) {
     tangle_plan plan = tangle_plan_planar();
     int compared;
     plan.tree.bodies = 20;
     plan.loops = 2;
     plan.tree.geared = geared;
     plan.nearby = 0.0;
-    compare(&plan, 120, &compared);
-    kt_check_above("compared", compared, 30);
+    compare(&plan, effects ? 60 : 120, effects, &compared);
+    kt_check_above("compared", compared, effects ? 15 : 30);
 }
 
-KT_TEST(few_equations_and_dense_matrices_agree_in_space) { compare_in_space(0.0); }
-KT_TEST(few_equations_and_dense_matrices_agree_in_a_plane) { compare_in_a_plane(0.0); }
+KT_TEST(few_equations_and_dense_matrices_agree_in_space) { compare_in_space(0.0, false); }
+KT_TEST(few_equations_and_dense_matrices_agree_in_a_plane) { compare_in_a_plane(0.0, false); }
 KT_TEST(few_equations_and_dense_matrices_agree_with_armature) {
-    compare_in_space(0.5);
-    compare_in_a_plane(0.5);
+    compare_in_space(0.5, false);
+    compare_in_a_plane(0.5, false);
+}
+KT_TEST(few_equations_and_dense_matrices_agree_with_effects_and_in_derivatives) {
+    compare_in_space(0.3, true);
+    compare_in_a_plane(0.3, true);
 }

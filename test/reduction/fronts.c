@@ -377,8 +377,10 @@ static void add_crank(linkage *l, int i, double x, bool slides, double rate, row
 }
 
 /* A row of windows of random bars, every fifth crank on a slide; one window is closed by a rod between the two points
- * instead of a pin, which leaves one more freedom. `geared`: every fourth joint has armature. */
-static bool build_row(linkage *l, bool geared, kt_random *random) {
+ * instead of a pin, which leaves one more freedom. `loaded`: every fourth joint has armature,
+ * and others springs with dampers or friction. */
+static bool build_row(linkage *l, bool loaded, kt_random *random) {
+    static kt_effect effects[LINKAGE_BODIES];
     const int rod = kt_random_int(random, 1, ROW);
     row_end last = {.angle = 0.0}, next;
     linkage_begin(l);
@@ -401,8 +403,17 @@ static bool build_row(linkage *l, bool geared, kt_random *random) {
         }
         last = next;
     }
-    for (int b = 1; b < l->description.body_count && geared; b += 4)
+    for (int b = 1; b < l->description.body_count && loaded; b += 4)
         l->body[b].joint.armature[0] = 0.5;
+    for (int b = 0; b < l->description.body_count && loaded; b += 3) {
+        kt_effect *e = &effects[l->description.effect_count++];
+        *e = kt_effect_default();
+        e->type = b % 2 ? KT_EFFECT_JOINT_SPRING : KT_EFFECT_JOINT_FRICTION;
+        e->joint = l->body_name[b];
+        e->stiffness = 20.0;
+        e->damping = e->coulomb = 2.0;
+    }
+    l->description.effects = effects;
     return linkage_build(l, 0.0);
 }
 
