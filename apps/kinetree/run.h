@@ -76,6 +76,7 @@ typedef struct kt_stability_watch {
     int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
     double time, rate;     /* s, 1/s, at the last of them */
     uint64_t steps;        /* taken up to there */
+    uint64_t switches;     /* of auto, up to there */
     double fastest;        /* 1/s, of the bounded parts */
 } kt_stability_watch;
 

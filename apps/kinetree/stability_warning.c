@@ -1,4 +1,5 @@
-/* A warning about adaptive steps of an explicit method that its stability bounds, not the accuracy that is asked for.
+/* A warning about adaptive steps of an explicit method, or those that auto makes with one, that its stability bounds,
+ * not the accuracy that is asked for.
  *
  * At SAMPLES + 1 records, evenly over the run, the rate of the fastest mode is estimated (kt_mode_watch), and compared
  * with the mean step of the method up to the next of them. Where the motion is stiff their product is near the limit of
@@ -16,11 +17,13 @@ enum {
 /* A mean step of this part of the limit counts as bounded: estimated rates are some too low, and steps vary. */
 #define BOUNDED 0.6
 
+static bool is_switching(const kt_method *method) { return strcmp(kt_method_family_name(method), "switching") == 0; }
+
 static const kt_method *explicit_method(const kt_outcome *outcome) {
     const kt_method *method = outcome->run->integrator != NULL ? kt_method_find(outcome->run->integrator) : NULL;
     const bool adaptive = method != NULL && !(outcome->run->step > 0.0) && kt_method_is_adaptive(method);
     const bool bounded = adaptive && !kt_method_is_implicit(method) && !kt_method_stages_vary(method) &&
-                         strcmp(kt_method_family_name(method), "explicit") == 0;
+                         (is_switching(method) || strcmp(kt_method_family_name(method), "explicit") == 0);
     return bounded && kt_model_nv(outcome->model) > 0 ? method : NULL;
 }
 
@@ -44,12 +47,14 @@ static double rate_at(const kt_outcome *outcome, const kt_record *record) {
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     kt_stability_watch *w = &outcome->stability;
     const kt_method *method = explicit_method(outcome);
-    const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
+    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    const uint64_t steps = counts.steps;
     if (method == NULL || record->time < (double)w->looks * outcome->run->duration / SAMPLES)
         return;
     if (w->looks > 0 && steps > w->steps) {
         const double step = (record->time - w->time) / (double)(steps - w->steps);
-        const bool bounded = step * w->rate >= BOUNDED * limit_of(method);
+        const bool all_explicit = counts.switches == w->switches && counts.switches % 2 == 0; /* auto begins explicit */
+        const bool bounded = all_explicit && step * w->rate >= BOUNDED * limit_of(method);
         w->compared++;
         w->bounded += bounded;
         if (bounded && w->rate > w->fastest)
@@ -58,6 +63,7 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     w->looks = 1 + (int)(record->time / outcome->run->duration * SAMPLES + 1e-9); /* times are rounded */
     w->time = record->time;
     w->steps = steps;
+    w->switches = counts.switches;
     w->rate = steps > 0 || record->time == 0.0 ? rate_at(outcome, record) : 0.0;
 }
 
@@ -67,14 +73,18 @@ void kt_warn_of_stability(kt_outcome *outcome) {
     if (method == NULL || kt_simulation_counts_get(outcome->simulation).steps < STEPS_LEAST ||
         2 * w->bounded <= w->compared)
         return;
+    const bool missed = is_switching(method);
     const kt_warning warning = {.code = "bounded_by_stability",
                                 .time = (double)NAN,
                                 .value = w->fastest,
                                 .unit = "1/s",
-                                .remedy = "Take auto, or radau5, which no decay bounds; 'kinetree accuracy' tells what "
-                                          "each costs here"};
+                                .remedy = missed ? "Take radau5, which no decay bounds; 'kinetree accuracy' tells what "
+                                                   "it costs here"
+                                                 : "Take auto, or radau5, which no decay bounds; 'kinetree accuracy' "
+                                                   "tells what each costs here"};
     kt_warn(&outcome->warnings, &warning,
             "the steps of %s are bounded by its stability, not by the tolerance, in %d of %d parts of the run: a mode "
             "decays at up to %.3g /s, which allows none above %.3g s",
-            method->name, w->bounded, w->compared, w->fastest, limit_of(method) / w->fastest);
+            missed ? "auto, which has not found it and takes those of dopri5," : method->name, w->bounded, w->compared,
+            w->fastest, limit_of(method) / w->fastest);
 }

@@ -359,6 +359,11 @@ typedef struct kt_integrator_options {
      * bit of the others. Less than n. */
     size_t quadratures;
 
+    /* The first so many of the equations are those of positions, whose rates the others determine; 0: not known. auto
+     * weighs differences of positions by the step, so that it sees modes that ring; no method's steps depend on it
+     * otherwise. */
+    size_t positions;
+
     /* Implicit methods: who solves Newton's equations. NULL: the integrator, with finite differences of f (central
      * ones for a Rosenbrock method, 2 n evaluations) and dense matrices. Must outlive the integrator. */
     const kt_newton *newton;
@@ -512,7 +517,7 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
  * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 2 and the
  * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed, and
  * the slopes of the last step, 4 n of radau5, 3 n of rodas5p and 2 n of the others; 2 and 2 n more, for the state before
- * and its slope, of bdf2 and two-step; for auto those of radau5, n for a vector, and 11 of the detection. O(1). */
+ * and its slope, of bdf2 and two-step; for auto those of radau5, n for a vector, and 12 of the detection. O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

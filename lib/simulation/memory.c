@@ -113,6 +113,7 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     options.max_step = settings->options.max_step;
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
+    options.positions = simulation->size.nq;
     options.newton = newton_of(settings);
     simulation->method = settings->by_rho;
     const kt_method *method = settings->method == &settings->by_rho ? &simulation->method : settings->method;

@@ -212,6 +212,51 @@ KT_TEST(run_tells_that_stability_bounds_adaptive_explicit_steps_and_what_is_chea
     kt_check_equal_int("nor with springs that have to be followed", count(ran.err, "bounded by"), 0);
 }
 
+/* A slider on a spring, pulled along by a pendulum: its mode is (stiffness / 0.09 kg)^(1/2), and rings. */
+static void write_ringing(double stiffness, double damping, double tolerance) {
+    char text[640];
+    snprintf(text, sizeof text,
+             "kinetree: 1\n"
+             "gravity: [0, -9.81, 0]\n"
+             "bodies:\n"
+             "  - {name: arm, joint: {type: revolute, axis: z, position: 40 deg}, mass: 1,\n"
+             "     shape: {type: rod, to: [0, -1, 0]}}\n"
+             "  - {name: slider, parent: arm, joint: {type: prismatic, axis: x, at: [0, -1, 0]}, mass: 0.1}\n"
+             "effects: [{type: joint_spring, joint: slider, stiffness: %g, damping: %g}]\n"
+             "simulate: {duration: 8, tolerance: %g}\n",
+             stiffness, damping, tolerance);
+    kt_write_file("ring.yaml", text);
+}
+
+/* By default a mode is found that rings with 0.0067 to 0.5 of the critical damping; dopri5 takes 90,000 steps. Where no
+ * step of the motion shows it (the tolerance keeps the steps to two thirds of the limit), the run says so, and the
+ * remedy is one. */
+KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
+    static const double dampings[] = {40.0, 300.0, 3000.0};
+    for (int i = 0; i < 3; i++) {
+        write_ringing(1e8, dampings[i], 1e-5);
+        const kt_ran ran = kt_shell("$K run ring.yaml --out /dev/null --summary -");
+        json_t *root = kt_json(ran.out);
+        kt_check_equal_int("warnings", (long long)json_array_size(kt_json_find(root, "warnings")), 0);
+        kt_check_above("switches", kt_json_at(root, "cost.switches"), 0.5);
+        kt_check_below("steps", kt_json_at(root, "cost.steps"), 400.0);
+        json_decref(root);
+    }
+    write_ringing(1e5, 57.0, 1e-8);
+    kt_ran ran = kt_shell("$K run ring.yaml --out /dev/null --summary -");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "bounded_by_stability");
+    kt_check_contains(
+        "words", ran.err,
+        "the steps of auto, which has not found it and takes those of dopri5, are bounded by its stability");
+    kt_check_contains("remedy", ran.err, "Take radau5, which no decay bounds");
+    const double missed = kt_json_at(root, "cost.evaluations");
+    json_decref(root);
+    root = kt_json(kt_shell("$K run ring.yaml --integrator radau5 --out /dev/null --summary - 2>/dev/null").out);
+    kt_check_below("evaluations of radau5, over those", kt_json_at(root, "cost.evaluations") / missed, 0.2);
+    json_decref(root);
+}
+
 KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     kt_ran ran = kt_shell("$K run " GOVERNOR " --integrator rk4 --step 1e-3 --out /dev/null");
     kt_check_equal_int("it blows up, too", ran.code, 4);
