@@ -144,7 +144,7 @@ static int own_solve(double *re, double *im, void *user) {
     return s->solve_code;
 }
 
-static const kt_newton own = {own_jacobian, own_factor, own_solve, NULL};
+static const kt_newton own = {own_jacobian, own_factor, own_solve, NULL, NULL};
 
 static kt_integrator *solver_begin(solver *s, double tol) {
     kt_error error;
@@ -217,7 +217,7 @@ KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
 
 KT_TEST(half_a_solver_is_refused) {
     kt_error error;
-    const kt_newton half = {own_jacobian, NULL, own_solve, NULL};
+    const kt_newton half = {own_jacobian, NULL, own_solve, NULL, NULL};
     kt_integrator_options options = tolerance(1e-6, 1e-6);
     options.newton = &half;
     kt_integrator *it = NULL;
