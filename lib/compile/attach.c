@@ -37,7 +37,7 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n, kt_error *error) {
+static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_error *error) {
     for (int k = 0; k < 2; k++) {
         const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
@@ -45,11 +45,8 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         kt_attach_align_axis(&r->frame[k], kt_loop_axis(loop, k));
     }
     r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 2; k++)
         r->length[k] = kt_attach_join_path(a, r->link[k], r->ancestor);
-        r->path[k] = (int32_t)n->path;
-        n->path += (size_t)r->length[k];
-    }
     if (r->length[0] && r->length[1])
         kt_attach_join(a, r->link[0], r->link[1]);
     return KT_OK;
@@ -113,7 +110,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         if (kt_attach_is_relation(r->type)) {
             trace_relation(a, loop, r, n);
         } else {
-            const kt_status status = trace_frames(a, loop, r, n, error);
+            const kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
                 return status;
             if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(pitch)))
@@ -128,37 +125,16 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
 
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
 
-/* Finds the point to which the positions of a loop on the ground are relative, as it may lie far from the world's
- * origin. If its paths begin with links that only rotate, the origins of these links are fixed in the world, and one of
- * them is this point. Returns false if a path begins with a prismatic, screw or free motion: its coordinate contains
- * the distance, so that nothing would be gained. Needs the paths. */
-static bool find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin) {
-    bool found = false;
-    for (int k = 0; k < 2 && r->ancestor == 0; k++) {
-        if (r->length[k] == 0)
-            continue;
-        const kt_link *first = &m->link[m->path[r->path[k]]];
-        if (kt_link_lengths(first) || first->pitch != 0.0)
-            return false;
-        if (!found)
-            *origin = first->at;
-        found = true;
-    }
-    return found;
-}
-
 static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
+    if (KT_HAS_LOOPS && m->n.loop)
+        memcpy(m->loop, a->loop, m->n.loop * sizeof *m->loop);
+    if (KT_HAS_LOOPS)
+        kt_paths_fill(m);
     for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
         const kt_loop *loop = &a->description->loops[i];
         kt_loop_record *r = &m->loop[i];
-        *r = a->loop[i];
-        for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
-            int32_t *path = m->path + r->path[k], j = r->link[k];
-            for (int32_t at = r->length[k]; at > 0; j = m->link[j].parent)
-                path[--at] = j;
-        }
         kt_vec3 origin;
-        if (!kt_attach_is_relation(r->type) && find_origin(m, r, &origin))
+        if (!kt_attach_is_relation(r->type) && kt_attach_find_origin(m, r, &origin))
             r->origin = origin;
         for (int k = 0; k < r->term_count; k++)
             m->term[r->term + k] = (kt_term_record){.link = joint_link(m, kt_loop_term(loop, k).joint),
@@ -177,37 +153,6 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         memcpy(m->text + *text, loop->name, length);
         *text += length;
     }
-}
-
-/* The length of the longest loop, once around, at the initial positions. Points on the ground count by their distance
- * from one origin common to all loops for which find_origin finds one: that of the first such loop. 1 if no loop has a
- * length. */
-static double length_of(const kt_attach *a, const kt_model *m) {
-    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
-    kt_vec3 common = none;
-    double longest = 0.0;
-    bool has_common = false;
-    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
-        const kt_loop_record *r = &m->loop[i];
-        kt_vec3 own = none;
-        const bool counted = !kt_attach_is_relation(r->type) && find_origin(m, r, &own);
-        if (counted && !has_common)
-            common = own;
-        has_common |= counted;
-        const kt_vec3 origin = counted ? common : none;
-        double length = kt_attach_is_relation(r->type) ? 0.0 : fabs(r->curve.a); /* the length of a distance loop */
-        for (int k = 0; k < 2 && !kt_attach_is_relation(r->type); k++) {
-            const bool stands = r->link[k] == 0; /* the end is on the ground */
-            length += kt_vec3_norm(stands ? kt_vec3_sub(r->frame[k].position, origin) : r->frame[k].position);
-            for (int32_t j = r->link[k]; j != r->ancestor; j = m->link[j].parent) {
-                const int32_t up = m->link[j].parent;
-                length += up ? distance_between(a->pose[j], a->pose[up])
-                             : kt_vec3_norm(kt_vec3_sub(a->pose[j].position, origin));
-            }
-        }
-        longest = fmax(longest, length);
-    }
-    return longest > 0.0 ? longest : 1.0;
 }
 
 /* Finds the frames on which an effect acts, or its joint. */
@@ -304,9 +249,13 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         a->depth[i] = i ? a->depth[a->tree->link[i].parent] + 1 : 0;
     }
     kt_link_poses(a->tree, a->tree->q0, a->pose);
+    if (KT_HAS_LOOPS)
+        kt_attach_measure_links(a, n->link);
     kt_status status = trace_loops(a, n, error);
     if (status != KT_OK)
         return status;
+    if (KT_HAS_LOOPS)
+        kt_attach_place_paths(a, n);
     kt_attach_number_groups(a, n);
     kt_attach_count_effects(a, n);
     for (int i = 0; i < d->effect_count; i++)
@@ -319,7 +268,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_model_name_all(m);
     size_t number = 0, text = a->tree->n.text;
     fill_loops(a, m, &number, &text);
-    m->length = length_of(a, m);
+    m->length = KT_HAS_LOOPS ? kt_attach_longest_loop(a, m) : 1.0;
     kt_attach_fill_groups(a, m);
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)

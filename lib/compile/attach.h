@@ -1,4 +1,4 @@
-/* Attaches loops and effects to a tree: declarations that attach.c, gather.c and batch.c share. */
+/* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, fronts.c and batch.c share. */
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 
@@ -10,6 +10,12 @@
 #define ATTACH_FIELDS(X)                                                                                               \
     X(int32_t, depth, n->link, "of the links under the ground")                                                        \
     X(int32_t, above, n->link, "union-find: towards the root of a link's set")                                         \
+    X(int32_t, jump, n->link, "a link above, or the ground (paths.c)")                                                 \
+    X(int32_t, top, n->link, "union-find: towards the highest link that paths have joined with a link")                \
+    X(int32_t, base, n->link, "first link of the support")                                                             \
+    X(double, far, n->link, "distance from there along the support, at the initial positions")                         \
+    X(int32_t, from, n->link, "ancestor below which the path begins that leads through a link, -1: none")              \
+    X(int32_t, place, n->link, "place of the link in that path")                                                       \
     X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
@@ -44,11 +50,31 @@ static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
+/* Prepares what follows for links whose depth and pose are in the arrays. */
+void kt_attach_measure_links(kt_attach *a, size_t count);
+
 /* Returns the deepest link that carries both or is one of them. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);
 
 /* Joins the links from i up to the child of the ancestor into one set with i; returns their number. */
 int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor);
+
+/* Finds places in model->path for the paths of all loops, and counts its numbers. */
+void kt_attach_place_paths(kt_attach *a, kt_counts *n);
+
+/* Fills model->path. */
+void kt_paths_fill(kt_model *m);
+
+/* Finds the point to which the positions of a loop on the ground are relative, as it may lie far from the world's
+ * origin. If its paths begin with links that only rotate, the origins of these links are fixed in the world, and one of
+ * them is this point. Returns false if a path begins with a prismatic, screw or free motion: its coordinate contains
+ * the distance, so that nothing would be gained. Needs the paths. */
+bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin);
+
+/* Returns the length of the longest loop, once around, at the initial positions. Points on the ground count by their
+ * distance from one origin common to all loops for which kt_attach_find_origin finds one: that of the first such loop. 1
+ * if no loop has a length. Needs the paths. */
+double kt_attach_longest_loop(const kt_attach *a, const kt_model *m);
 
 /* Unites the sets of i and j. */
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j);

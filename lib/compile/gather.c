@@ -9,33 +9,12 @@
 #include "reduction/evaluate.h"
 #include "reduction/reduce.h"
 
-int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j) {
-    const kt_link *link = a->tree->link;
-    while (i != j) {
-        if (a->depth[i] < a->depth[j]) {
-            const int32_t swap = i;
-            i = j;
-            j = swap;
-        }
-        i = link[i].parent;
-    }
-    return i;
-}
-
 static int32_t set_of(kt_attach *a, int32_t i) {
     while (a->above[i] != i) {
         a->above[i] = a->above[a->above[i]];
         i = a->above[i];
     }
     return i;
-}
-
-int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor) {
-    const kt_link *link = a->tree->link;
-    int32_t length = 0;
-    for (int32_t j = i; j != ancestor; j = link[j].parent, length++)
-        kt_attach_join(a, j, i);
-    return length;
 }
 
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j) { a->above[set_of(a, i)] = set_of(a, j); }

@@ -15,10 +15,12 @@ valgrind, program = sys.argv[1:]
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # valgrind counts the turns in which threads wait for each other
 
 
-def count(function, what, n, *plan):
-    """Instructions in a function and what it calls."""
-    run = subprocess.run([valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}",
-                          program, what, str(n), *plan], capture_output=True, text=True, check=False)
+def count(functions, what, n, *plan):
+    """Instructions in a function, or several with a comma between, and what they call."""
+    function = functions.split(",")
+    run = subprocess.run([valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null",
+                          *(f"--toggle-collect={f}" for f in function), program, what, str(n), *plan],
+                         capture_output=True, text=True, check=False)
     found = re.search(r"Collected : (\d+)", run.stderr)
     if run.returncode != 0 or not found or int(found[1]) == 0:
         sys.exit(f"{function} on {n}: nothing was counted\n{run.stderr}")
@@ -49,6 +51,11 @@ claim("compilation_and_assembly_grow_with_the_number_of_loops",
 pair = [count("kt_assemble_levenberg_marquardt", "row", n) for n in (40, 320)]
 note(f"closing a row: {pair[0]} instructions for 40 windows, {pair[1]} for 320, {pair[1] / pair[0]:.3f}")
 claim("closing_a_row_takes_no_more_steps_for_more_windows", [] if pair[1] / pair[0] < 9.7 else ["more"])
+# 4.2; 15 where each loop goes up to the ground by itself.
+pair = [count("kt_attach_ancestor,kt_attach_join_path,kt_attach_longest_loop", "ladder", n)
+        for n in (20, 80)]
+note(f"ancestors, groups and lengths of a ladder's loops: {pair[0]} instructions for 20 rungs, {pair[1]} for 80, {pair[1] / pair[0]:.2f}")
+claim("groups_of_a_ladder_are_found_in_proportion_to_its_length", [] if pair[1] / pair[0] < 5 else ["not"])
 tree = [count("kt_acceleration_evaluate", "tree", n) for n in (20, 40)]
 note(f"the same tree without loops: {tree[0]} instructions for 20, {tree[1]} for 40")
 claim("tree_grows_in_proportion", [] if abs(tree[1] / tree[0] / 2 - 1) < 0.02 else ["it does not"])
