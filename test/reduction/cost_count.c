@@ -1,6 +1,7 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
  * count its instructions. WHAT: four-bars, tree (the same without loops), or chain (N bodies alone, from nearly
- * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them), or row (N windows that share their cranks). */
+ * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them), or row (N windows that share their cranks),
+ * or open (N bodies alone), held (the same with the last tied up) or driven (and with the first moved). */
 #include "kinetree/analysis.h"
 #include "kinetree/reduction.h"
 
@@ -44,6 +45,25 @@ static void close_loop(int i, const char *first, double x, const char *second, d
     loops[i].between[1] = end_at(second, y);
 }
 
+/* A rope of n bodies: its loops, none of them, the tie, or the tie and the motion of its first joint. */
+static int hang_rope(const char *kind, int n) {
+    static const double turns[] = {1.0, 0.5, 2.0};
+    const char *link = NULL;
+    for (int i = 0; i < n; i++)
+        link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? -2.0 / n : 1.0);
+    if (strcmp(kind, "open") == 0)
+        return 0;
+    close_loop(0, link, 1.0, NULL, 0.8 * n);
+    if (strcmp(kind, "driven") != 0)
+        return 1;
+    loops[1] = kt_loop_default();
+    loops[1].name = "motion";
+    loops[1].type = KT_LOOP_MOTION;
+    loops[1].joint = names[0];
+    loops[1].function = kt_function_polynomial(turns, 3);
+    return 2;
+}
+
 /* Linearisation at the start, and the equilibrium from there. */
 static bool come_to_rest(const kt_model *model, double *q, const double *v) {
     kt_linearization *l = NULL;
@@ -64,6 +84,7 @@ int main(int argc, char **argv) {
     const char *link = NULL;
     const bool chain = strcmp(argv[1], "chain") == 0, ladder = strcmp(argv[1], "ladder") == 0;
     const bool row = strcmp(argv[1], "row") == 0;
+    const bool rope = strcmp(argv[1], "open") == 0 || strcmp(argv[1], "held") == 0 || strcmp(argv[1], "driven") == 0;
     const char *other = NULL;
     for (int i = 0; i < n && ladder; i++) {
         link = add(3 * i, "left", i, link, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
@@ -80,7 +101,8 @@ int main(int argc, char **argv) {
         if (coupler)
             close_loop(i, coupler, 1.0, names[2 * i + 2], 1.0);
     }
-    for (int i = 0; i < n && !chain && !ladder && !row; i++) {
+    const int tied = rope ? hang_rope(argv[1], n) : 0;
+    for (int i = 0; i < n && !chain && !ladder && !row && !rope; i++) {
         link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
         const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
         const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
@@ -88,9 +110,9 @@ int main(int argc, char **argv) {
         close_loop(i, coupler, 2.0, rocker, 1.8);
     }
     d.bodies = bodies;
-    d.body_count = chain ? n : ladder ? 3 * n : row ? 2 * n - 1 : 4 * n;
+    d.body_count = chain || rope ? n : ladder ? 3 * n : row ? 2 * n - 1 : 4 * n;
     d.loops = loops;
-    d.loop_count = chain || strcmp(argv[1], "tree") == 0 ? 0 : row ? n - 1 : n;
+    d.loop_count = rope ? tied : chain || strcmp(argv[1], "tree") == 0 ? 0 : row ? n - 1 : n;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
