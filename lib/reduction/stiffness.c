@@ -14,7 +14,8 @@
  *     (Z' M Z) z = -Z' (D + M Q1 y)
  * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
  *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
- * and for dx = Z ds, which the loops allow, this times Z.
+ * and for dx = Z ds, which the loops allow, this times Z. Where Z has few columns, it is found from the accelerations
+ * themselves instead, which the tree gives without a matrix for all loops (saddle.h).
  * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
  * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
  * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
@@ -26,6 +27,7 @@
 #include "kinetree/joint.h"
 #include "reduction/householder.h"
 #include "reduction/loop_gradient.h"
+#include "reduction/saddle.h"
 
 #include <string.h>
 
@@ -293,7 +295,29 @@ kt_status kt_linearized_overflow(kt_error *error) {
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-size_t kt_stiffness_work_size(const kt_model *model) { return kt_linearized_init(NULL, NULL, model, NULL, 0.0, true); }
+/* What else is needed where the matrices come from accelerations along the tree: the memory of saddle.h, Z. */
+#define ALONG_FIELDS(X)                                                                                                \
+    X(char, terms, kt_saddle_init(NULL, NULL, model, NULL), "of `saddle`")                                             \
+    X(double, z, model->n.v * model->n.v, "the null space; the first columns")
+
+typedef struct along {
+    kt_saddle saddle;
+    KT_ARENA_DECLARE(ALONG_FIELDS)
+} along;
+
+KT_ARENA_ARRAYS(place_along, along, ALONG_FIELDS, const kt_model *model)
+
+/* With few degrees of freedom the matrices are found from Z' a_q and Z' a_v, along the tree, without Q. */
+static bool is_along_tree(const kt_model *model) {
+    return KT_HAS_LOOPS && model->n.row && !kt_loops_are_dense(model) &&
+           4 * (size_t)kt_model_mobility(model).minimal <= model->n.v;
+}
+
+size_t kt_stiffness_work_size(const kt_model *model) {
+    const bool by_tree = is_along_tree(model);
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
+           (KT_HAS_LOOPS && by_tree ? place_along(NULL, NULL, model) : 0);
+}
 
 static bool is_finite(const kt_linearized *w) {
     const size_t square = w->n * w->n;
@@ -327,6 +351,50 @@ static void write_closed(kt_linearized *w, double *basis, double *mass, double *
     write_reduced(w, w->d_v, w->e_v, damping);
 }
 
+/* out = -mass Z' a, f x n */
+static void write_product(const kt_linearized *w, const double *z, size_t f, const double *mass, const double *a,
+                          double *out) {
+    const size_t n = w->n;
+    double *y = w->change;
+    for (size_t c = 0; c < n; c++) {
+        for (size_t i = 0; i < f; i++)
+            y[i] = -kt_dense_dot(z + i * n, a + c * n, (int)n);
+        kt_dense_apply(mass, (int)f, (int)f, y, out + c * f);
+    }
+}
+
+/* D becomes da; then Z' M Z, and its products with Z' da. */
+static kt_status write_along(kt_linearized *w, along *x, const double *q, double *basis, double *mass,
+                             double *stiffness, double *damping, kt_error *error) {
+    const size_t n = w->n, square = n * n;
+    int columns = 0;
+    (void)kt_saddle_init(&x->saddle, x->terms, w->model, w->data);
+    kt_status status = kt_saddle_factor(&x->saddle, w->t, q, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < square; i++) {
+        w->d_q[i] = -w->d_q[i];
+        w->d_v[i] = -w->d_v[i];
+    }
+    kt_saddle_solve(&x->saddle, n, w->d_q, w->e_q);
+    kt_saddle_solve(&x->saddle, n, w->d_v, w->e_v);
+    if (!(kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square)))
+        return kt_linearized_overflow(error);
+    status = kt_loop_nullspace(w->model, w->data, w->t, q, x->z, &columns, error);
+    const size_t f = (size_t)columns;
+    if (status != KT_OK || f == 0)
+        return status;
+    memcpy(basis, x->z, n * f * sizeof *basis);
+    for (size_t c = 0; c < f; c++) {
+        kt_dense_apply(w->mass, (int)n, (int)n, x->z + c * n, w->force);
+        for (size_t i = 0; i < f; i++)
+            mass[c * f + i] = kt_dense_dot(x->z + i * n, w->force, (int)n);
+    }
+    write_product(w, x->z, f, mass, w->d_q, stiffness);
+    write_product(w, x->z, f, mass, w->d_v, damping);
+    return KT_OK;
+}
+
 static void write_tree(const kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
     const size_t n = w->n, bytes = n * n * sizeof *mass;
     if (basis)
@@ -347,12 +415,18 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
     if (status != KT_OK)
         return status;
-    (void)kt_linearized_init(&w, memory, model, data, t, true);
+    const bool by_tree = is_along_tree(model);
+    const size_t used = kt_linearized_init(&w, memory, model, data, t, !by_tree);
     status = kt_linearized_fill(&w, q, v, tau, external, a, error);
     if (status != KT_OK)
         return status;
     if (!is_finite(&w))
         return kt_linearized_overflow(error);
+    if (KT_HAS_LOOPS && by_tree) {
+        along x;
+        (void)place_along(&x, (char *)memory + used, model);
+        return write_along(&w, &x, q, basis, mass, stiffness, damping, error);
+    }
     if (w.p)
         write_closed(&w, basis, mass, stiffness, damping);
     else

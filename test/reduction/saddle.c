@@ -1,6 +1,9 @@
 /* The equations of motion with multipliers for many right-hand sides, and what is made of them: derivatives along the tree
  * against those of dense factors. */
+#include "linkage.h"
 #include "tangle.h"
+
+#include "kinetree/effect.h"
 
 #include "model/model.h"
 #include "reduction/saddle.h"
@@ -216,4 +219,82 @@ KT_TEST(derivatives_along_the_tree_are_those_of_dense_factors) {
         kt_check_worst(&worst[k]);
     kt_check_above("compared", compared, 0.7 * MECHANISMS);
     kt_check_equal_int("in two ways", ways, compared);
+}
+
+/* ---- stiffness ---------------------------------------------------------------------------------------------------- */
+
+enum { WINDOWS = 15, ROW_NV = 2 * WINDOWS + 1 };
+
+/* Z mass Z', Z stiffness and Z damping, which do not depend on the choice of Z. */
+typedef struct matrices {
+    double mass[ROW_NV * ROW_NV], stiffness[ROW_NV * ROW_NV], damping[ROW_NV * ROW_NV];
+} matrices;
+
+/* to = z x, x of f x ROW_NV */
+static void multiply(const double *z, const double *x, int f, double *to) {
+    memset(to, 0, sizeof(double) * ROW_NV * ROW_NV);
+    for (int c = 0; c < ROW_NV; c++)
+        for (int j = 0; j < f; j++)
+            for (int i = 0; i < ROW_NV; i++)
+                to[c * ROW_NV + i] += z[j * ROW_NV + i] * x[c * f + j];
+}
+
+static bool stiffen(linkage *l, matrices *m) {
+    static double z[ROW_NV * ROW_NV], mass[ROW_NV * ROW_NV], out[2][ROW_NV * ROW_NV], half[ROW_NV * ROW_NV];
+    const int f = kt_model_mobility(l->model).minimal;
+    const size_t size = kt_stiffness_work_size(l->model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    kt_error e = {0};
+    memset(work, 0xFF, size);
+    const bool fine = linkage_fine("stiffness",
+                                   kt_stiffness_evaluate(l->model, l->data, work, size, 0.0, l->q, l->v, NULL, NULL,
+                                                         NULL, z, mass, out[0], out[1], &e),
+                                   &e);
+    free(work);
+    for (int c = 0; c < ROW_NV; c++) /* mass Z' */
+        for (int i = 0; i < f; i++) {
+            half[c * f + i] = 0.0;
+            for (int j = 0; j < f; j++)
+                half[c * f + i] += mass[j * f + i] * z[j * ROW_NV + c];
+        }
+    multiply(z, half, f, m->mass);
+    multiply(z, out[0], f, m->stiffness);
+    multiply(z, out[1], f, m->damping);
+    return fine;
+}
+
+/* A row of windows that leans, with springs in some of its joints, along the tree and by dense factors. */
+KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
+    static linkage l[2];
+    static matrices m[2];
+    kt_effect spring[3];
+    for (int k = 0; k < 3; k++) {
+        spring[k] = kt_effect_default();
+        spring[k].type = KT_EFFECT_JOINT_SPRING;
+        spring[k].joint = k == 0 ? "crank0" : k == 1 ? "bar4" : "crank9";
+        spring[k].stiffness = 30.0 + k;
+        spring[k].damping = 2.0;
+    }
+    bool fine = true;
+    for (int k = 0; k < 2 && fine; k++) {
+        linkage_windows(&l[k], WINDOWS, 0.5, 1.0, KT_LOOP_REVOLUTE);
+        l[k].options.structure = k ? KT_STRUCTURE_DENSE : KT_STRUCTURE_AUTO;
+        l[k].description.effects = spring;
+        l[k].description.effect_count = 3;
+        fine = linkage_build(&l[k], 0.0) && stiffen(&l[k], &m[k]);
+        kt_check_equal_int("dense", fine && kt_loops_are_dense(l[k].model), k);
+    }
+    const double *const of[3][2] = {
+        {m[0].mass, m[1].mass}, {m[0].stiffness, m[1].stiffness}, {m[0].damping, m[1].damping}};
+    static const char *const name[3] = {"mass", "stiffness", "damping"};
+    for (int k = 0; k < 3 && fine; k++) {
+        kt_worst worst = kt_worst_make(name[k]);
+        for (int i = 0; i < ROW_NV * ROW_NV; i++) /* measured: 4e-15 */
+            kt_worst_near(&worst, of[k][0][i], of[k][1][i], 1e-12 * kt_tree_largest(of[k][1], ROW_NV * ROW_NV), "%d",
+                          i);
+        kt_check_worst(&worst);
+        kt_check_above("largest", kt_tree_largest(of[k][1], ROW_NV * ROW_NV), 0.01);
+    }
+    linkage_free(&l[0]);
+    linkage_free(&l[1]);
 }
