@@ -1,5 +1,5 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
- * count its instructions. WHAT: four-bars, tree (the same without loops), or chain (N bodies alone, from nearly
+ * count its instructions. WHAT: four-bars, derivatives (of the same), tree (the same without loops), or chain (N bodies alone, from nearly
  * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them), or row (N windows that share their cranks),
  * or open (N bodies alone), held (the same with the last tied up) or driven (and with the first moved). */
 #include "kinetree/analysis.h"
@@ -75,6 +75,19 @@ static bool come_to_rest(const kt_model *model, double *q, const double *v) {
     return done;
 }
 
+static bool differentiate(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    const size_t nv = (size_t)kt_model_nv(model), size = kt_acceleration_work_size(model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    double *out = calloc(3 * nv * nv, sizeof *out);
+    kt_error error;
+    const bool done = work && out &&
+                      kt_acceleration_derivatives(model, data, work, size, 0.0, q, v, NULL, NULL, out, out + nv * nv,
+                                                  out + 2 * nv * nv, &error) == KT_OK;
+    free(work);
+    free(out);
+    return done;
+}
+
 int main(int argc, char **argv) {
     const int n = argc > 2 ? (int)strtol(argv[2], NULL, 10) : 0;
     if (n < 1 || n > MOST)
@@ -133,7 +146,8 @@ int main(int argc, char **argv) {
     for (int i = 0; i < 4 * n; i++)
         q[i] += 1e-6;
     const int open = kt_state_project(model, data, 0.0, q, v, NULL, &error) != KT_OK;
+    const bool derived = strcmp(argv[1], "derivatives") != 0 || differentiate(model, data, q, v);
     kt_data_free(data);
     kt_model_free(model);
-    return failed || open;
+    return failed || open || !derived;
 }
