@@ -325,6 +325,30 @@ static bool start_results(const kt_outcome *outcome, const kt_result_names *name
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
+/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the summary. */
+static void warn_of_caps(kt_outcome *outcome) {
+    const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
+    const kt_method *method = kt_method_find(outcome->run->integrator);
+    const kt_warning warning = {.code = "capped",
+                                .time = (double)NAN,
+                                .value = (double)capped,
+                                .remedy = "Take smaller steps or another method, and compare the results"};
+    if (capped == 0 || method == NULL || !kt_method_is_implicit(method))
+        return;
+    if (method->gamma != NULL)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "%llu step%s took the Jacobian of an earlier one, since it could not be computed there: the order of %s "
+            "is lower",
+            capped, capped == 1 ? "" : "s", method->name);
+    else
+        kt_warn(
+            &outcome->warnings, &warning,
+            "Newton's iteration came no nearer to the solution in %llu step%s than 1e-7 of the state, and was taken "
+            "there",
+            capped, capped == 1 ? "" : "s");
+}
+
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
@@ -368,6 +392,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
+        warn_of_caps(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
     }

@@ -396,6 +396,7 @@ typedef struct kt_simulation_counts {
     uint64_t factorizations;  /* of loop matrices: one for each group at each evaluation and each projection */
     uint64_t jacobians;       /* of the right-hand side, by an implicit method */
     uint64_t switches;        /* of auto, to the implicit method and back */
+    uint64_t capped;          /* by the method: what had not settled and was taken (kt_integrator_counts) */
     kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts those that ended at
                                  their limit, including estimates of the decay (rkc2, rkc4; kt_integrator_counts) */
 } kt_simulation_counts;

@@ -297,6 +297,7 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    simulation->memory.factorizations,
                                    from.jacobians,
                                    from.switches,
+                                   from.capped,
                                    simulation->memory.iterations};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;

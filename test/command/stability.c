@@ -257,6 +257,29 @@ KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
     json_decref(root);
 }
 
+/* Through a singular position of the loops. */
+KT_TEST(run_tells_what_an_implicit_method_has_taken_unsettled) {
+    static const char *const methods[] = {"bdf2", "rodas5p", "rk4"};
+    static const char *const words[] = {"Newton's iteration came no nearer to the solution in ",
+                                        "the order of rodas5p is lower", NULL};
+    for (int i = 0; i < 3; i++) {
+        kt_ran ran = kt_shell("$K run " KT_SCENES "/n-four-bar-2.yaml --integrator %s --step 2e-3 --duration 1.3 "
+                              "--out /dev/null --summary - 2>err.txt",
+                              methods[i]);
+        json_t *root = kt_json(ran.out);
+        const double capped = kt_json_at(root, "cost.capped");
+        if (words[i] != NULL) {
+            kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "capped");
+            kt_check_near("as many", kt_json_at(root, "warnings[0].value"), capped, 0.0);
+            kt_check_above("some", capped, 0.5);
+            kt_check_equal_int("once", count(kt_read_file("err.txt"), words[i]), 1);
+        } else {
+            kt_check_near("none", capped, 0.0, 0.0);
+        }
+        json_decref(root);
+    }
+}
+
 KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     kt_ran ran = kt_shell("$K run " GOVERNOR " --integrator rk4 --step 1e-3 --out /dev/null");
     kt_check_equal_int("it blows up, too", ran.code, 4);

@@ -199,9 +199,11 @@ static int forced(double t, const double *y, double *dydt, void *user) {
 
 /* A multistep method has no stages of lower order: its error is that of its weights over lambda, some h^2 / |lambda|.
  * The method that starts it has: the error of the first step is some h / |lambda|, and decays by the spectral radius a
- * step; from t = 1 on it has gone. */
+ * step; from t = 1 on it has gone. The one-step methods of one implicit stage are alike: their weights' error over lambda. */
 KT_TEST(the_order_does_not_fall_where_the_equation_is_stiff) {
-    for (int i = 0; i < IMPLICIT; i++) {
+    static const char *const of[] = {"bdf2", "two-step", "crank-nicolson", "implicit-euler"};
+    static const int orders[] = {2, 2, 2, 1};
+    for (int i = 0; i < 4; i++) {
         double h[4], error[4];
         for (int l = 0; l < 4; l++) {
             double lambda = -1e6;
@@ -209,7 +211,7 @@ KT_TEST(the_order_does_not_fall_where_the_equation_is_stiff) {
             h[l] = 1.5 / (32 << l);
             const kt_integrator_options options = fixed_step(h[l]);
             const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
-            kt_integrator *it = integrator_make(kt_method_find(names[i]), 1, &options);
+            kt_integrator *it = integrator_make(kt_method_find(of[i]), 1, &options);
             is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &why), &why);
             error[l] = 0.0;
             while (kt_integrator_time(it) < 1.75 && is_ok("step", kt_integrator_step(it, 1.75, &why), &why))
@@ -217,9 +219,9 @@ KT_TEST(the_order_does_not_fall_where_the_equation_is_stiff) {
                     error[l] = fmax(error[l], fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
             integrator_free(it);
         }
-        kt_note("%s: errors %.2g ... %.2g", names[i], error[0], error[3]);
-        kt_check_above("order", slope_of(h, error, 4), 1.9);
-        kt_check_below("error over h^2 / |lambda|", error[3] / (h[3] * h[3]) * 1e6, 2.0);
+        kt_note("%s: errors %.2g ... %.2g", of[i], error[0], error[3]);
+        kt_check_above("order", slope_of(h, error, 4), orders[i] - 0.1);
+        kt_check_below("error over h^p / |lambda|", error[3] / pow(h[3], orders[i]) * 1e6, 2.0);
     }
 }
 

@@ -80,8 +80,9 @@ static void compare_runs(const kt_stage *stage, const kt_run *run) {
 }
 
 KT_TEST(restored_simulation_goes_on_bit_for_bit) {
-    static const char *const methods[] = {"rk4",    "dopri5",  "tsit5", "dop853",   "bs32",          "ab4",
-                                          "radau5", "rodas5p", "bdf2",  "two-step", "crank-nicolson"};
+    static const char *const methods[] = {
+        "rk4",     "dopri5", "tsit5",    "dop853",         "bs32",           "ab2", "ab4", "radau5",
+        "rodas5p", "bdf2",   "two-step", "crank-nicolson", "implicit-euler", "auto"};
     static kt_stage stage;
     if (!set_stage(&stage))
         return;

@@ -89,8 +89,9 @@ static void check_allocations(const char *integrator) {
 }
 
 KT_TEST(nothing_allocates_after_placing) {
-    check_allocations("dop853");
-    check_allocations("radau5");
+    static const char *const methods[] = {"dop853", "radau5", "rodas5p", "auto"};
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++)
+        check_allocations(methods[i]);
 }
 
 KT_TEST(creation_that_fails_leaks_nothing) {
