@@ -31,8 +31,8 @@
 /* A contraction slower than this asks for a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
-/* The fewest iterations of a try, by which its rate is known. One alone would be judged by that of the step before: where
- * a stiff force has gone since, the matrix hides it from the correction, however large the residual. */
+/* The fewest iterations of a try, by which its rate is known (is_settled). One alone would be judged by that of the step
+ * before: where a stiff force has gone since, the matrix hides it from the correction, however large the residual. */
 #define KT_NEWTON_LEAST 2
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -309,7 +309,7 @@ kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t
 void kt_newton_begin(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     w->iterations = 0;
-    w->rate = 0.0;
+    w->rate = w->worst = 0.0;
     w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
 }
 
@@ -363,6 +363,24 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     return KT_TRY_PASSED;
 }
 
+/* Whether the rate is known: by two corrections, and by a third where the second was not far shorter than the first. What
+ * the matrix hides - where a stiff force has gone within the step, as in a contact that opens - makes corrections that
+ * are small from the first on, and do not shrink: the first two may seem to. */
+static bool is_settled(const kt_integrator *it) {
+    const kt_newton_work *w = kt_newton_of(it);
+    const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
+    return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1);
+}
+
+/* The error that is left, over the last correction: by the rate, or with adaptive steps by the last quotient if that is
+ * worse. */
+static double left_after(const kt_integrator *it) {
+    const kt_newton_work *w = kt_newton_of(it);
+    if (it->options.step > 0.0 || w->iterations < 3 || w->last_quotient <= w->rate)
+        return w->now.ratio;
+    return w->last_quotient < 1.0 ? w->last_quotient / (1.0 - w->last_quotient) : HUGE_VAL;
+}
+
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const bool fixed = it->options.step > 0.0;
@@ -374,12 +392,13 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
         const double quotient = size / w->last_size;
         w->rate = w->iterations == 2 ? quotient : sqrt(quotient * w->last_quotient);
         w->last_quotient = quotient;
+        w->worst = fmax(w->worst, quotient);
     }
     w->last_size = fmax(size, DBL_EPSILON);
     const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);
     if (judged != KT_TRY_PASSED)
         return judged;
-    *done = *done || size == 0.0 || (w->iterations >= KT_NEWTON_LEAST && w->now.ratio * size <= tolerated(it));
+    *done = *done || size == 0.0 || (is_settled(it) && left_after(it) * size <= tolerated(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
     return diverged(result, it->memory.t, 0.5);
@@ -436,8 +455,8 @@ double kt_newton_control(const kt_integrator *it, double h, double error) {
                                   kt_control_power(error, -root));
     }
     factor = fmax(o->factor_min, fmin(o->factor_max, factor));
-    if (w->is_of_now && factor * w->rate > KT_FORESEEN_RATE) /* of an older J the rate tells its age, too */
-        factor = fmin(factor, fmax(1.0, KT_FORESEEN_RATE / w->rate));
+    if (w->is_of_now && factor * w->worst > KT_FORESEEN_RATE) /* of an older J the rate tells its age, too */
+        factor = fmin(factor, fmax(1.0, KT_FORESEEN_RATE / w->worst));
     return factor >= 1.0 && factor <= 1.2 && w->rate <= KT_SLOW_RATE ? 1.0 : factor;
 }
 

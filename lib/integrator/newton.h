@@ -40,7 +40,7 @@ typedef struct kt_newton_work {
     kt_newton_memory now;            /* as of this try; the history has it from the last step */
     double slack;                    /* the tolerances of a try over those of the options */
     double factored;                 /* the step of the factors in memory; 0: none */
-    double rate;                     /* theta of the try's iteration */
+    double rate, worst;              /* theta of the try's iteration: mean and largest */
     double last_size, last_quotient; /* of the corrections so far */
     int iterations;                  /* of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
