@@ -30,7 +30,7 @@ static int open_subject(subject *s, const char *what, const char *path) {
         kt_data_create(s->model, &s->data, &error) != KT_OK)
         return fprintf(stderr, "%s: %s: %s\n", path, error.where, error.message);
     const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
-    s->q = calloc(nq + 2 * nv + 3 * nv * nv + 1, sizeof *s->q);
+    s->q = calloc(nq + 2 * nv + 4 * nv * nv + 1, sizeof *s->q);
     if (s->q == NULL)
         return fputs("out of memory\n", stderr);
     s->v = s->q + nq;
@@ -56,13 +56,14 @@ static kt_status run(const subject *s, kt_error *error) {
     return status;
 }
 
-/* Of a tree, whose basis is the identity. */
+/* Of a tree the basis is the identity, and not asked for. */
 static kt_status find_matrices(const subject *s, kt_error *error) {
     const size_t size = kt_stiffness_work_size(s->model), nv = (size_t)kt_model_nv(s->model);
     void *scratch = aligned_alloc(KT_ALIGNMENT, size);
     const kt_status status =
-        scratch ? kt_stiffness_evaluate(s->model, s->data, scratch, size, 0.0, s->q, s->v, NULL, NULL, s->a, NULL,
-                                        s->matrix, s->matrix + nv * nv, s->matrix + 2 * nv * nv, error)
+        scratch ? kt_stiffness_evaluate(s->model, s->data, scratch, size, 0.0, s->q, s->v, NULL, NULL, s->a,
+                                        kt_loop_count(s->model) > 0 ? s->matrix + 3 * nv * nv : NULL, s->matrix,
+                                        s->matrix + nv * nv, s->matrix + 2 * nv * nv, error)
                 : KT_ERROR_MEMORY;
     free(scratch);
     return status;
