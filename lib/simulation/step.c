@@ -291,14 +291,8 @@ kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *si
 
 kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
     kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
-    kt_simulation_counts counts = {from.steps,
-                                   from.rejected,
-                                   from.evaluations,
-                                   simulation->memory.factorizations,
-                                   from.jacobians,
-                                   from.switches,
-                                   from.capped,
-                                   simulation->memory.iterations};
+    kt_simulation_counts counts = {from.steps,     from.rejected, from.evaluations, simulation->memory.factorizations,
+                                   from.jacobians, from.switches, from.capped,      simulation->memory.iterations};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;
 }
