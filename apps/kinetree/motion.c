@@ -36,6 +36,7 @@ kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t r
     motion->has_reactions = has_reactions;
     const double bytes = (double)records * (double)frame_size(motion, forces);
     motion->stride = (int64_t)ceil(fmax(bytes / (double)KT_MOTION_BYTES_MAX, 1.0));
+    motion->expected = (size_t)(records / motion->stride) + 3;
     return motion;
 }
 
@@ -117,7 +118,7 @@ static bool widen(void *list, size_t room, size_t size) {
 static int make_room(kt_motion *motion) {
     if (motion->count < motion->room)
         return 0;
-    const size_t room = 2 * motion->room + 256, bodies = kt_motion_bodies(motion);
+    const size_t room = motion->room > 0 ? 2 * motion->room : motion->expected, bodies = kt_motion_bodies(motion);
     if (!widen(&motion->times, room, sizeof *motion->times) ||
         !widen(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
         !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||

@@ -46,6 +46,7 @@ typedef struct kt_motion {
 
     /* Frames; bodies do not count the world here. */
     size_t count, room;
+    size_t expected;     /* frames of the whole run, with its last record and its last state */
     double *times;       /* s */
     float *places;       /* [frame][body][3], m */
     int16_t *turns;      /* [frame][body][4]: quaternions times 32767, of the sign that is nearer to the frame before */

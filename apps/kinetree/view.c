@@ -19,7 +19,7 @@
 /* ---- base64 ------------------------------------------------------------------------------------------------------ */
 
 /* Bytes on their way to letters, four for each three; a whole block is written at once. */
-enum { BLOCK = 24576 }; /* bytes, a multiple of 6 */
+enum { BLOCK = 12288 }; /* bytes, a multiple of 6 */
 
 typedef struct base64 {
     FILE *file;
@@ -357,8 +357,7 @@ static int write_page(const kt_motion *motion, const kt_json_writer *json, const
     FILE *file = fopen(path, "w");
     if (file == NULL)
         return errno;
-    char block[1 << 16]; /* as much as a write takes */
-    (void)setvbuf(file, block, _IOFBF, sizeof block);
+    (void)setvbuf(file, NULL, _IONBF, 0); /* what is written is large already */
     (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
     (void)fwrite(json->text, 1, json->used, file);
     (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
