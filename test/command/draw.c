@@ -89,6 +89,27 @@ static int ink_of(const char *name, int from, int to) {
 }
 
 /* The title ends above row 110, and what is drawn begins below row 150: in pixels, at twice the size of an SVG's. */
+/* Pixels that are far from grey. */
+static int colour_of(const char *name) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const unsigned char *data = cairo_image_surface_get_data(picture);
+    const int width = cairo_image_surface_get_width(picture), stride = cairo_image_surface_get_stride(picture);
+    int count = 0;
+    for (int y = 0; y < cairo_image_surface_get_height(picture) && data != NULL; y++)
+        for (int x = 0; x < width; x++) {
+            const unsigned char *at = data + y * stride + 4 * x;
+            count += abs(at[0] - at[1]) + abs(at[1] - at[2]) > 60;
+        }
+    cairo_surface_destroy(picture);
+    return count;
+}
+
+/* Links of a pixel and a half each, along a page of 1,560 pixels: at least two rows of them. */
+KT_TEST(circles_of_joints_do_not_hide_a_thousand_links) {
+    kt_expect(0, "chain.png", "$K make chain --links 1000 >chain.yaml; $K draw chain.yaml --out chain.png");
+    kt_check_above("pixels of the links' colours", colour_of("chain.png"), 3000.0);
+}
+
 KT_TEST(nothing_lies_between_the_title_of_a_png_and_what_is_drawn) {
     static const char *const scenes[] = {"pair.yaml --strobe 8 --until 0.5 --trace lower.tip", "pair.yaml --names",
                                          KT_SCENES "/articulated-rotor.yaml --axes"};
