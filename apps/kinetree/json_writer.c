@@ -115,8 +115,10 @@ static size_t print_fixed(char *to, unsigned long long n, int decimals) {
         n /= 10;
         decimals--;
     }
-    for (; n > 0 || count <= decimals; n /= 10)
+    do {
         digits[count++] = (char)('0' + n % 10);
+        n /= 10;
+    } while (n > 0 || count <= decimals);
     while (count > 0) {
         to[used++] = digits[--count];
         if (count == decimals && count > 0)
@@ -152,8 +154,10 @@ void kt_put_number(kt_json_writer *out, const char *key, double x) {
     } else {
         double power = 1.0;
         int decimals = 0;
-        for (; size * power < 1e8; power *= 10.0)
+        while (size * power < 1e8) {
+            power *= 10.0;
             decimals++;
+        }
         length += print_fixed(text + length, (unsigned long long)(size * power + 0.5), decimals);
     }
     put_key(out, key);
