@@ -31,6 +31,8 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);
 
 /* Whether the state is an earlier one of a drawing that has to be small. */
 bool kt_sheet_is_plain(const kt_sheet *sheet);
+/* Whether most joints are so near to the one before them in the list that their circles would hide all bodies. */
+bool kt_sheet_is_crowded(const kt_sheet *sheet);
 
 /* The colour of a body: that of its rigid part, or that of what is fixed to the ground. */
 kt_colour kt_sheet_colour(const kt_sheet *sheet, int body);

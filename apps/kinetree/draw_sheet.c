@@ -1,6 +1,8 @@
 /* From the world to the page, and the colours of bodies. */
 #include "draw_paper.h"
 
+#include <math.h>
+
 static const kt_colour white = {1.0, 1.0, 1.0}, black = {0.0, 0.0, 0.0};
 
 kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point) {
@@ -9,6 +11,18 @@ kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point) {
 
 kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
     return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
+}
+
+bool kt_sheet_is_crowded(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    kt_spot last = {0};
+    int near = 0;
+    for (int i = 0; i < p->joint_count; i++) {
+        const kt_spot at = kt_sheet_place(sheet, kt_body_frame_pose(&p->joints[i].frame, sheet->poses).position);
+        near += i > 0 && hypot(at.x - last.x, at.y - last.y) < 2.0 * sheet->pin;
+        last = at;
+    }
+    return p->joint_count > 20 && 2 * near > p->joint_count;
 }
 
 bool kt_sheet_is_plain(const kt_sheet *sheet) { return sheet->drawing->is_plain && sheet->fade > 0.0; }

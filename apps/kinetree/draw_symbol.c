@@ -221,21 +221,11 @@ static void trace_dot(cairo_t *c, kt_spot at) {
     cairo_line_to(c, at.x, at.y);
 }
 
-/* Whether most joints are so near to the one before them in the list that their circles would hide all bodies. */
-static bool is_crowded(const kt_sheet *sheet) {
-    const kt_picture *p = sheet->drawing->picture;
-    int near = 0;
-    for (int i = 1; i < p->joint_count; i++)
-        near += distance(frame_spot(sheet, &p->joints[i - 1].frame), frame_spot(sheet, &p->joints[i].frame)) <
-                2.0 * sheet->pin;
-    return p->joint_count > 20 && 2 * near > p->joint_count;
-}
-
 /* Small circles; with a dot where they close a loop. Layer by layer, which keeps files small. */
 static void paint_pivots(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     const double r = sheet->pin, widths[] = {2.0 * r, 2.0 * r - fmin(2.6, r), 0.75 * r};
-    const int joints = is_crowded(sheet) ? 0 : p->joint_count;
+    const int joints = kt_sheet_is_crowded(sheet) ? 0 : p->joint_count;
     cairo_t *c = sheet->c;
     cairo_set_line_cap(c, CAIRO_LINE_CAP_ROUND);
     for (int layer = 0; layer < 3; layer++) {
