@@ -21,12 +21,10 @@ enum { SAMPLES = 7 };
 
 #define SHARE_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */
 
-#define PREFERRED 16.0 /* weight of a chosen equation: only one that is 16 times longer replaces it */
-
 /* The results of the samples: for each equation, whether it is alive (not void); for each group, whether any position
  * was closed, and its ranks. */
 typedef struct samples {
-    double *q;     /* two positions */
+    double *q;     /* three positions; the third of each group's links where its rank was found */
     double *share; /* of the displacements, from which a group closes */
     bool *alive, *seen;
     bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
@@ -136,7 +134,7 @@ static void note_steps(const kt_model *model, const kt_data *data, const kt_grou
         for (int32_t i = 0; i < count[s].rank; i++)
             w.work[w.pivot[count[s].first + i]] = 1.0;
     for (int32_t row = 0; row < group->row_count && best; row++)
-        chosen[group->row + row] = w.work[model->slot[group->row + row]] > 0.0;
+        chosen[group->row + row] = model->slot[group->row + row] >= 0 && w.work[model->slot[group->row + row]] > 0.0;
 }
 
 /* Stores which equations were chosen in the last factorisation. */
@@ -153,6 +151,16 @@ static bool is_closed(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
     kt_group_position_residuals(w, &violation);
     return violation.gap <= KT_CLOSED_STEP;
+}
+
+/* Copies the positions of a group's links. */
+static void keep_position(const kt_model *model, const kt_group *group, const double *q, double *to) {
+    for (int l = 0; l < group->link_count; l++) {
+        const kt_link *link = &model->link[model->group_link[group->link + l]];
+        const kt_motion_facts motion = kt_link_facts(link);
+        const size_t count = (size_t)(motion.plain + 4 * motion.quaternions);
+        memcpy(to + link->q, q + link->q, count * sizeof *to);
+    }
 }
 
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
@@ -176,8 +184,10 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 note_steps(model, data, group, rows, best, found);
             else if (best && model->reduction->chooses)
                 note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
-            if (rows > 0)
+            if (rows != KT_ROWS_ALL)
                 continue;
+            if (best)
+                keep_position(model, group, q, found->q + 2 * model->n.q);
             found->seen[g] = true;
             if (group->front.used)
                 note_alive_front(model, data, g, found->alive);
@@ -326,6 +336,15 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
     return narrow;
 }
 
+/* Gives the chosen equations of a group their weights. */
+static void prefer(kt_model *model, const kt_group *group, int rows, const samples *found) {
+    const size_t first = (size_t)rows * model->n.row + (size_t)group->row;
+    for (int32_t row = 0; row < group->row_count; row++)
+        if (model->slot[group->row + row] >= 0)
+            model->weight[first + (size_t)model->slot[group->row + row]] =
+                found->chosen[first + (size_t)row] ? KT_PREFERRED : 1.0;
+}
+
 static void finish(kt_model *model, const kt_data *data, const samples *found) {
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
         model->front_usual[i] = found->usual[i];
@@ -338,10 +357,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
             group->usual[rows] = !group->rank[rows] ? 0.0 : group->front.used ? 1.0 : group->usual[rows];
-            const size_t first = (size_t)rows * model->n.row + (size_t)group->row;
-            for (int32_t row = 0; row < group->row_count; row++)
-                if (model->slot[group->row + row] >= 0 && found->chosen[first + (size_t)row])
-                    model->weight[first + (size_t)model->slot[group->row + row]] = PREFERRED;
+            prefer(model, group, rows, found);
         }
         group->fits_pin = is_pin(model, group);
     }
@@ -358,6 +374,35 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     kt_armature_note(model);
 }
 
+/* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are passed on as far as
+ * they can be, so that they are compared with those that are redundant beside them; what is chosen then is preferred. */
+static kt_status choose_among_passed(kt_model *model, samples *found, kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const double *q = found->q + 2 * model->n.q;
+    kt_violation violation;
+    kt_data *data = NULL;
+    bool any = false;
+    for (size_t g = 0; g < model->n.group; g++)
+        any = any || model->group[g].front.pending;
+    const kt_status status = any ? kt_data_create(model, &data, error) : KT_OK;
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row && data; i++)
+        model->weight[i] = 1.0;
+    bool done = data && kernels->look(model, data, 0.0, q, NULL, NULL, &violation);
+    for (int rows = KT_ROWS_COUNT - 1; rows >= 0 && done; rows--) {
+        done = kernels->factor(model, data, (kt_rows)rows, false);
+        for (size_t g = 0; g < model->n.group && done; g++)
+            if (model->group[g].front.pending && data->rank[g] == model->group[g].rank[rows])
+                note_steps(model, data, &model->group[g], rows, true, found);
+    }
+    for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front && data; i++)
+        model->front_usual[i] = found->usual[i];
+    for (size_t g = 0; g < model->n.group && data; g++)
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
+            prefer(model, &model->group[g], rows, found);
+    kt_data_free(data);
+    return status;
+}
+
 /* Whether a group is so large that its factorisation calls LAPACK. */
 static bool needs_lapack(const kt_model *model) {
     bool large = false;
@@ -372,7 +417,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (needs_lapack(model) && model->reduction->open(error) != KT_OK)
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
-    samples found = {.q = malloc(2 * model->n.q * sizeof(double)),
+    samples found = {.q = malloc(3 * model->n.q * sizeof(double)),
                      .share = malloc(model->n.group * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
@@ -388,8 +433,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
         begin(model, data, found.alive);
+        memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
         find_ranks(model, data, &found);
         finish(model, data, &found);
+        status = choose_among_passed(model, &found, error);
     }
     kt_data_free(data);
     free(found.usual);

@@ -103,8 +103,8 @@ static int count_vectors(const kt_front *f) {
     return count;
 }
 
-/* A direction is small, and may be passed on, below these parts of its step's usual size, as within a step an equation is
- * replaced by one that is 16 times longer (rank.c), and of what its entries could be. */
+/* A direction is small, and may be passed on, if others are preferred to its equation (KT_PREFERRED), and below these
+ * parts of its step's usual size, as small as an equation must be to be replaced, and of what its entries could be. */
 #define SMALL_OF_USUAL (1.0 / 16.0)
 #define SMALL_OF_REACH (1.0 / 16.0)
 
@@ -113,7 +113,7 @@ KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, dou
     const double reach = kt_front_reach(f->model, f->components < KT_FRONT_SPACE, &f->w, equation) *
                          f->w.scale[equation] / fmax(1.0, f->model->length);
     const double small = weight * fmax(SMALL_OF_USUAL * usual, SMALL_OF_REACH * reach);
-    return squares < small * small;
+    return (f->w.weight && weight < KT_PREFERRED) || squares < small * small;
 }
 
 /* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small directions

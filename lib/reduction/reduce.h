@@ -173,6 +173,9 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
  * from neighbouring states (near_singular.c). */
 #define KT_NEAR_SINGULAR 1e-2
 
+/* The weight of an equation that was chosen at compilation: only one that is 16 times longer replaces it. */
+#define KT_PREFERRED 16.0
+
 /* x (m): a solution of the independent equations of A x = b (k). */
 typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
 
