@@ -266,6 +266,89 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
     return kt_check_true("a closed mechanism can be had", false);
 }
 
+/* ---- a rod at its dead centre ------------------------------------------------------------------------------------ */
+
+/* A body on a revolute joint that moves and whose link is in a group, or 0. */
+static int revolute_in_a_loop(const tangle *g) {
+    const kt_model *model = g->tree.model;
+    for (int b = 1; b < g->tree.count; b++) {
+        const kt_coordinates c = kt_body_coordinates(model, b);
+        if (c.type == KT_JOINT_REVOLUTE && model->link[model->body[b].link].group >= 0 && fabs(g->v[c.v]) > 0.2)
+            return b;
+    }
+    return 0;
+}
+
+/* Makes the state the initial one. */
+static void keep_state(tangle *g) {
+    for (int b = 1; b < g->tree.count; b++) {
+        const kt_coordinates c = kt_body_coordinates(g->tree.model, b);
+        kt_joint *joint = &g->tree.body[kt_body_source(g->tree.model, b)].joint;
+        memcpy(joint->position, g->q + c.q, (size_t)c.nq * sizeof(double));
+        memcpy(joint->velocity, g->v + c.v, (size_t)c.nv * sizeof(double));
+        joint->given = c.nv ? KT_GIVEN_POSITION | KT_GIVEN_VELOCITY : 0;
+    }
+}
+
+static void add_rod(tangle *g, const kt_end ends[2], double length) {
+    kt_loop *rod = &g->loop[g->loops];
+    (void)snprintf(g->name[g->loops], sizeof g->name[g->loops], "loop%d", g->loops);
+    *rod = kt_loop_default();
+    rod->name = g->name[g->loops++];
+    rod->type = KT_LOOP_DISTANCE;
+    rod->between[0] = ends[0];
+    rod->between[1] = ends[1];
+    rod->function = kt_function_constant(length);
+}
+
+bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_options *options, kt_random *random) {
+    const int first = revolute_in_a_loop(g), count = g->tree.description.body_count;
+    const double apart = 2.0;
+    kt_error error = {0};
+    if (!first || count == KT_TREE_BODIES ||
+        kt_kinematics_update(g->tree.model, g->tree.data, g->q, NULL, NULL, &error) != KT_OK)
+        return false;
+    const kt_body *like = &g->tree.body[kt_body_source(g->tree.model, first)];
+    const kt_pose own = pose_of(&g->tree, first), up = pose_of(&g->tree, kt_body_parent(g->tree.model, first));
+    const kt_vec3 axis = kt_vec3_normalize(kt_mat3_apply(own.rotation, like->joint.axis));
+    const kt_vec3 across = kt_vec3_normalize(kt_vec3_cross(axis, kt_tree_direction(random)));
+    const kt_vec3 side = kt_vec3_cross(axis, across), there = kt_vec3_add(own.position, kt_vec3_scale(apart, across));
+    kt_body *body = &g->tree.body[count];
+    (void)snprintf(g->tree.name[count], sizeof g->tree.name[count], "b%d", count);
+    *body = kt_body_default();
+    body->name = g->tree.name[count];
+    body->parent = like->parent;
+    body->joint.type = KT_JOINT_REVOLUTE;
+    body->joint.axis = kt_mat3_apply_transposed(up.rotation, axis);
+    body->joint.at = kt_mat3_apply_transposed(up.rotation, kt_vec3_sub(there, up.position));
+    body->joint.velocity[0] = g->v[kt_body_coordinates(g->tree.model, first).v];
+    body->joint.given = KT_GIVEN_POSITION | KT_GIVEN_VELOCITY;
+    body->mass = kt_random_uniform(random, 0.5, 2.0);
+    body->inertia = kt_tree_inertia(random, body->mass, 0.5);
+    for (int i = 0; i <= (int)braced; i++) {
+        const double angle = off + i * acos(0.0);
+        const kt_vec3 arm = kt_vec3_add(kt_vec3_scale(cos(angle), across), kt_vec3_scale(sin(angle), side));
+        kt_end ends[2] = {kt_end_default(), kt_end_default()};
+        ends[0].body = like->name;
+        ends[0].at = kt_mat3_apply_transposed(own.rotation, arm);
+        ends[1].body = body->name;
+        ends[1].at = kt_mat3_apply_transposed(up.rotation, arm);
+        add_rod(g, ends, apart);
+    }
+    keep_state(g);
+    kt_tree_free(&g->tree);
+    g->tree.description.body_count++;
+    g->tree.description.loop_count = g->loops;
+    if (!kt_tree_compile(&g->tree, options))
+        return false;
+    g->tree.count = kt_model_body_count(g->tree.model);
+    g->rows = kt_model_mobility(g->tree.model).equations;
+    kt_model_initial(g->tree.model, g->q, g->v);
+    for (int i = 0; i < g->tree.nv; i++)
+        g->tau[i] = kt_random_uniform(random, -1.0, 1.0);
+    return true;
+}
+
 void tangle_free(tangle *g) { kt_tree_free(&g->tree); }
 
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {
