@@ -266,12 +266,18 @@ static kt_status refuse_singular(const kt_projection_work *w, kt_error *error) {
     return KT_OK;
 }
 
-kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error) {
+kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
     memcpy(w->q, q, w->model->n.q * sizeof *q);
     memcpy(w->v, v, w->n * sizeof *v);
-    if (!kt_unit_quaternions(w->model, w->q))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
-    const kt_status status = kt_state_project(w->model, w->data, w->t, q, v, NULL, error);
+    return kt_unit_quaternions(w->model, w->q)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+}
+
+kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error) {
+    kt_status status = kt_projection_begin(w, q, v, error);
+    if (status == KT_OK)
+        status = kt_state_project(w->model, w->data, w->t, q, v, NULL, error);
     w->iterations = w->data->closing.position;
     return status == KT_OK ? refuse_singular(w, error) : status;
 }

@@ -5,13 +5,20 @@
  *     beta(c, r) = (c + r)! / (c! r!)
  * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
  * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther, ACM
- * Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve). */
+ * Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve).
+ *
+ * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of this
+ * step then evaluates nothing again. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
 #define KT_ROLLOUT_FIELDS(X)                                                                                           \
     X(double, state, c *N, "checkpoints: states at the start of steps")                                                \
+    X(double, slope, c *s *n, "accelerations of the stages of the steps from these, where they have been taken")       \
+    X(double, next, c *N, "states after these steps")                                                                  \
+    X(uint32_t, iterations, c, "of the positions, by their projections")                                               \
+    X(bool, taken, c, "whether they have been taken")                                                                  \
     X(int, index, c, "of which steps")                                                                                 \
     X(double, here, N, "a state between checkpoints")                                                                  \
     X(double, gradient, 2 * n, "with respect to a state")                                                              \
@@ -32,15 +39,15 @@ typedef struct rollout_work {
 } rollout_work;
 
 KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
-                size_t N, size_t n, size_t c, size_t steps)
+                size_t N, size_t n, size_t s, size_t c, size_t steps)
 
 static int checkpoints_of(const kt_rollout *rollout) {
     return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
 }
 
 static size_t place(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
-    return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v, (size_t)checkpoints_of(rollout),
-                        (size_t)rollout->steps);
+    return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v,
+                        kt_step_stages_of(rollout->method), (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
 }
 
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
@@ -75,32 +82,48 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "cost", "the caller's cost of step %d is %g", k, *value);
 }
 
-/* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. */
+/* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. The
+ * last checkpoint receives what its own step has computed. */
 static kt_status pass(rollout_work *w, int k, double *state, kt_error *error) {
-    const size_t nq = w->model->n.q;
+    const size_t nq = w->model->n.q, N = nq + w->model->n.v, last = (size_t)w->kept - 1;
     const kt_step step = step_at(w, k);
+    kt_step_work s;
+    kt_status status = KT_OK;
     if (k == w->reached) {
         double value;
-        const kt_status status = call_cost(w, k, state, &value, NULL, NULL, error);
-        if (status != KT_OK)
-            return status;
+        status = call_cost(w, k, state, &value, NULL, NULL, error);
         w->value += value;
-        w->reached++;
+        w->reached += status == KT_OK;
     }
-    return kt_step_evaluate(w->model, w->data, w->step_work, kt_step_work_size(w->model, step.method), &step, state,
-                            state + nq, state, state + nq, error);
+    if (status == KT_OK)
+        status =
+            kt_step_begin(&s, w->model, w->data, w->step_work, kt_step_work_size(w->model, step.method), &step, error);
+    if (status == KT_OK)
+        status = kt_adjoint_run(&s, state, state + nq, error);
+    if (status != KT_OK)
+        return status;
+    if (k == w->index[last] && !w->taken[last]) {
+        kt_adjoint_keep(&s, w->slope + last * s.stages * w->model->n.v, w->next + last * N, &w->iterations[last]);
+        w->taken[last] = true;
+    }
+    memcpy(state, s.next, N * sizeof *state);
+    return KT_OK;
 }
 
-/* The gradient with respect to the state after step k becomes that before it, with its own cost. */
-static kt_status reverse(rollout_work *w, int k, const double *state, kt_error *error) {
+/* The gradient with respect to the state after step k becomes that before it, with its own cost; kept: the checkpoint
+ * of the step, or -1. */
+static kt_status reverse(rollout_work *w, int k, int kept, const double *state, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v;
+    const size_t nq = model->n.q, n = model->n.v, at = kept < 0 ? 0 : (size_t)kept;
     const kt_step step = step_at(w, k);
     double value;
     kt_step_work s;
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
-    if (status == KT_OK)
+    if (status == KT_OK && kept >= 0 && w->taken[at])
+        status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * n, w->next + at * (nq + n),
+                                   w->iterations[at], error);
+    else if (status == KT_OK)
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status == KT_OK && k == w->rollout->steps - 1) {
         status = call_cost(w, k + 1, s.next, &value, w->gradient, NULL, error);
@@ -152,7 +175,7 @@ static kt_status run(rollout_work *w, kt_error *error) {
         const double *last = w->state + (size_t)(w->kept - 1) * N;
         int k = w->index[w->kept - 1];
         if (k == target) {
-            status = reverse(w, target--, last, error);
+            status = reverse(w, target--, w->kept - 1, last, error);
             w->kept--;
             continue;
         }
@@ -162,9 +185,10 @@ static kt_status run(rollout_work *w, kt_error *error) {
             status = pass(w, k, w->here, error);
         if (free > 0) {
             memcpy(w->state + (size_t)w->kept * N, w->here, N * sizeof *w->here);
+            w->taken[w->kept] = false;
             w->index[w->kept++] = end;
         } else if (status == KT_OK)
-            status = reverse(w, target--, w->here, error);
+            status = reverse(w, target--, -1, w->here, error);
     }
     return status;
 }
@@ -192,6 +216,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     memcpy(w.state + nq, v, n * sizeof *v);
     memset(w.gradient, 0, 2 * n * sizeof *w.gradient);
     w.index[0] = 0;
+    w.taken[0] = false;
     status = run(&w, error);
     if (status != KT_OK)
         return status;

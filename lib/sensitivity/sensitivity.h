@@ -185,9 +185,10 @@ KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, dou
 KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v,
                                          const double *e, double *x, kt_error *error);
 
-/* Projects q, v in place; w->q and w->v keep the state before, and w->iterations is how often the positions moved. Then
+/* Projects q, v in place (kt_projection_begin: does not, but keeps the same); w->q and w->v keep the state before, and w->iterations is how often the positions moved. Then
  * a gradient with respect to the state after it, x (2 nv), becomes that with respect to the state before. */
 KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
+KT_CHECKED kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
                                               kt_error *error);
 
@@ -254,6 +255,9 @@ void kt_step_finish(kt_step_work *w);
 /* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
 void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
+/* The stages that count: without the last one of an fsal method. */
+size_t kt_step_stages_of(const kt_method *method);
+
 /* Row i of the table's matrix. */
 static inline const double *kt_step_row(const kt_method *method, size_t i) { return method->a + i * (i - (i > 0)) / 2; }
 
@@ -277,6 +281,12 @@ KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, size_t i, kt_error *err
  * (tangent), and w->by_force into that with respect to tau. */
 KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
+
+/* What kt_adjoint_run has computed: the accelerations of all stages (stages x nv), the state after the step, and the
+ * iterations of its projection; and the same as kt_adjoint_run from them. */
+void kt_adjoint_keep(const kt_step_work *w, double *accelerations, double *next, uint32_t *iterations);
+KT_CHECKED kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *accelerations,
+                                       const double *next, uint32_t iterations, kt_error *error);
 
 /* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau; the three are in
  * w->tangent. */

@@ -9,7 +9,7 @@
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static size_t stages_of(const kt_method *method) { return (size_t)(method->stages - (method->fsal ? 1 : 0)); }
+size_t kt_step_stages_of(const kt_method *method) { return (size_t)(method->stages - (method->fsal ? 1 : 0)); }
 
 static bool is_explicit(const kt_method *method) {
     return method && kt_method_family_of(method) == &kt_family_explicit;
@@ -20,7 +20,7 @@ KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *mode
 
 static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
     const size_t n = model->n.v;
-    const size_t used = place_arrays(w, memory, model, model->n.q + n, n, stages_of(method),
+    const size_t used = place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method),
                                      n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX);
     if (!KT_HAS_LOOPS)
         return used;
@@ -47,8 +47,11 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             kt_arena_check("work", "kt_step_work_size", memory, size, kt_step_work_size(model, step->method), error);
     if (status != KT_OK)
         return status;
-    *w = (kt_step_work){
-        .model = model, .data = data, .step = step, .stages = stages_of(step->method), .states = 2 * model->n.v};
+    *w = (kt_step_work){.model = model,
+                        .data = data,
+                        .step = step,
+                        .stages = kt_step_stages_of(step->method),
+                        .states = 2 * model->n.v};
     (void)place(w, memory, model, step->method);
     w->projection.data = data;
     w->projection.t = step->t + step->h;

@@ -20,6 +20,30 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
 }
 
+void kt_adjoint_keep(const kt_step_work *w, double *accelerations, double *next, uint32_t *iterations) {
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
+    for (size_t i = 0; i < w->stages; i++)
+        memcpy(accelerations + i * n, w->slope + i * N + nq, n * sizeof *accelerations);
+    memcpy(next, w->next, N * sizeof *next);
+    *iterations = w->projection.iterations;
+}
+
+kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *accelerations,
+                            const double *next, uint32_t iterations, kt_error *error) {
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
+    kt_step_start(w, q, v);
+    for (size_t i = 0; i < w->stages; i++) {
+        double *a;
+        (void)kt_step_stage(w, i, &a);
+        memcpy(a, accelerations + i * n, n * sizeof *a);
+    }
+    kt_step_finish(w);
+    memcpy(w->raw, w->next, N * sizeof *w->raw);
+    memcpy(w->next, next, N * sizeof *next);
+    w->projection.iterations = iterations;
+    return closes(w) ? kt_projection_begin(&w->projection, w->raw, w->raw + nq, error) : KT_OK;
+}
+
 /* k_i */
 static void gather(kt_step_work *w, size_t i) {
     const kt_method *method = w->step->method;
