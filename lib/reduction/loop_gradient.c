@@ -7,19 +7,31 @@
 
 #include <string.h>
 
-kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
-                          kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    kt_violation violation;
-    if (!kernels->look(model, data, t, q, NULL, NULL, &violation) || !kernels->factor(model, data, rows, false))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
-                            "the loops' equations overflow: look for a position that is huge");
+static kt_status refuse_overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "the loops' equations overflow: look for a position that is huge");
+}
+
+static kt_status refuse_singular(const kt_model *model, const kt_data *data, kt_error *error) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->near[g])
             return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                                 "the loops are at a singular position, or next to one, where accelerations have no "
                                 "defined derivative; take a neighbouring one");
     return KT_OK;
+}
+
+kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
+                          kt_error *error) {
+    kt_violation violation;
+    if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation))
+        return refuse_overflow(error);
+    return kt_loops_factor_again(model, data, rows, error);
+}
+
+kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
+    return kt_reduction_kernels_of(model)->ready(model, data, rows, true) ? refuse_singular(model, data, error)
+                                                                          : refuse_overflow(error);
 }
 
 /* The arrays of a group's equations. */
@@ -66,9 +78,24 @@ kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metri
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
 }
 
-void kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda) {
+/* Groups that have been solved in their own form are factored. */
+static kt_status unsolve(const kt_model *model, kt_data *data, kt_error *error) {
+    bool some = false, fine;
+    for (size_t g = 0; g < model->n.group; g++)
+        some |= data->solved[g];
+    if (!some)
+        return KT_OK;
+    KT_BY_LEVEL(model->level, fine =, kt_groups_unsolve, (model, data));
+    return fine ? refuse_singular(model, data, error) : refuse_overflow(error);
+}
+
+kt_status kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda, kt_error *error) {
+    const kt_status status = unsolve(model, data, error);
+    if (status != KT_OK)
+        return status;
     KT_BY_LEVEL(model->level, , kt_groups_share, (model, data, force));
     exchange(model, data, MULTIPLIER, NULL, lambda);
+    return KT_OK;
 }
 
 void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, double *out) {

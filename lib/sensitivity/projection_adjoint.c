@@ -25,13 +25,17 @@ static kt_status differentiate_inertia(kt_projection_work *w, const double *q, k
 }
 
 /* Adds d(lambda . J g - e . J z) to by_xi, with J' lambda = W x and J' e = y - W g. */
-static void add_loops(kt_projection_work *w, const double *q, const double *z, const double *y, double *by_xi) {
+static kt_status add_loops(kt_projection_work *w, const double *q, const double *z, const double *y, double *by_xi,
+                           kt_error *error) {
     const kt_loop_sum sum = {.lambda = {w->lambda, w->residual}, .p = {w->response, z}};
     for (size_t i = 0; i < w->n; i++)
         w->work[i] = w->by_g[i] - y[i];
-    kt_loops_share(w->model, w->data, w->by_x, w->lambda);
-    kt_loops_share(w->model, w->data, w->work, w->residual);
-    kt_loop_gradient(w->model, w->data, w->t, q, &sum, w->dof, w->chain, by_xi, w->work);
+    kt_status status = kt_loops_share(w->model, w->data, w->by_x, w->lambda, error);
+    if (status == KT_OK)
+        status = kt_loops_share(w->model, w->data, w->work, w->residual, error);
+    if (status == KT_OK)
+        kt_loop_gradient(w->model, w->data, w->t, q, &sum, w->dof, w->chain, by_xi, w->work);
+    return status;
 }
 
 /* From the velocities after the projection, y, to those before; adds to by_xi. */
@@ -49,9 +53,9 @@ static kt_status pull_velocities(kt_projection_work *w, const double *q, const d
         return status;
     for (size_t i = 0; i < w->n; i++)
         by_xi[i] -= w->by_inertia[i];
-    add_loops(w, q, v, y, by_xi);
+    status = add_loops(w, q, v, y, by_xi, error);
     memcpy(y, w->by_g, w->n * sizeof *y);
-    return KT_OK;
+    return status;
 }
 
 /* x of an iteration at q, whose equations are factored; of the last one, which has nothing to move, zero. */
@@ -85,9 +89,11 @@ static kt_status respond(kt_projection_work *w, const double *q, const double *y
     return status;
 }
 
-/* From the positions after an iteration at q to those before. */
+/* From the positions after an iteration at q to those before; the last one follows pull_velocities at the same
+ * positions. */
 static kt_status pull_positions(kt_projection_work *w, const double *q, bool last, double *by_xi, kt_error *error) {
-    kt_status status = kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
+    kt_status status = last ? kt_loops_factor_again(w->model, w->data, KT_ROWS_CLOSED, error)
+                            : kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
     if (status == KT_OK)
         status = find_step(w, last, error);
     if (status != KT_OK)
@@ -99,9 +105,9 @@ static kt_status pull_positions(kt_projection_work *w, const double *q, bool las
     for (size_t i = 0; i < w->n; i++)
         w->before[i] += w->by_g[i] - w->change[i] - (last ? 0.0 : w->by_inertia[i]);
     if (!last)
-        add_loops(w, q, w->x, w->change, w->before);
+        status = add_loops(w, q, w->x, w->change, w->before, error);
     memcpy(by_xi, w->before, w->n * sizeof *by_xi);
-    return KT_OK;
+    return status;
 }
 
 /* The positions of all iterations but the first, which w->q has, and the last. */

@@ -17,16 +17,18 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
     kt_projection_work *p = &w->projection;
     const kt_wrench *external = w->step->external;
     const double *tau = w->step->tau;
-    const kt_status status =
-        model->n.effect ? kt_effects_apply(model, w->data, t, q, v, &tau, &external, error) : KT_OK;
+    kt_status status = model->n.effect ? kt_effects_apply(model, w->data, t, q, v, &tau, &external, error) : KT_OK;
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n; i++) {
         w->inverse_force[i] += model->armature[i] * a[i] - (tau ? tau[i] : 0.0);
         w->momentum[i] += model->armature[i] * by_tau[i] - mu[i];
     }
-    kt_loops_share(model, w->data, w->inverse_force, p->lambda);
-    kt_loops_share(model, w->data, w->momentum, p->residual);
+    status = kt_loops_share(model, w->data, w->inverse_force, p->lambda, error);
+    if (status == KT_OK)
+        status = kt_loops_share(model, w->data, w->momentum, p->residual, error);
+    if (status != KT_OK)
+        return status;
     const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};
     kt_loop_gradient(model, w->data, t, q, &sum, p->dof, p->chain, w->tangent, w->tangent + n);
     return KT_OK;
