@@ -104,6 +104,14 @@ static kt_status solve_forces(work *w, kt_error *error) {
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+    return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
+                                          da_dtau, error);
+}
+
+kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
+                                         double t, const double *q, const double *v, const double *tau,
+                                         const kt_wrench *external, const double *a, double *da_dq, double *da_dv,
+                                         double *da_dtau, kt_error *error) {
     const size_t bytes = model->n.v * model->n.v * sizeof(double);
     work w = {.reduced = NULL};
     kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
@@ -112,7 +120,7 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_loops_are_dense(model));
     (void)lay_out(&w, (char *)memory + used, model);
-    status = kt_linearized_fill(&w.of, q, v, tau, external, NULL, error);
+    status = kt_linearized_fill(&w.of, q, v, tau, external, a, error);
     if (status == KT_OK)
         status = factor(&w, q, error);
     if (status == KT_OK)

@@ -178,3 +178,23 @@ void kt_dual_loop_gradient(const kt_model *model, const kt_data *data, double t,
         add_sum(&w, loop, sum, moving, by_q, by_v);
     }
 }
+
+void kt_dual_loop_matrices(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
+                           const double *lambda, const double *z, kt_support_dof *dof, int32_t *chain, double *d_q,
+                           double *c_q) {
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_dual_motion x = {
+        .model = model, .data = data, .t = t, .q = q, .v = z, .a = model->zero, .dof = dof, .chain = chain};
+    kt_support w = {.x = &x};
+    kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
+    for (int32_t k = 0; k < w.count; k++) {
+        const size_t j = (size_t)dof[k].v;
+        kt_loop_row rows[KT_LOOP_ROW_MAX];
+        kt_loop_end end[2];
+        kt_end_wrench wrench[2];
+        const int count = evaluate_rows(&w, loop, k, KT_BY_POSITION, end, rows);
+        write_rates(end, rows, count, c_q + j * model->n.row + (size_t)loop->equation);
+        sum_wrenches(end, rows, count, lambda + loop->equation, wrench);
+        kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * model->n.v);
+    }
+}

@@ -37,7 +37,13 @@ typedef struct kt_loop_sum {
 void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,
                       kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v);
 
-/* The same of one loop in a plane. */
+/* The matrices of the two sums with J: subtracts d(J' lambda)/dq from d_q (nv x nv), and writes d(J z)/dq (equations x
+ * nv) to c_q. unit: nv zeros and as many as there are equations, which are zeros again afterwards; work: 2 nv. */
+void kt_loop_matrices(const kt_model *model, kt_data *data, double t, const double *q, const double *lambda,
+                      const double *z, kt_support_dof *dof, int32_t *chain, double *unit, double *work, double *d_q,
+                      double *c_q);
+
+/* The sum of one loop in a plane. */
 #define KT_LOOP_GRADIENT_DECLARE(level)                                                                                \
     void kt_planar_loop_gradient_##level(const kt_model *model, const kt_data *data, int32_t index,                    \
                                          const kt_loop_sum *sum, double *by_q, double *by_v);
@@ -46,8 +52,11 @@ KT_LOOP_GRADIENT_DECLARE(v3)
 KT_LOOP_GRADIENT_DECLARE(v4)
 #undef KT_LOOP_GRADIENT_DECLARE
 
-/* The same of one loop by dual numbers; links' poses are in data->motion. */
+/* The sum and the matrices of one loop by dual numbers; links' poses are in data->motion. */
 void kt_dual_loop_gradient(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
                            const kt_loop_sum *sum, kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v);
+void kt_dual_loop_matrices(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
+                           const double *lambda, const double *z, kt_support_dof *dof, int32_t *chain, double *d_q,
+                           double *c_q);
 
 #endif

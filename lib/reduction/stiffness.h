@@ -63,6 +63,12 @@ KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const
 /* y = R1^-T E for one column e of E, the entries of the independent equations in the order of the pivots. */
 void kt_linearized_across(const kt_linearized *w, const double *e, double *y);
 
+/* kt_acceleration_derivatives at known accelerations a of the motion, or NULL. */
+KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,
+                                                    size_t memory_size, double t, const double *q, const double *v,
+                                                    const double *tau, const kt_wrench *external, const double *a,
+                                                    double *da_dq, double *da_dv, double *da_dtau, kt_error *error);
+
 /* The error that derivatives overflow. */
 kt_status kt_linearized_overflow(kt_error *error);
 

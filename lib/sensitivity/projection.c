@@ -10,10 +10,11 @@
  * Of positions d phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move
  * projects the changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
- * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, by dual numbers; d(M x)/dq is the derivative of inverse
+ * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (loop_gradient.h); d(M x)/dq is the derivative of inverse
  * dynamics at rest with the accelerations x, less that without. */
 #include "kinetree/joint.h"
 #include "reduction/householder.h"
+#include "reduction/loop_gradient.h"
 #include "reduction/project.h"
 #include "sensitivity/sensitivity.h"
 
@@ -149,52 +150,36 @@ static void find_multipliers(kt_projection_work *w, bool mass) {
 
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
 
-/* G. */
-static kt_status differentiate_force(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
+/* G and -E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. Of the last iteration of
+ * positions, where x and lambda are zero, G = 0 and -E = J. */
+static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, bool last, const double *v,
+                               kt_error *error) {
     const size_t n = w->n, bytes = kt_derivative_work_size(w->model);
     kt_status status = KT_OK;
     memset(w->force, 0, n * n * sizeof *w->force);
+    if (last) {
+        memcpy(w->equation, w->jacobian, n * w->p * sizeof *w->equation);
+        return KT_OK;
+    }
     for (int with = 1; with >= 0 && mass && status == KT_OK; with--) {
         status = kt_dynamics_inverse_derivatives(w->model, w->data, w->derivative, bytes, q, NULL, with ? w->x : NULL,
                                                  NULL, w->other, w->spare, error);
         for (size_t i = 0; i < n * n && status == KT_OK; i++)
             w->force[i] += with ? w->other[i] : -w->other[i];
     }
-    if (status == KT_OK)
+    if (status == KT_OK &&
+        w->model->sweep != KT_SWEEP_PLANAR) /* otherwise the equations have left poses in the plane */
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
     if (status != KT_OK)
         return status;
-    const kt_dual_motion at = {.model = w->model,
-                               .data = w->data,
-                               .t = w->t,
-                               .q = q,
-                               .v = w->model->zero,
-                               .a = w->model->zero,
-                               .dof = w->dof,
-                               .chain = w->chain};
-    kt_dual_loops(&at, w->lambda, w->force, w->rates, w->unused);
+    memset(w->unit, 0, (n + w->p) * sizeof *w->unit);
+    kt_loop_matrices(w->model, w->data, w->t, q, w->lambda, v ? v : w->x, w->dof, w->chain, w->unit, w->work, w->force,
+                     w->equation);
     for (size_t i = 0; i < n * n; i++)
         w->force[i] = -w->force[i];
+    for (size_t i = 0; i < n * w->p && !v; i++)
+        w->equation[i] += w->jacobian[i];
     return KT_OK;
-}
-
-/* -E: d(A v - b')/dq, or J + d(J x)/dq. */
-static void differentiate_equations(kt_projection_work *w, const double *q, const double *v) {
-    kt_dual_motion at = {.model = w->model,
-                         .data = w->data,
-                         .t = w->t,
-                         .q = q,
-                         .v = v ? v : w->x,
-                         .a = w->model->zero,
-                         .dof = w->dof,
-                         .chain = w->chain};
-    kt_dual_loop_rates(&at, w->equation);
-    if (v)
-        return;
-    at.v = w->model->zero;
-    kt_dual_loop_rates(&at, w->rates);
-    for (size_t i = 0; i < w->n * w->p; i++)
-        w->equation[i] += w->jacobian[i] - w->rates[i];
 }
 
 /* dx of one column, into `out`. dv: NULL for positions. inertia, gap: what the column of a parameter gains, or NULL. */
@@ -232,10 +217,7 @@ static kt_status prepare_positions(kt_projection_work *w, const double *q, bool 
         w->residual[i] = last ? 0.0 : -w->residual[i];
     solve(w, mass, NULL, w->residual, w->x);
     find_multipliers(w, mass);
-    status = differentiate_force(w, q, mass, error);
-    if (status == KT_OK)
-        differentiate_equations(w, q, NULL);
-    return status;
+    return differentiate(w, q, mass, last, NULL, error);
 }
 
 /* The same of the velocities, from w->v (before) to v, at q. */
@@ -250,10 +232,7 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
     for (size_t i = 0; i < w->n; i++)
         w->x[i] = v[i] - w->v[i];
     find_multipliers(w, true);
-    status = differentiate_force(w, q, true, error);
-    if (status == KT_OK)
-        differentiate_equations(w, q, v);
-    return status;
+    return differentiate(w, q, true, false, v, error);
 }
 
 /* Refuses singular positions, next to which the projection leaves a direction out. */

@@ -150,8 +150,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, other, n *n, "another such matrix")                                                                      \
     X(double, spare, n *n, "and one that is not read")                                                                 \
     X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
-    X(double, rates, n *p, "another such matrix")                                                                      \
-    X(double, unused, n *p, "of kt_dual_loops")                                                                        \
+    X(double, unit, n + p, "zeros, for kt_loop_matrices")                                                              \
     X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
     X(double, response, n, "g: response to a gradient")                                                                \
     X(double, by_g, n, "W g")                                                                                          \

@@ -1,6 +1,7 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one change,
  * of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
 #include "dynamics/dynamics.h"
+#include "reduction/stiffness.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -39,7 +40,7 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const double *q = w->stage + i * (model->n.q + model->n.v), *v = q + model->n.q;
-    const double t = kt_step_time(step, i);
+    const double t = kt_step_time(step, i), *known = w->slope + i * (model->n.q + model->n.v) + model->n.q;
     double *by_tau = inputs ? w->by_tau : NULL;
     if (!model->n.group && !model->n.effect)
         return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
@@ -49,8 +50,8 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
         if (status != KT_OK)
             return status;
     }
-    return kt_acceleration_derivatives(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
-                                       step->tau, step->external, w->by_q, w->by_v, by_tau, error);
+    return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
+                                          step->tau, step->external, known, w->by_q, w->by_v, by_tau, error);
 }
 
 /* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start xi
