@@ -10,7 +10,8 @@
 #include <string.h>
 
 const char *const kt_scaling_call[KT_SCALING_CALLS] = {
-    "RNEA", "ABA", "RK4", "CRBA", "dABA", "bias", "terms", "column", "dABA3", "AB", "motion", "gradient", "regressor"};
+    "RNEA", "ABA",    "RK4",      "CRBA",      "dABA",         "bias",      "terms",         "column",         "dABA3",
+    "AB",   "motion", "gradient", "regressor", "closed dABA3", "closed AB", "closed motion", "closed gradient"};
 
 static kt_status first_failure(const kt_chain *chain, kt_error *error) {
     if (chain->error.code != KT_OK && error)

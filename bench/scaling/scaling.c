@@ -37,6 +37,9 @@ static const double regressor_most = 4.0;
  * over the run. */
 static const double matrices_most = 6.0, gradient_most = 5.0;
 
+/* Of A'y in rows of windows, measured: 2e-15 with twelve. */
+static const double closed_error_most = 1e-13;
+
 static const char about[] =
     "Times RNEA, CRBA, ABA and a step of RK4 for chains of 1 to --max links, the derivatives of ABA, and what"
     " operational space, identification and derivatives of steps take.\n";
@@ -256,6 +259,33 @@ static int run_steps(const kt_bench_options *options, kt_csv *csv, bool *trusted
     return KT_BENCH_DONE;
 }
 
+/* The same of rows of windows; the adjoint's error grows with their condition. */
+static int run_closed(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
+    static const int windows[] = {1, 2, 12};
+    printf("\nThe same of rows of four-bar windows, by fronts from some five windows on:\n\n"
+           "%7s |%10s |%8s |%10s |%8s%7s%9s\n",
+           "windows", "dABA us", "A, B", "run us", "gradient", "alloc.", "error");
+    *cheap = true;
+    for (int i = 0; i < 3 && (windows[i] <= options->max || i == 0); i++) {
+        kt_scaling_line line;
+        kt_error error;
+        if (kt_scaling_closed_steps(windows[i], options, &line, &error) != KT_OK)
+            return kt_bench_tell(&error);
+        const double derived = line.times[KT_SCALING_CLOSED_FORWARD].low;
+        const double motion = line.times[KT_SCALING_CLOSED_MOTION].low;
+        const double matrices = line.times[KT_SCALING_CLOSED_MATRICES].low / derived;
+        const double gradient = line.times[KT_SCALING_CLOSED_GRADIENT].low / motion;
+        const bool fine = line.allocations == 0 && line.error <= closed_error_most;
+        printf("%7d |%10.4g |%8.2f |%10.4g |%8.2f%7ld%9.1e%s\n", windows[i], 1e6 * derived, matrices, 1e6 * motion,
+               gradient, line.allocations, line.error, fine ? "" : "  NOT TO BE TRUSTED");
+        write_line(csv, &line);
+        *trusted &= fine;
+        *cheap &= i > 1 || gradient <= gradient_most;
+    }
+    printf("\n%s %g times the run with one window and two\n", *cheap ? "at most" : "MORE THAN", gradient_most);
+    return KT_BENCH_DONE;
+}
+
 static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *csv) {
     int lengths[LINES_MAX];
     const int count = chain_lengths(options->max, lengths);
@@ -273,17 +303,18 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         trusted &= is_trusted(&lines[i]);
     }
     const bool linear = conclude(lines, count);
-    bool cheap = false, spare = false, brief = false, lean = false;
+    bool cheap = false, spare = false, brief = false, lean = false, closed = false;
     if (run_derivatives(options, csv, &trusted, &cheap) != KT_BENCH_DONE ||
         run_control(options, csv, &trusted, &spare) != KT_BENCH_DONE ||
         run_regressor(options, csv, &trusted, &lean) != KT_BENCH_DONE ||
-        run_steps(options, csv, &trusted, &brief) != KT_BENCH_DONE)
+        run_steps(options, csv, &trusted, &brief) != KT_BENCH_DONE ||
+        run_closed(options, csv, &trusted, &closed) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
     if (options->levels && run_levels(lengths, count, options, csv) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
-    return !trusted                                                         ? KT_BENCH_FAILED
-           : options->check && !(linear && cheap && spare && brief && lean) ? KT_BENCH_MISSED
-                                                                            : KT_BENCH_DONE;
+    return !trusted                                                                   ? KT_BENCH_FAILED
+           : options->check && !(linear && cheap && spare && brief && lean && closed) ? KT_BENCH_MISSED
+                                                                                      : KT_BENCH_DONE;
 }
 
 int main(int argc, char **argv) {

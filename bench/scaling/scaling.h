@@ -19,6 +19,10 @@ enum {
     KT_SCALING_MOTION,   /* 50 steps */
     KT_SCALING_GRADIENT, /* of a cost over these, by all inputs */
     KT_SCALING_REGRESSOR,
+    KT_SCALING_CLOSED_FORWARD, /* the last four but the regressor, of a row of windows */
+    KT_SCALING_CLOSED_MATRICES,
+    KT_SCALING_CLOSED_MOTION,
+    KT_SCALING_CLOSED_GRADIENT,
     KT_SCALING_CALLS
 };
 extern const char *const kt_scaling_call[KT_SCALING_CALLS]; /* names */
@@ -57,5 +61,9 @@ KT_CHECKED kt_status kt_scaling_regressor(int n, const kt_bench_options *options
 
 /* Fills a line with derivatives of forward dynamics, A and B of a step, a motion and a gradient over it. */
 KT_CHECKED kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
+
+/* The same of a row of windows, four-bars that share their cranks. */
+KT_CHECKED kt_status kt_scaling_closed_steps(int loops, const kt_bench_options *options, kt_scaling_line *line,
+                                             kt_error *error);
 
 #endif

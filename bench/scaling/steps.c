@@ -1,4 +1,5 @@
-/* Derivatives of steps of one chain, and the gradient over many, by all inputs. */
+/* Derivatives of steps of one chain or one row of windows, and the gradient over many, by all inputs. */
+#include "bars.h"
 #include "interpose.h"
 #include "kinetree/sensitivity.h"
 #include "scaling.h"
@@ -6,79 +7,90 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { STEPS = 50, CALLS = 4 };
 
 typedef struct steps {
-    kt_chain chain;
+    int n; /* coordinates */
+    const kt_model *model;
+    kt_data *data;
+    const double *start_q, *start_v, *tau; /* n, n, n */
     kt_step step;
     kt_rollout rollout;
-    size_t size;
-    void *work;
+    size_t size, derived_size;
+    void *work, *derived;                      /* of a rollout, and of the derivatives */
     double *q, *v, *A, *B, *inputs, *gradient; /* n, n, 4 n^2, 2 n^2, n x STEPS, 2 n + n x STEPS */
+    kt_error error;
 } steps;
 
 /* Half |v|^2 at all points. */
 static int kinetic(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
     const steps *s = user;
     (void)by_tau;
-    for (int i = 0; i < s->chain.n; i++) {
+    for (int i = 0; i < s->n; i++) {
         *value += 0.5 * at->v[i] * at->v[i];
         if (by_state)
-            by_state[s->chain.n + i] = at->v[i];
+            by_state[s->n + i] = at->v[i];
     }
     return 0;
 }
 
-/* All three derivatives of forward dynamics: B needs da/dtau. */
+/* All three derivatives of the accelerations: B needs da/dtau. */
 static void run_derivatives(void *user, long repetitions) {
     steps *s = user;
-    kt_chain *c = &s->chain;
-    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
-        if (kt_dynamics_forward_derivatives(c->model, c->data, c->work, c->work_size, c->q, c->v, c->tau, NULL,
-                                            c->da_dq, c->da_dv, s->B, &c->error) != KT_OK)
+    double *by_q = s->A, *by_v = by_q + s->n * s->n;
+    for (long k = 0; k < repetitions && s->error.code == KT_OK; k++)
+        if (kt_acceleration_derivatives(s->model, s->data, s->derived, s->derived_size, 0.0, s->start_q, s->start_v,
+                                        s->tau, NULL, by_q, by_v, s->B, &s->error) != KT_OK)
+            return;
+}
+
+/* Without loops and effects. */
+static void run_tree_derivatives(void *user, long repetitions) {
+    steps *s = user;
+    double *by_q = s->A, *by_v = by_q + s->n * s->n;
+    for (long k = 0; k < repetitions && s->error.code == KT_OK; k++)
+        if (kt_dynamics_forward_derivatives(s->model, s->data, s->derived, s->derived_size, s->start_q, s->start_v,
+                                            s->tau, NULL, by_q, by_v, s->B, &s->error) != KT_OK)
             return;
 }
 
 static void run_matrices(void *user, long repetitions) {
     steps *s = user;
-    kt_chain *c = &s->chain;
-    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
-        if (kt_step_derivatives(c->model, c->data, s->work, s->size, &s->step, c->q, c->v, s->q, s->v, s->A, s->B,
-                                &c->error) != KT_OK)
+    for (long k = 0; k < repetitions && s->error.code == KT_OK; k++)
+        if (kt_step_derivatives(s->model, s->data, s->work, s->size, &s->step, s->start_q, s->start_v, s->q, s->v, s->A,
+                                s->B, &s->error) != KT_OK)
             return;
 }
 
 static void run_motion(void *user, long repetitions) {
     steps *s = user;
-    kt_chain *c = &s->chain;
     for (long k = 0; k < repetitions; k++)
-        for (int i = 0; i < STEPS && c->error.code == KT_OK; i++)
-            if (kt_step_evaluate(c->model, c->data, s->work, s->size, &s->step, i ? s->q : c->q, i ? s->v : c->v, s->q,
-                                 s->v, &c->error) != KT_OK)
+        for (int i = 0; i < STEPS && s->error.code == KT_OK; i++)
+            if (kt_step_evaluate(s->model, s->data, s->work, s->size, &s->step, i ? s->q : s->start_q,
+                                 i ? s->v : s->start_v, s->q, s->v, &s->error) != KT_OK)
                 return;
 }
 
 static void run_gradient(void *user, long repetitions) {
     steps *s = user;
-    kt_chain *c = &s->chain;
     double value;
-    for (long k = 0; k < repetitions && c->error.code == KT_OK; k++)
-        if (kt_rollout_gradient(c->model, c->data, s->work, s->size, &s->rollout, c->q, c->v, kinetic, s, &value,
-                                s->gradient, s->gradient + 2 * c->n, &c->error) != KT_OK)
+    for (long k = 0; k < repetitions && s->error.code == KT_OK; k++)
+        if (kt_rollout_gradient(s->model, s->data, s->work, s->size, &s->rollout, s->start_q, s->start_v, kinetic, s,
+                                &value, s->gradient, s->gradient + 2 * s->n, &s->error) != KT_OK)
             return;
 }
 
 /* max |A'y - the adjoint's| over the largest sum of terms, y = (1, -1, 1, ...). */
 static double error_of(steps *s) {
-    kt_chain *c = &s->chain;
-    const int rows = 2 * c->n;
+    const int rows = 2 * s->n;
     double *y = s->inputs, *by = s->gradient, worst = 0.0, most = 0.0;
     run_matrices(s, 1);
     for (int i = 0; i < rows; i++)
         y[i] = i % 2 ? -1.0 : 1.0;
-    if (c->error.code != KT_OK ||
-        kt_step_adjoint(c->model, c->data, s->work, s->size, &s->step, c->q, c->v, y, by, NULL, &c->error) != KT_OK)
+    if (s->error.code != KT_OK || kt_step_adjoint(s->model, s->data, s->work, s->size, &s->step, s->start_q, s->start_v,
+                                                  y, by, NULL, &s->error) != KT_OK)
         return (double)NAN;
     for (int j = 0; j < rows; j++) {
         double sum = -by[j], size = fabs(sum);
@@ -89,20 +101,23 @@ static double error_of(steps *s) {
         worst = isfinite(sum) ? fmax(worst, fabs(sum)) : (double)INFINITY;
         most = fmax(most, size);
     }
-    for (int i = 0; i < STEPS * c->n; i++)
-        s->inputs[i] = c->tau[i % c->n];
+    for (int i = 0; i < STEPS * s->n; i++)
+        s->inputs[i] = s->tau[i % s->n];
     return worst / most;
 }
 
-static kt_status measure(steps *s, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
-    static const int calls[CALLS] = {KT_SCALING_FORWARD, KT_SCALING_MATRICES, KT_SCALING_MOTION, KT_SCALING_GRADIENT};
-    const kt_bench_task tasks[CALLS] = {{run_derivatives, s}, {run_matrices, s}, {run_motion, s}, {run_gradient, s}};
+static kt_status time_all(steps *s, bool closed, const kt_bench_options *options, kt_scaling_line *line,
+                          kt_error *error) {
+    static const int calls[2][CALLS] = {
+        {KT_SCALING_FORWARD, KT_SCALING_MATRICES, KT_SCALING_MOTION, KT_SCALING_GRADIENT},
+        {KT_SCALING_CLOSED_FORWARD, KT_SCALING_CLOSED_MATRICES, KT_SCALING_CLOSED_MOTION, KT_SCALING_CLOSED_GRADIENT}};
+    const kt_bench_task tasks[CALLS] = {
+        {closed ? run_derivatives : run_tree_derivatives, s}, {run_matrices, s}, {run_motion, s}, {run_gradient, s}};
     kt_bench_times times[CALLS];
-    *line = (kt_scaling_line){.n = s->chain.n,
-                              .level = kt_model_isa(s->chain.model),
-                              .set_up = s->chain.set_up,
-                              .model = kt_model_size(s->chain.model),
-                              .data = kt_data_size(s->chain.model)};
+    line->n = s->n;
+    line->level = kt_model_isa(s->model);
+    line->model = kt_model_size(s->model);
+    line->data = kt_data_size(s->model);
     line->error = error_of(s);
     kt_interpose_start();
     for (int i = 0; i < CALLS; i++)
@@ -110,35 +125,70 @@ static kt_status measure(steps *s, const kt_bench_options *options, kt_scaling_l
     line->allocations = kt_interpose_stop();
     kt_bench_measure(tasks, CALLS, options->seconds, times);
     for (int i = 0; i < CALLS; i++) {
-        line->measured[calls[i]] = true;
-        line->times[calls[i]] = times[i];
+        line->measured[calls[closed][i]] = true;
+        line->times[calls[closed][i]] = times[i];
     }
-    if (s->chain.error.code != KT_OK && error)
-        *error = s->chain.error;
-    return s->chain.error.code;
+    if (s->error.code != KT_OK && error)
+        *error = s->error;
+    return s->error.code;
+}
+
+/* Steps of 1e-4 s from the state and under the torques that s has. */
+static kt_status measure(steps *s, bool closed, const kt_bench_options *options, kt_scaling_line *line,
+                         kt_error *error) {
+    const size_t v = (size_t)s->n;
+    const kt_method *method = kt_method_find("rk4");
+    kt_status status = KT_OK;
+    s->step = (kt_step){.method = method, .h = 1e-4, .tau = s->tau};
+    s->rollout = (kt_rollout){.method = method, .h = s->step.h, .steps = STEPS};
+    s->size = kt_rollout_work_size(s->model, &s->rollout);
+    s->derived_size = closed ? kt_acceleration_work_size(s->model) : kt_derivative_work_size(s->model);
+    s->work = aligned_alloc(KT_ALIGNMENT, s->size);
+    s->derived = aligned_alloc(KT_ALIGNMENT, s->derived_size);
+    double *numbers = malloc((4 * v + 6 * v * v + 2 * STEPS * v) * sizeof *numbers);
+    if (numbers && s->work && s->derived) {
+        s->q = numbers, s->v = s->q + v, s->A = s->v + v, s->B = s->A + 4 * v * v;
+        s->inputs = s->B + 2 * v * v, s->gradient = s->inputs + STEPS * v;
+        s->rollout.inputs = s->inputs;
+        status = time_all(s, closed, options, line, error);
+    } else {
+        status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the steps of %d links", s->n);
+    }
+    free(s->derived);
+    free(s->work);
+    free(numbers);
+    return status;
 }
 
 kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
-    const size_t v = (size_t)n;
-    steps s = {.step = {.method = kt_method_find("rk4"), .h = 1e-4}};
-    kt_status status = kt_chain_make(n, options->level, false, &s.chain, error);
-    if (status == KT_OK)
-        status = kt_chain_make_derivatives(&s.chain, error);
-    double *numbers = malloc((4 * v + 6 * v * v + 2 * STEPS * v) * sizeof *numbers);
-    s.rollout = (kt_rollout){.method = s.step.method, .h = s.step.h, .steps = STEPS};
-    s.size = status == KT_OK ? kt_rollout_work_size(s.chain.model, &s.rollout) : 0;
-    s.work = status == KT_OK ? aligned_alloc(KT_ALIGNMENT, s.size) : NULL;
-    if (status == KT_OK && (!numbers || !s.work))
-        status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the steps of %d links", n);
+    kt_chain chain;
+    kt_status status = kt_chain_make(n, options->level, false, &chain, error);
+    *line = (kt_scaling_line){.set_up = chain.set_up};
     if (status == KT_OK) {
-        s.step.tau = s.chain.tau;
-        s.q = numbers, s.v = s.q + v, s.A = s.v + v, s.B = s.A + 4 * v * v;
-        s.inputs = s.B + 2 * v * v, s.gradient = s.inputs + STEPS * v;
-        s.rollout.inputs = s.inputs;
-        status = measure(&s, options, line, error);
+        steps s = {
+            .n = n, .model = chain.model, .data = chain.data, .start_q = chain.q, .start_v = chain.v, .tau = chain.tau};
+        status = measure(&s, false, options, line, error);
     }
-    free(s.work);
-    free(numbers);
-    kt_chain_free(&s.chain);
+    kt_chain_free(&chain);
+    return status;
+}
+
+kt_status kt_scaling_closed_steps(int loops, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
+    kt_bars bars;
+    kt_model_options chosen = kt_model_options_default();
+    chosen.level = options->level;
+    kt_status status = kt_bars_make(KT_BARS_CHAINED, loops, false, KT_FORMULATION_TREE, &chosen, &bars, error);
+    *line = (kt_scaling_line){.set_up = bars.set_up};
+    if (status == KT_OK) {
+        steps s = {.n = kt_model_nv(bars.stepped),
+                   .model = bars.stepped,
+                   .data = bars.data,
+                   .start_q = bars.q,
+                   .start_v = bars.v,
+                   .tau = bars.a};
+        memset(bars.a, 0, (size_t)s.n * sizeof *bars.a);
+        status = measure(&s, true, options, line, error);
+    }
+    kt_bars_free(&bars);
     return status;
 }
