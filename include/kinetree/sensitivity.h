@@ -102,9 +102,10 @@ KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model,
 
 /* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the state
  * after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
- * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost: without loops, and with
- * effects in joints alone, O(n) a stage: an evaluation, M^-1 mu, and a sweep for the gradient of w . inverse
- * dynamics, w = M^-1 mu. With loops, and effects between bodies, the derivatives at each stage. */
+ * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost, with effects in joints
+ * alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of
+ * w . inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
+ * projection likewise. With effects between bodies and a caller's own, the derivatives at each stage. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
                                             const double *by_next, double *by_state, double *by_tau, kt_error *error);
@@ -118,7 +119,7 @@ typedef struct kt_rollout {
     int steps;               /* > 0 */
     const double *inputs;    /* joint forces held during each step, nv x steps, column-major; NULL: none */
     bool unprojected;        /* as of a step */
-    int checkpoints;         /* states that the work memory holds; 0, or more than steps: steps */
+    int checkpoints;         /* steps whose start the work memory holds; 0, or more than steps: all */
 } kt_rollout;
 
 /* A point of the motion at which the cost is asked for. */
@@ -134,16 +135,16 @@ typedef struct kt_cost_point {
  * values of the points 0 .. steps. Returns 0, or another number to stop. It may be called more than once for a point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
-/* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, 8 (nq + nv) for each checkpoint and
- * 8 nv for each step; 0 if there is no step or the method is not explicit. */
+/* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, with s stages some 8 (2 nq +
+ * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or the method is not explicit. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes a sum of costs over a motion from q, v, its gradient by_start (2 nv) with respect to the state at the start,
- * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at its steps
- * are kept as checkpoints, and the adjoints run backwards from the end; states that are not kept are computed again from
- * the last checkpoint before them. With c checkpoints each step is run r times at most, where (c + r)! / (c! r!) reaches
- * the number of steps, besides the run for its adjoint: with sqrt(2 steps) checkpoints twice. Cost whatever the number of
- * inputs: with a checkpoint for every step, some 4 runs of the motion without loops (see kt_step_adjoint). Errors: as
+ * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the start
+ * of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the end; what
+ * is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r times at most, where (c + r)! / (c! r!) reaches
+ * the number of steps: with sqrt(2 steps) checkpoints twice, and once more for its adjoint. Cost whatever the number of
+ * inputs: with a checkpoint for every step, some 3 to 4 runs of the motion (see kt_step_adjoint). Errors: as
  * kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE. Outputs are then untouched. */
 KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_rollout *rollout, const double *q, const double *v,
