@@ -11,9 +11,10 @@
 
 static void *take(size_t bytes) { return aligned_alloc(64, (bytes + 63) / 64 * 64); }
 
-/* A'y and B'y of random y. Rounding grows with the condition of the mechanism, and is the same in both: measured over
- * forty seeds, 0.19 of the bound at most. */
-static bool compare(const step_case *c, kt_random *random, kt_worst *worst, const char *name) {
+/* A'y and B'y of random y. The two round by themselves, by eps times the condition of inertia and loops. Without loops the
+ * bound is 1e-10 of the largest term of a number: measured over forty seeds, 0.06 of it at most. With loops it is 1e-10 of
+ * the largest number: 0.64 of it, by the matrices, which differ as much from themselves where positions change by 1e-16. */
+static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst *worst, const char *name) {
     const int n = kt_model_nv(c->model), rows = 2 * n;
     const size_t size = kt_step_work_size(c->model, c->step.method);
     double *x = calloc((size_t)(rows * rows + rows * n + 5 * n + 1), sizeof *x), *A = x + 5 * n, *B = A + rows * rows;
@@ -27,6 +28,7 @@ static bool compare(const step_case *c, kt_random *random, kt_worst *worst, cons
     const kt_status adjoint =
         kt_step_adjoint(c->model, c->data, work, size, &c->step, c->q, c->v, y, by, by + rows, &error);
     kt_check_equal_int("both take the step or refuse it", adjoint, status);
+    const double largest = kt_tree_largest(by, 3 * n);
     for (int j = 0; j < 3 * n && status == KT_OK && adjoint == KT_OK; j++) {
         const double *column = j < rows ? A + rows * j : B + rows * (j - rows);
         double sum = 0.0, size_of = 1e-3;
@@ -34,7 +36,8 @@ static bool compare(const step_case *c, kt_random *random, kt_worst *worst, cons
             sum += column[i] * y[i];
             size_of = fmax(size_of, fabs(column[i] * y[i]));
         }
-        kt_worst_near(worst, by[j], sum, 1e-10 * size_of, "%s number %d of %d", name, j, 3 * n);
+        kt_worst_near(worst, by[j], sum, closed ? 1e-10 * largest : 1e-10 * size_of, "%s number %d of %d", name, j,
+                      3 * n);
     }
     free(work);
     free(x);
@@ -52,7 +55,7 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
             const kt_step step = {
                 .method = method, .t = 0.1, .h = 0.01, .tau = g.state.tau, .external = g.state.external};
             const step_case c = {g.tree.model, g.tree.data, g.state.q, g.state.v, step, 0.0};
-            taken += compare(&c, &random, &worst, method->name);
+            taken += compare(&c, false, &random, &worst, method->name);
         }
         kt_tree_free(&g.tree);
     }
@@ -75,7 +78,7 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
             const kt_step step = {
                 .method = explicit_method(n % 11), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
             const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
-            taken += compare(&c, &random, &worst, step.method->name);
+            taken += compare(&c, true, &random, &worst, step.method->name);
         }
         tangle_free(&g);
     }
