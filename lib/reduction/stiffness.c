@@ -261,7 +261,9 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     if (w->dense)
         find_multipliers(w, w->change);
     else
-        kt_loops_share(w->model, w->data, w->change, w->lambda);
+        status = kt_loops_share(w->model, w->data, w->change, w->lambda, error);
+    if (status != KT_OK)
+        return status;
     const kt_dual_motion at = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
     kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
