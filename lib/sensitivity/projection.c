@@ -11,7 +11,7 @@
  * projects the changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (loop_gradient.h); d(M x)/dq is the derivative of inverse
- * dynamics at rest with the accelerations x, less that without. */
+ * dynamics at rest with the accelerations x and without gravity. */
 #include "kinetree/joint.h"
 #include "reduction/householder.h"
 #include "reduction/loop_gradient.h"
@@ -150,29 +150,33 @@ static void find_multipliers(kt_projection_work *w, bool mass) {
 
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
 
-/* G and -E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. Of the last iteration of
- * positions, where x and lambda are zero, G = 0 and -E = J. */
-static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, bool last, const double *v,
-                               kt_error *error) {
-    const size_t n = w->n, bytes = kt_derivative_work_size(w->model);
+/* Adds d(M x)/dq to w->force, row by row: the gradients of (M x)_k. */
+static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
+    const kt_gradient row = {w->by_inertia, w->by_x, w->by_g, w->before};
+    kt_status status = KT_OK;
+    for (size_t k = 0; k < w->n && status == KT_OK; k++) {
+        w->unit[k] = 1.0;
+        status = kt_gradient_evaluate(w->model, w->data, q, w->model->zero, w->x, NULL,
+                                      KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS, w->unit, w->links, &row, error);
+        w->unit[k] = 0.0;
+        for (size_t j = 0; j < w->n && status == KT_OK; j++)
+            w->force[j * w->n + k] += w->by_inertia[j];
+    }
+    return status;
+}
+
+/* G and -E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. */
+static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, const double *v, kt_error *error) {
+    const size_t n = w->n;
     kt_status status = KT_OK;
     memset(w->force, 0, n * n * sizeof *w->force);
-    if (last) {
-        memcpy(w->equation, w->jacobian, n * w->p * sizeof *w->equation);
-        return KT_OK;
-    }
-    for (int with = 1; with >= 0 && mass && status == KT_OK; with--) {
-        status = kt_dynamics_inverse_derivatives(w->model, w->data, w->derivative, bytes, q, NULL, with ? w->x : NULL,
-                                                 NULL, w->other, w->spare, error);
-        for (size_t i = 0; i < n * n && status == KT_OK; i++)
-            w->force[i] += with ? w->other[i] : -w->other[i];
-    }
-    if (status == KT_OK &&
-        w->model->sweep != KT_SWEEP_PLANAR) /* otherwise the equations have left poses in the plane */
+    memset(w->unit, 0, (n + w->p) * sizeof *w->unit);
+    if (mass)
+        status = differentiate_inertia(w, q, error);
+    if (status == KT_OK && w->model->sweep != KT_SWEEP_PLANAR) /* otherwise the equations have left poses */
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
     if (status != KT_OK)
         return status;
-    memset(w->unit, 0, (n + w->p) * sizeof *w->unit);
     kt_loop_matrices(w->model, w->data, w->t, q, w->lambda, v ? v : w->x, w->dof, w->chain, w->unit, w->work, w->force,
                      w->equation);
     for (size_t i = 0; i < n * n; i++)
@@ -182,42 +186,56 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
     return KT_OK;
 }
 
-/* dx of one column, into `out`. dv: NULL for positions. inertia, gap: what the column of a parameter gains, or NULL. */
-static void change(const kt_projection_work *w, bool mass, const double *xi, const double *dv, const double *inertia,
-                   const double *gap, double *out) {
+/* What a parameter adds to a column, or NULL. */
+typedef struct gain {
+    const double *inertia, *gap;
+} gain;
+
+static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parameter, size_t column) {
+    return parameter ? (gain){parameter->inertia + column * w->n, parameter->gap + column * w->p} : (gain){NULL, NULL};
+}
+
+/* dx of one column, into `out`. dv: NULL for positions. force: NULL for zero. */
+static void change(const kt_projection_work *w, bool mass, const double *force, const double *equation,
+                   const double *xi, const double *dv, gain by, double *out) {
     const size_t n = w->n, p = w->p;
     double *g = w->work + 2 * n, *e = g + n, *moved = e + p;
-    kt_dense_apply(w->force, (int)n, (int)n, xi, g);
-    kt_dense_apply(w->equation, (int)p, (int)n, xi, e);
+    if (force)
+        kt_dense_apply(force, (int)n, (int)n, xi, g);
+    kt_dense_apply(equation, (int)p, (int)n, xi, e);
     for (size_t i = 0; i < p; i++)
-        e[i] = -e[i] - (gap ? gap[i] : 0.0);
-    for (size_t i = 0; i < n && inertia && mass; i++)
-        g[i] -= inertia[i];
+        e[i] = -e[i] - (by.gap ? by.gap[i] : 0.0);
+    for (size_t i = 0; i < n && force && by.inertia && mass; i++)
+        g[i] -= by.inertia[i];
     if (dv) {
         kt_dense_apply(w->jacobian, (int)p, (int)n, dv, moved);
         for (size_t i = 0; i < p; i++)
             e[i] -= moved[i];
     }
-    solve(w, mass, g, e, out);
+    solve(w, mass, force ? g : NULL, e, out);
 }
 
 /* ---- iterations -------------------------------------------------------------------------------------------------- */
 
-/* One iteration of the positions at q: x, and what its change needs. The last one only projects changes: x = 0. */
-static kt_status prepare_positions(kt_projection_work *w, const double *q, bool last, kt_error *error) {
-    const bool mass = w->model->metric == KT_METRIC_MASS;
+/* The equations of positions at q, factored, and phi. */
+static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
     if (status == KT_OK)
         status = factor(w, KT_ROWS_CLOSED, error);
-    if (status == KT_OK)
-        status = weigh_basis(w, q, mass, error);
+    return status == KT_OK ? weigh_basis(w, q, w->model->metric == KT_METRIC_MASS, error) : status;
+}
+
+/* One iteration of the positions at q: x, and what its change needs. */
+static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_error *error) {
+    const bool mass = w->model->metric == KT_METRIC_MASS;
+    const kt_status status = factor_positions(w, q, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->p; i++)
-        w->residual[i] = last ? 0.0 : -w->residual[i];
+        w->residual[i] = -w->residual[i];
     solve(w, mass, NULL, w->residual, w->x);
     find_multipliers(w, mass);
-    return differentiate(w, q, mass, last, NULL, error);
+    return differentiate(w, q, mass, NULL, error);
 }
 
 /* The same of the velocities, from w->v (before) to v, at q. */
@@ -232,7 +250,7 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
     for (size_t i = 0; i < w->n; i++)
         w->x[i] = v[i] - w->v[i];
     find_multipliers(w, true);
-    return differentiate(w, q, true, false, v, error);
+    return differentiate(w, q, true, v, error);
 }
 
 /* Refuses singular positions, next to which the projection leaves a direction out. */
@@ -261,32 +279,71 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     return status == KT_OK ? refuse_singular(w, error) : status;
 }
 
+/* The iterations that move positions. */
+static kt_status push_positions(kt_projection_work *w, size_t columns, double *x, kt_parameter_work *parameter,
+                                kt_error *error) {
+    const size_t n = w->n;
+    const bool mass = w->model->metric == KT_METRIC_MASS;
+    kt_status status = KT_OK;
+    for (uint32_t i = 0; i < w->iterations && status == KT_OK; i++) {
+        double *q = w->q + i * w->model->n.q;
+        status = prepare_positions(w, q, error);
+        if (status == KT_OK && parameter)
+            status = kt_parameter_project(parameter, w->t, q, NULL, w->x, error);
+        for (size_t c = 0; c < columns && status == KT_OK; c++) {
+            double *xi = x + 2 * n * c;
+            change(w, mass, w->force, w->equation, xi, NULL, gain_of(w, parameter, c), w->change);
+            kt_tangent_add(w->model, w->x, xi, w->change, xi);
+        }
+        if (status == KT_OK)
+            kt_position_add(w->model, q, w->x, q + w->model->n.q);
+    }
+    return status;
+}
+
+/* The last iteration only projects changes, as the equations J that are factored ask for: x, lambda and G are zero, and
+ * -E = J. */
+static kt_status push_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
+                              kt_parameter_work *parameter, kt_error *error) {
+    const size_t n = w->n;
+    const kt_status status = parameter ? kt_parameter_project(parameter, w->t, q, NULL, w->model->zero, error) : KT_OK;
+    for (size_t c = 0; c < columns && status == KT_OK; c++) {
+        double *xi = x + 2 * n * c;
+        change(w, w->model->metric == KT_METRIC_MASS, NULL, w->jacobian, xi, NULL, gain_of(w, parameter, c), w->change);
+        kt_tangent_add(w->model, w->model->zero, xi, w->change, xi);
+    }
+    return status;
+}
+
+/* Whether the equations of positions are those of velocities, all of them independent. */
+static bool shares_equations(const kt_model *model) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        if (group->count[KT_ROWS_CLOSED] != group->count[KT_ROWS_ALL] ||
+            group->rank[KT_ROWS_ALL] != group->count[KT_ROWS_ALL])
+            return false;
+    }
+    return true;
+}
+
 kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
                                 kt_parameter_work *parameter, kt_error *error) {
-    const size_t n = w->n, p = w->p;
-    const bool mass = w->model->metric == KT_METRIC_MASS;
-    const double *inertia = parameter ? parameter->inertia : NULL, *gap = parameter ? parameter->gap : NULL;
+    const size_t n = w->n;
+    const bool shared = shares_equations(w->model);
     kt_status status = kt_projection_run(w, q, v, error);
-    const uint32_t iterations = w->iterations;
-    for (uint32_t i = 0; i <= iterations && status == KT_OK; i++) {
-        double *q_i = w->q + i * w->model->n.q;
-        status = prepare_positions(w, q_i, i == iterations, error);
-        if (status == KT_OK && parameter)
-            status = kt_parameter_project(parameter, w->t, q_i, NULL, w->x, error);
-        for (size_t c = 0; c < columns && status == KT_OK; c++) {
-            change(w, mass, x + 2 * n * c, NULL, inertia ? inertia + c * n : NULL, gap ? gap + c * p : NULL, w->change);
-            kt_tangent_add(w->model, w->x, x + 2 * n * c, w->change, x + 2 * n * c);
-        }
-        if (i < iterations && status == KT_OK)
-            kt_position_add(w->model, q_i, w->x, q_i + w->model->n.q);
-    }
     if (status == KT_OK)
+        status = push_positions(w, columns, x, parameter, error);
+    if (status == KT_OK)
+        status = shared ? prepare_velocities(w, q, v, error) : factor_positions(w, q, error);
+    if (status == KT_OK)
+        status = push_changes(w, q, columns, x, parameter, error);
+    if (status == KT_OK && !shared)
         status = prepare_velocities(w, q, v, error);
     if (status == KT_OK && parameter)
         status = kt_parameter_project(parameter, w->t, q, v, w->x, error);
     for (size_t c = 0; c < columns && status == KT_OK; c++) {
-        double *dv = x + 2 * n * c + n;
-        change(w, true, x + 2 * n * c, dv, inertia ? inertia + c * n : NULL, gap ? gap + c * p : NULL, w->change);
+        double *xi = x + 2 * n * c, *dv = xi + n;
+        change(w, true, w->force, w->equation, xi, dv, gain_of(w, parameter, c), w->change);
         for (size_t i = 0; i < n; i++)
             dv[i] += w->change[i];
     }

@@ -147,8 +147,6 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, half, n *n, "W Z")                                                                                       \
     X(double, reduced, n *n, "Z' W Z, factored")                                                                       \
     X(double, force, n *n, "G = d(J' lambda - W x)/dq, n x n")                                                         \
-    X(double, other, n *n, "another such matrix")                                                                      \
-    X(double, spare, n *n, "and one that is not read")                                                                 \
     X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
     X(double, unit, n + p, "zeros, for kt_loop_matrices")                                                              \
     X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
@@ -159,8 +157,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, before, n, "gradient by the positions before an iteration")                                              \
     X(kt_gradient_link, links, p ? model->n.link : 0, "of kt_gradient_evaluate")                                       \
     X(kt_support_dof, dof, n, "of a loop")                                                                             \
-    X(int32_t, chain, p ? model->n.link : 0, "of a loop")                                                              \
-    X(char, derivative, p ? kt_derivative_work_size(model) : 0, "of kt_dynamics_inverse_derivatives")
+    X(int32_t, chain, p ? model->n.link : 0, "of a loop")
 
 /* The state that is projected, and what one linear step of its projection needs. */
 typedef struct kt_projection_work {
