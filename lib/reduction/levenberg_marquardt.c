@@ -22,9 +22,9 @@
 #include <float.h>
 #include <string.h>
 
-/* The most steps; and those of a group that is reduced by fronts, unless it starts where the caller has put it: if it
- * closes at all, it does within 20. */
-enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STARTS = 4 };
+/* The most steps; and those of a group that is reduced by fronts from another start and from a sample: most that close at
+ * all do within ten, and a sample that does not is taken from less far away. */
+enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 };
 
 #define BEGINNING 1e-3 /* mu of the first step */
 #define UNDAMPED 1e-13 /* the least damping */
@@ -178,15 +178,16 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     return true;
 }
 
-/* Iterates until all groups are settled; q is finite and stays so. On return the equations are those at q. */
-static void descend(const kt_model *model, kt_data *data, double t, const bool *held, bool elsewhere, double *q) {
+/* Iterates until all groups are settled, those by fronts for `large` steps at most; q is finite and stays so. On return
+ * the equations are those at q. */
+static void descend(const kt_model *model, kt_data *data, double t, const bool *held, int large, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            data->settled[g] |= elsewhere && i >= STEPS_ELSEWHERE && model->group[g].front.used;
+            data->settled[g] |= i >= large && model->group[g].front.used;
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, data, g, data->damping[g], data->delta);
@@ -245,7 +246,11 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
             start_elsewhere(model, data, held, from, at, q);
         if (!begin(model, data, t, held, q))
             return (double)INFINITY;
-        descend(model, data, t, held, at > 0 || search == KT_SEARCH_SAMPLE, q);
+        descend(model, data, t, held,
+                at > 0                       ? STEPS_ELSEWHERE
+                : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
+                                             : STEPS_MOST,
+                q);
         if (!kernels->look(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
         if (violation.gap <= KT_CLOSED_ASSEMBLED || search != KT_SEARCH_STUBBORN)
