@@ -150,7 +150,7 @@ static void write_planar_matrices(const kt_model *model, const kt_data *data, in
     const kt_planar_loop *flat = &model->planar_loop[index];
     double *row = unit + model->n.v;
     for (int i = 0; i < flat->count; i++) {
-        const size_t r = (size_t)(loop->equation + flat->row[i].row);
+        const size_t r = (size_t)loop->equation + (size_t)flat->row[i].row;
         const kt_loop_sum sum = {.lambda = {row}, .p = {z}};
         row[r] = 1.0;
         add_gradient(model, data, index, &sum, 1.0, work, c_q + r, model->n.row);
