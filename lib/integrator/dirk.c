@@ -88,8 +88,8 @@ static kt_try_result correct(kt_integrator *it, double t, double part, size_t sl
 
 /* ---- damped ------------------------------------------------------------------------------------------------------ */
 
-/* The least part of a correction that is tried. */
-#define KT_LEAST_DAMPING 0x1p-20
+/* How often a correction is halved at most. */
+enum { HALVINGS = 20 };
 
 static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
     result->t = it->memory.t;
@@ -104,7 +104,8 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
     const double *from = kt_dirk_row(it, KT_DIRK_FROM), *correction = kt_dirk_row(it, KT_DIRK_CORRECTION);
     const double size = sqrt(kt_newton_square(it, correction));
     *found = false;
-    for (double lambda = 1.0; lambda >= KT_LEAST_DAMPING && !*found; lambda *= 0.5) {
+    for (int k = 0; k <= HALVINGS && !*found; k++) {
+        const double lambda = ldexp(1.0, -k);
         for (size_t l = 0; l < it->sizes.n; l++)
             stage[l] = from[l] + lambda * correction[l];
         const kt_try_result tried = kt_evaluate(it, t, stage, slot, result);
