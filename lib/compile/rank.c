@@ -158,7 +158,7 @@ static void keep_position(const kt_model *model, const kt_group *group, const do
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
         const kt_motion_facts motion = kt_link_facts(link);
-        const size_t count = (size_t)(motion.plain + 4 * motion.quaternions);
+        const size_t count = (size_t)motion.plain + 4 * (size_t)motion.quaternions;
         memcpy(to + link->q, q + link->q, count * sizeof *to);
     }
 }
