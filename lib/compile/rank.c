@@ -37,7 +37,7 @@ typedef struct samples {
 static void scatter(const kt_model *model, double size, const double *share, size_t sample, double *step) {
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++)
-        for (size_t i = (size_t)model->group[g].v; i < (size_t)(model->group[g].v + model->group[g].v_count); i++)
+        for (size_t i = (size_t)model->group[g].v, end = i + (size_t)model->group[g].v_count; i < end; i++)
             step[model->group_v[i]] = share[g] * size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
