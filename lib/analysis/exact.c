@@ -204,7 +204,7 @@ static void write_force_slope(kt_linearization *l, const double *d_q, const doub
 kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double *dq, kt_error *error) {
     const size_t nv = l->size.v, f = l->size.f;
     kt_linearized w;
-    (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_loops_are_dense(l->model));
+    (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
     for (int side = 0; side < 2; side++) {
         move_aside(l, side ? 1.0 : -1.0, false);
         const kt_status status = kt_linearized_fill(&w, l->q, l->v0, l->tau, NULL, l->model->zero, error);

@@ -12,7 +12,7 @@
 #include <string.h>
 
 static size_t saddle_size(const kt_model *model) {
-    if (!KT_HAS_LOOPS || !model->n.row || kt_loops_are_dense(model))
+    if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
         return 0;
     return kt_saddle_init(NULL, NULL, model, NULL);
 }
@@ -36,11 +36,11 @@ KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, siz
 
 static size_t lay_out(work *w, void *memory, const kt_model *model) {
     const size_t n = model->n.v;
-    return place_arrays(w, memory, model, n, kt_loops_are_dense(model) ? n : 0);
+    return place_arrays(w, memory, model, n, kt_linearized_is_dense(model) ? n : 0);
 }
 
 size_t kt_acceleration_work_size(const kt_model *model) {
-    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_loops_are_dense(model)) + lay_out(NULL, NULL, model);
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_linearized_is_dense(model)) + lay_out(NULL, NULL, model);
 }
 
 /* The factors of M, those of saddle.h, or reduced = Cholesky of Z' M Z. */
@@ -118,7 +118,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
                                       kt_acceleration_work_size(model), error);
     if (status != KT_OK)
         return status;
-    const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_loops_are_dense(model));
+    const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_linearized_is_dense(model));
     (void)lay_out(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, q, v, tau, external, a, error);
     if (status == KT_OK)

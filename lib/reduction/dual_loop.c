@@ -142,7 +142,7 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_loop_end end[2];
         kt_end_wrench wrench[2];
-        double x[KT_LOOP_ROW_MAX];
+        double x[KT_LOOP_ROW_MAX] = {0.0};
         int count = evaluate_rows(w, loop, k, KT_BY_POSITION, end, rows);
         (moving ? write_accelerations : write_rates)(end, rows, count, x);
         by_q[j] += dot(from(moving ? sum->pi : sum->lambda[1], loop), x, count);
@@ -158,6 +158,7 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
     }
 }
 
+/* NOLINTBEGIN(readability-non-const-parameter): the chain is written by way of the support */
 void kt_dual_loop_gradient(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
                            const kt_loop_sum *sum, kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
     const kt_loop_record *loop = &model->loop[index];
@@ -198,3 +199,4 @@ void kt_dual_loop_matrices(const kt_model *model, const kt_data *data, double t,
         kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * model->n.v);
     }
 }
+/* NOLINTEND(readability-non-const-parameter) */

@@ -78,9 +78,11 @@ static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows r
     const kt_group_work w = kt_group_matrices(model, data, g, rows);
     const double size = kernels->measure(model, data, g, rows), equation = size / (double)w.k;
     double damping = fmax(fmin(mu * size, fmax(most, HIDDEN * equation)), noise * noise);
-    for (; !kernels->damp(model, data, g, gap, damping, data->scratch); damping *= 100.0)
+    while (!kernels->damp(model, data, g, gap, damping, data->scratch)) {
         if (!(damping < mu * size))
             return false;
+        damping *= 100.0;
+    }
     for (int i = 0; i < w.m; i++)
         w.free[i] = data->scratch[model->group_v[group->v + i]] / model->unit[group->v + i];
     return true;

@@ -40,7 +40,7 @@ KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model
  * of windows, ropes). */
 enum { FEW = 28 };
 
-bool kt_loops_are_dense(const kt_model *model) {
+bool kt_linearized_is_dense(const kt_model *model) {
     if (!KT_HAS_LOOPS || !model->n.row)
         return false;
     if (!model->n.group || !model->reduction->fronts || model->structure == KT_STRUCTURE_DENSE)
@@ -311,7 +311,7 @@ KT_ARENA_ARRAYS(place_along, along, ALONG_FIELDS, const kt_model *model)
 
 /* With few degrees of freedom the matrices are found from Z' a_q and Z' a_v, along the tree, without Q. */
 static bool is_along_tree(const kt_model *model) {
-    return KT_HAS_LOOPS && model->n.row && !kt_loops_are_dense(model) &&
+    return KT_HAS_LOOPS && model->n.row && !kt_linearized_is_dense(model) &&
            4 * (size_t)kt_model_mobility(model).minimal <= model->n.v;
 }
 

@@ -50,7 +50,7 @@ typedef struct kt_linearized {
 
 /* Whether loops are so few that dense factors of their equations take less time than those along the tree
  * (saddle.h). */
-bool kt_loops_are_dense(const kt_model *model);
+bool kt_linearized_is_dense(const kt_model *model);
 
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z are
  * wanted. */

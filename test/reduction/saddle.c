@@ -162,7 +162,7 @@ static bool derive(const tangle *g, kt_structure structure, derivatives *d, bool
         const size_t size = kt_acceleration_work_size(model);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
         memset(work, 0xFF, size);
-        *dense = kt_loops_are_dense(model);
+        *dense = kt_linearized_is_dense(model);
         fine = kt_acceleration_derivatives(model, data, work, size, g->t, g->q, g->v, g->tau, g->external, d->q, d->v,
                                            d->tau, &e) == KT_OK;
         free(work);
@@ -282,7 +282,7 @@ KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
         l[k].description.effects = spring;
         l[k].description.effect_count = 3;
         fine = linkage_build(&l[k], 0.0) && stiffen(&l[k], &m[k]);
-        kt_check_equal_int("dense", fine && kt_loops_are_dense(l[k].model), k);
+        kt_check_equal_int("dense", fine && kt_linearized_is_dense(l[k].model), k);
     }
     const double *const of[3][2] = {
         {m[0].mass, m[1].mass}, {m[0].stiffness, m[1].stiffness}, {m[0].damping, m[1].damping}};
