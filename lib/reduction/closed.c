@@ -93,7 +93,7 @@ static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data
 }
 
 /* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
-static double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
+KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
     const kt_v4 none = kt_v4_splat(0.0);
     const kt_v4 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
     const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
@@ -102,17 +102,15 @@ static double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *
     return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
 }
 
-/* A link of a group of few equations: it is one of the tree. Its inverse inertia is stored for delassus.c. */
-KT_INLINE kt_elimination eliminate_few(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                       kt_articulated *x) {
+/* A link of a group of few equations is one of the tree: its inverse inertia is stored for delassus.c. */
+KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
+                            double armature) {
     const kt_link *link = &model->link[i];
-    if (link->motion != KT_MOTION_SPHERICAL) {
-        kt_delassus d;
-        kt_delassus_find(model, data, (size_t)link->group, &d);
-        d.inverse[link->local] = 1.0 / (inertia_along(link, data->motion[i].axis, x) + model->armature[link->v]);
-    }
-    return link->geared ? kt_eliminate_geared(model, data, i, tau, x, NULL)
-                        : kt_eliminate_joint(model, data, i, tau, x, NULL);
+    kt_delassus d;
+    if (link->motion == KT_MOTION_SPHERICAL)
+        return;
+    kt_delassus_find(model, data, (size_t)link->group, &d);
+    d.inverse[link->local] = 1.0 / (inertia_along(link, data->motion[i].axis, x) + armature);
 }
 
 /* A group is eliminated at its first link, which the backward pass reaches last. */
@@ -128,18 +126,23 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const int32_t group = model->link[i].group;
-    if (group < 0)
-        return kt_eliminate_joint(model, data, i, tau, x, NULL);
-    if (context && data->solved[group])
-        return eliminate_few(model, data, i, tau, x);
-    return eliminate_of_group(model, data, i, tau, x);
+    const bool few = group >= 0 && context && data->solved[group];
+    if (group >= 0 && !few)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (few)
+        keep_inverse(model, data, i, x, 0.0);
+    return kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
 
 static kt_elimination eliminate_geared(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                        kt_articulated *x, void *context) {
-    if (model->link[i].group < 0)
-        return kt_eliminate_geared(model, data, i, tau, x, NULL);
-    return eliminate(model, data, i, tau, x, context);
+    const int32_t group = model->link[i].group;
+    const bool few = group >= 0 && context && data->solved[group];
+    if (group >= 0 && !few)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (few)
+        keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
+    return kt_eliminate_geared(model, data, i, tau, x, NULL);
 }
 
 /* The acceleration of a group's parent. */

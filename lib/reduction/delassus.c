@@ -382,22 +382,24 @@ KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 line
     pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
 }
 
-/* The same of one with armature, its degrees of freedom one after the other (kt_project_geared). */
-static __attribute__((noinline)) void take_geared(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches *p,
-                                                  sums *to) {
+/* The same of one with armature, its degrees of freedom one after the other (kt_project_geared). The wrenches are
+ * passed by value, so that those of the others stay in registers. */
+static __attribute__((noinline)) wrenches take_geared(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches p,
+                                                      sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_link_motion *m = &s->data->motion[i];
     kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
     for (int k = 2; k >= 0; k--) {
         const kt_v4 n = *kt_armature_gain(kept, 2 * k), f = *kt_armature_gain(kept, 2 * k + 1), e = m->axes[k];
-        const kt_v4 u = -(kt_v4_splat(e[0]) * p->x[0] + kt_v4_splat(e[1]) * p->x[1] + kt_v4_splat(e[2]) * p->x[2]);
+        const kt_v4 u = -(kt_v4_splat(e[0]) * p.x[0] + kt_v4_splat(e[1]) * p.x[1] + kt_v4_splat(e[2]) * p.x[2]);
         add_dof(s, local + k, u, n[3], kept->moment[k] - kt_v4_dot2(n, alpha, f, linear), to);
         for (int c = 0; c < 3; c++) {
-            p->x[c] += kt_v4_splat(n[c]) * u;
-            p->x[c + 3] += kt_v4_splat(f[c]) * u;
+            p.x[c] += kt_v4_splat(n[c]) * u;
+            p.x[c + 3] += kt_v4_splat(f[c]) * u;
         }
     }
-    pass_on(s, 0, m->offset, KT_FRONT_SPACE, true, p);
+    pass_on(s, 0, m->offset, KT_FRONT_SPACE, true, &p);
+    return p;
 }
 
 /* ground: its acceleration, minus gravity. */
@@ -415,7 +417,7 @@ KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *t
         else if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
             take_axis(s, i, from->alpha, from->linear + ground, &p, to);
         else if (s->model->link[i].geared)
-            take_geared(s, i, own->alpha, own->linear + ground, &p, to);
+            p = take_geared(s, i, own->alpha, own->linear + ground, p, to);
         else
             take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
         passed = l > 0 && up == link[l - 1];
