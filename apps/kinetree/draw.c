@@ -456,15 +456,17 @@ int kt_command_draw(int argc, char **argv) {
     code = kt_check_files("draw", uses, 2);
     code = code < 0 ? kt_plot_check(path) : code;
     motion m = {.state_count = 0};
+    int bodies = 0;
     if (code < 0)
         code = kt_load_model(argv[1], &m.scene, &m.model);
     if (m.model != NULL) {
+        bodies = kt_model_body_count(m.model); /* the ground is one */
         m.name = title_of(&m, base);
         code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_memory();
         release(&m);
     }
     if (code == KT_EXIT_DONE)
-        kt_say("%s", path);
+        kt_say("%s%s", path, bodies == 1 ? ", which is empty: the scene has no bodies" : "");
     free(base);
     return code;
 }

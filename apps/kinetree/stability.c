@@ -134,7 +134,7 @@ static const kt_method *method_at(const kt_stability_subject *subject, int index
 
 static void print_limit(const kt_stability_subject *subject, const kt_method *method) {
     const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
-    char step[24] = "any", bound[96], verdict[48] = "";
+    char step[24] = "any", bound[144], verdict[48] = "";
     kt_write_verdict(method, bound, sizeof bound);
     if (limit.step <= subject->duration)
         snprintf(step, sizeof step, "%.4g", limit.step);
@@ -142,7 +142,10 @@ static void print_limit(const kt_stability_subject *subject, const kt_method *me
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         char mode[64];
         kt_write_mode(&at.mode, mode, sizeof mode);
-        snprintf(bound, sizeof bound, "%s, t = %g s", mode, at.time);
+        snprintf(bound, sizeof bound, "%s, t = %g s%s", mode, at.time,
+                 strcmp(kt_method_family_name(method), "switching") == 0
+                     ? "; adaptive ones are not bounded: radau5 takes them"
+                     : "");
     }
     if (subject->step > 0.0)
         write_verdict(limit.growth, verdict, sizeof verdict);

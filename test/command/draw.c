@@ -211,3 +211,10 @@ KT_TEST(loops_that_cannot_be_closed_are_shown_open) {
     kt_check_contains("words", svg, "as given: loops are open, in red");
     kt_check_contains("red", svg, "#d91a1a");
 }
+
+KT_TEST(a_picture_without_bodies_is_told) {
+    kt_write_file("none.yaml", "kinetree: 1\n");
+    const kt_ran ran = kt_shell("$K draw none.yaml --out none.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("words", ran.err, "none.svg, which is empty: the scene has no bodies\n");
+}

@@ -22,6 +22,8 @@ KT_TEST(stability_tells_the_fastest_modes_and_the_steps) {
     kt_check_contains("multistep", ran.out, "  ab4              0.0001583  decay of 8117 /s, t = 0 s\n");
     kt_check_contains("a step and what bounds it", ran.out,
                       "  rk4              0.0003431  decay of 8117 /s, t = 0 s\n");
+    kt_check_contains("that of auto is a fixed one", ran.out,
+                      "s, t = 0 s; adaptive ones are not bounded: radau5 takes them\n");
     ran = kt_shell("$K stability " GOVERNOR " --step 5e-4");
     kt_check_contains("too long", ran.out,
                       "  rk4              0.0003431  unstable: diverges          decay of 8117 /s");
