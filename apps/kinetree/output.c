@@ -139,6 +139,21 @@ int kt_check_ending(const char *option, const char *path, const char *ending) {
     return KT_EXIT_USAGE;
 }
 
+int kt_check_records(const char *path) {
+    static const struct {
+        const char *ending, *option;
+    } other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"}, {".glb", "--glb"}};
+    const size_t length = path != NULL ? strlen(path) : 0;
+    for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
+        const size_t end = strlen(other[i].ending);
+        if (length < end || strcmp(path + length - end, other[i].ending) != 0)
+            continue;
+        kt_say("--out writes records as CSV, not '%s'; did you mean %s?", path, other[i].option);
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
 /* ---- all files of a command -------------------------------------------------------------------------------------- */
 
 /* Returns whether two names denote the same file, also through links. A file that is written directly (a device) may be

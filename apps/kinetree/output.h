@@ -45,6 +45,9 @@ void kt_note_replaced(const char *path, char *text, size_t size);
  * the option. Devices have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
 int kt_check_ending(const char *option, const char *path, const char *ending);
 
+/* The same of records, whose names end as the user likes, but not as those of pages, pictures and glTF files do. */
+int kt_check_records(const char *path);
+
 /* A file that a command reads or writes, with the name given by the user; NULL: none. */
 typedef struct kt_file_use {
     const char *what; /* "the scene", "--summary" */

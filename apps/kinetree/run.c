@@ -175,6 +175,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
                                     {"--glb", names->glb, true}};
         code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
     }
+    code = code < 0 ? kt_check_records(names->out) : code;
     code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
     code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
     return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
