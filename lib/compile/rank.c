@@ -375,7 +375,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
 }
 
 /* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are passed on as far as
- * they can be, so that they are compared with those that are redundant beside them; what is chosen then is preferred. */
+ * they can be, so that equations that depend on each other are compared at the same step; those chosen there get the weight. */
 static kt_status choose_among_passed(kt_model *model, samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     const double *q = found->q + 2 * model->n.q;

@@ -5,8 +5,9 @@
 
 #include <float.h>
 
-/* The part of a row across the others before it, above which C is found from A A'. It squares the condition: C then is
- * exact to 1e-10. Sizes of rows beside each other do not matter: A A' is as exact for rows of any units. */
+/* The part of a row that is orthogonal to those before it, relative to its length, above which C is found from A A'. That
+ * squares the condition: C then is exact to 1e-10. The rows' own lengths do not matter: scaling them changes no digit of
+ * A A'. */
 #define SMALL 1e-3
 
 typedef struct sweep {
