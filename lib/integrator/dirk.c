@@ -41,7 +41,7 @@ void kt_dirk_init(kt_integrator *it) {
     it->gives_end_derivative = false;
 }
 
-static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+kt_try_result kt_dirk_prepare(kt_integrator *it, bool rejected, kt_try *result) {
     return kt_newton_prepare(it, KT_DIRK_ROWS, rejected, result);
 }
 
@@ -49,7 +49,7 @@ static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
 
 static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     const size_t n = it->sizes.n;
-    double *base = kt_dirk_row(it, KT_DIRK_BASE);
+    double *base = kt_newton_row(it, KT_DIRK_BASE);
     memcpy(base, in->y, n * sizeof *base);
     for (int j = 0; j < i; j++) {
         const double weight = in->h * entry(it->method, i, j);
@@ -61,7 +61,7 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
 /* The correction of the stage in place of f at it. */
 static kt_try_result find_correction(kt_integrator *it, double part, size_t slot, kt_try *result) {
     const kt_complex sigma = {1.0 / part, 0.0};
-    const double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *base = kt_dirk_row(it, KT_DIRK_BASE);
+    const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     double *r = it->k[slot];
     for (size_t l = 0; l < it->sizes.n; l++)
         r[l] -= sigma.re * (stage[l] - base[l]);
@@ -70,13 +70,13 @@ static kt_try_result find_correction(kt_integrator *it, double part, size_t slot
 
 /* The weighted norm of a correction of the stage. */
 static double size_of(const kt_integrator *it, const double *correction) {
-    const double square = kt_newton_square_of(it, correction, kt_dirk_row(it, KT_DIRK_STAGE));
+    const double square = kt_newton_square_of(it, correction, kt_newton_row(it, KT_DIRK_STAGE));
     return sqrt(square / (double)it->counted);
 }
 
 /* One iteration; *size is the weighted norm of the correction. */
 static kt_try_result correct(kt_integrator *it, double t, double part, size_t slot, double *size, kt_try *result) {
-    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
         find_correction(it, part, slot, result) != KT_TRY_PASSED)
         return result->result;
@@ -100,8 +100,8 @@ static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
 /* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer; *found: whether
  * there is one. The test is made in one norm, whatever becomes of the stage. */
 static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
-    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
-    const double *from = kt_dirk_row(it, KT_DIRK_FROM), *correction = kt_dirk_row(it, KT_DIRK_CORRECTION);
+    double *stage = kt_newton_row(it, KT_DIRK_STAGE);
+    const double *from = kt_newton_row(it, KT_DIRK_FROM), *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
     const double size = sqrt(kt_newton_square(it, correction));
     *found = false;
     for (int k = 0; k <= HALVINGS && !*found; k++) {
@@ -122,8 +122,8 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
 static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
     const size_t n = it->sizes.n;
     kt_newton_work *w = kt_newton_of(it);
-    double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *from = kt_dirk_row(it, KT_DIRK_FROM);
-    double *correction = kt_dirk_row(it, KT_DIRK_CORRECTION);
+    double *stage = kt_newton_row(it, KT_DIRK_STAGE), *from = kt_newton_row(it, KT_DIRK_FROM);
+    double *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
     bool found = false;
     if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
         kt_newton_relinearize(it, t, stage, slot, 1.0 / part, result) != KT_TRY_PASSED ||
@@ -161,7 +161,7 @@ const double *kt_dirk_slope(const kt_integrator *it) {
 }
 
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
-    const double *stage = kt_dirk_row(it, KT_DIRK_STAGE), *base = kt_dirk_row(it, KT_DIRK_BASE);
+    const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     const kt_newton_work *w = kt_newton_of(it);
     kt_newton_begin(it);
     for (bool done = false; !done;) {
@@ -178,8 +178,8 @@ kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slo
 
 /* base + h gamma f, with the slope at the end of the last step. */
 static void predict(kt_integrator *it, double part) {
-    const double *base = kt_dirk_row(it, KT_DIRK_BASE), *slope = kt_dirk_slope(it);
-    double *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    const double *base = kt_newton_row(it, KT_DIRK_BASE), *slope = kt_dirk_slope(it);
+    double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     for (size_t l = 0; l < it->sizes.n; l++)
         stage[l] = base[l] + part * slope[l];
 }
@@ -204,7 +204,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     while (kt_dirk_stages(it, in, result) != KT_TRY_PASSED)
         if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
-    memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
+    memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;
 }
 
@@ -275,7 +275,7 @@ const kt_method_family kt_family_dirk = {
     .measure = measure,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
-    .prepare = prepare,
+    .prepare = kt_dirk_prepare,
     .try_step = try_step,
     .error = kt_no_error,
     .error_at = kt_no_error_at,

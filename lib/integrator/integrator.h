@@ -189,6 +189,9 @@ double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 /* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scales of the current state; v may be NULL (zero). */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
 
+/* `error` of families with one estimate: sqrt(mean((error_at_i / scale_i)^2)). */
+double kt_error_norm(const kt_integrator *it, double h);
+
 /* `error` and `error_at` of families without an error estimate, whose steps are fixed: 0. */
 double kt_no_error(const kt_integrator *it, double h);
 double kt_no_error_at(const kt_integrator *it, double h, size_t i);

@@ -24,6 +24,8 @@
  */
 #include "integrator/multistep.h"
 
+#include "integrator/complex.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -124,16 +126,11 @@ typedef struct roots {
     int count;
 } roots;
 
-static kt_complex times(kt_complex a, kt_complex b) {
-    return (kt_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-}
-
-static kt_complex minus(kt_complex a, kt_complex b) { return (kt_complex){a.re - b.re, a.im - b.im}; }
-
-static kt_complex over(kt_complex a, kt_complex b) {
+/* a / b, without overflow of |b|^2. */
+static kt_complex divide(kt_complex a, kt_complex b) {
     const double size = hypot(b.re, b.im);
     const kt_complex unit = {b.re / size, -b.im / size};
-    const kt_complex product = times(a, unit);
+    const kt_complex product = kt_complex_multiply(a, unit);
     return (kt_complex){product.re / size, product.im / size};
 }
 
@@ -144,10 +141,10 @@ static kt_complex evaluate(const roots *r, kt_complex xi, kt_complex *slope) {
     kt_complex value = r->c[0];
     *slope = (kt_complex){0.0, 0.0};
     for (int i = 1; i <= r->count; i++) {
-        *slope = times(*slope, xi);
+        *slope = kt_complex_multiply(*slope, xi);
         slope->re += value.re;
         slope->im += value.im;
-        value = times(value, xi);
+        value = kt_complex_multiply(value, xi);
         value.re += r->c[i].re;
         value.im += r->c[i].im;
     }
@@ -161,7 +158,7 @@ static void iterate(roots *r) {
         largest = fmax(largest, size_of(r->c[i]));
     kt_complex start = {1.0, 0.0};
     for (int i = 0; i < r->count; i++) {
-        start = times(start, (kt_complex){0.4, 0.9});
+        start = kt_complex_multiply(start, (kt_complex){0.4, 0.9});
         r->xi[i] = (kt_complex){(1.0 + largest) * start.re, (1.0 + largest) * start.im};
     }
     double moved = 1.0;
@@ -171,8 +168,8 @@ static void iterate(roots *r) {
             kt_complex unused, step = evaluate(r, r->xi[i], &unused);
             for (int j = 0; j < r->count; j++)
                 if (j != i)
-                    step = over(step, minus(r->xi[i], r->xi[j]));
-            r->xi[i] = minus(r->xi[i], step);
+                    step = divide(step, kt_complex_subtract(r->xi[i], r->xi[j]));
+            r->xi[i] = kt_complex_subtract(r->xi[i], step);
             moved = fmax(moved, size_of(step) / (1e-300 + size_of(r->xi[i])));
         }
     }
@@ -183,15 +180,15 @@ static void correct(roots *r) {
     for (int i = 0; i < r->count; i++)
         for (int k = 0; k < 2; k++) {
             kt_complex slope;
-            const kt_complex value = evaluate(r, r->xi[i], &slope), step = over(value, slope);
+            const kt_complex value = evaluate(r, r->xi[i], &slope), step = divide(value, slope);
             if (size_of(step) <= 1e-6 * size_of(r->xi[i]))
-                r->xi[i] = minus(r->xi[i], step);
+                r->xi[i] = kt_complex_subtract(r->xi[i], step);
         }
 }
 
 static kt_complex coefficient(const kt_stability *s, int i, kt_complex z) {
     const double *c = s->characteristic[i];
-    const kt_complex square = times(z, z);
+    const kt_complex square = kt_complex_multiply(z, z);
     return (kt_complex){c[0] + c[1] * z.re + c[2] * square.re, c[1] * z.im + c[2] * square.im};
 }
 
@@ -201,7 +198,7 @@ static bool find(const kt_stability *s, kt_complex z, roots *r) {
     r->count = s->steps;
     r->c[0] = (kt_complex){1.0, 0.0};
     for (int i = 1; i <= s->steps; i++)
-        r->c[i] = over(coefficient(s, i, z), first);
+        r->c[i] = divide(coefficient(s, i, z), first);
     for (int i = 1; i <= s->steps; i++)
         if (!isfinite(r->c[i].re) || !isfinite(r->c[i].im))
             return false;
@@ -218,7 +215,7 @@ kt_complex kt_multistep_value(const kt_stability *s, kt_complex z) {
     const kt_complex truth = {size * cos(z.im), size * sin(z.im)};
     kt_complex nearest = r.xi[0];
     for (int i = 1; i < r.count; i++)
-        if (size_of(minus(r.xi[i], truth)) < size_of(minus(nearest, truth)))
+        if (size_of(kt_complex_subtract(r.xi[i], truth)) < size_of(kt_complex_subtract(nearest, truth)))
             nearest = r.xi[i];
     return nearest;
 }

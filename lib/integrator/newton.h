@@ -52,6 +52,11 @@ typedef struct kt_newton_work {
 
 static inline kt_newton_work *kt_newton_of(const kt_integrator *it) { return (kt_newton_work *)(void *)it->scratch; }
 
+/* One of the method's own vectors of a try. */
+static inline double *kt_newton_row(const kt_integrator *it, int i) {
+    return kt_newton_of(it)->row + (size_t)i * it->sizes.n;
+}
+
 /* The method's own part of the history. */
 static inline double *kt_newton_history(const kt_integrator *it) {
     return it->history + KT_NEWTON_NUMBERS + it->sizes.n;

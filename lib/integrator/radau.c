@@ -64,8 +64,6 @@ static const double a_inverse[STAGES][STAGES] = {
 static const double gamma_e[STAGES] = {-10.048809399827415562460330, 1.3821427331607488957936628,
                                        -0.3333333333333333333333333};
 
-static double *row(const kt_integrator *it, int i) { return kt_newton_of(it)->row + (size_t)i * it->sizes.n; }
-
 /* out_i = sum_j m_ij x_j / divisor, for component c of the three vectors. */
 static inline void transform(const double m[STAGES][STAGES], const double x[STAGES], double divisor,
                              double out[STAGES]) {
@@ -102,7 +100,7 @@ static double integral_of_basis(const double *c, int j, double s) {
 static void predict(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const double *c = it->table->c + 1, *history = kt_newton_history(it), last = it->memory.last_step;
-    double *z = row(it, ROW_Z);
+    double *z = kt_newton_row(it, ROW_Z);
     memset(z, 0, STAGES * n * sizeof *z);
     for (int i = 0; i < STAGES && history[HISTORY_FLAG] > 0.0; i++)
         for (int j = 0; j < STAGES; j++) {
@@ -117,8 +115,8 @@ static void predict(kt_integrator *it, double h) {
 /* w = T^-1 z, or z = T w. */
 static void convert(kt_integrator *it, const double m[STAGES][STAGES], int from, int to) {
     const size_t n = it->sizes.n;
-    const double *x = row(it, from);
-    double *y = row(it, to);
+    const double *x = kt_newton_row(it, from);
+    double *y = kt_newton_row(it, to);
     for (size_t l = 0; l < n; l++) {
         const double in[STAGES] = {x[l], x[n + l], x[2 * n + l]};
         double out[STAGES];
@@ -132,7 +130,7 @@ static void convert(kt_integrator *it, const double m[STAGES][STAGES], int from,
 static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     for (int i = 0; i < STAGES; i++) {
-        const double *z = row(it, ROW_Z + i);
+        const double *z = kt_newton_row(it, ROW_Z + i);
         const double t = i == STAGES - 1 ? in->end : in->t + it->table->c[1 + i] * in->h;
         for (size_t l = 0; l < n; l++)
             it->trial[l] = in->y[l] + z[l];
@@ -145,7 +143,7 @@ static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, k
 /* The right-hand sides of the two systems, in place of the slopes. */
 static void form_residuals(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
-    const double *w = row(it, ROW_W);
+    const double *w = kt_newton_row(it, ROW_W);
     double *const *k = it->k + SLOT_FIRST;
     for (size_t l = 0; l < n; l++) {
         const double f[STAGES] = {k[0][l], k[1][l], k[2][l]}, w2 = w[n + l], w3 = w[2 * n + l];
@@ -161,7 +159,7 @@ static void form_residuals(kt_integrator *it, double h) {
 static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *size, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_complex real = {gamma_real / in->h, 0.0}, pair = {gamma_pair.re / in->h, gamma_pair.im / in->h};
-    double *w = row(it, ROW_W), *const *k = it->k + SLOT_FIRST;
+    double *w = kt_newton_row(it, ROW_W), *const *k = it->k + SLOT_FIRST;
     if (evaluate_stages(it, in, result) != KT_TRY_PASSED)
         return result->result;
     form_residuals(it, in->h);
@@ -177,7 +175,7 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *s
     *size = sqrt(square / (double)(STAGES * it->counted));
     convert(it, t_matrix, ROW_W, ROW_Z);
     for (int i = 0; i < STAGES; i++)
-        if (kt_newton_check(it, row(it, ROW_Z + i), in->end, *size, result) != KT_TRY_PASSED)
+        if (kt_newton_check(it, kt_newton_row(it, ROW_Z + i), in->end, *size, result) != KT_TRY_PASSED)
             return result->result;
     return KT_TRY_PASSED;
 }
@@ -200,7 +198,7 @@ static kt_try_result iterate(kt_integrator *it, const kt_interval *in, kt_try *r
 /* k = A^-1 z / h into the slots of the stages. */
 static void set_slopes(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
-    const double *z = row(it, ROW_Z);
+    const double *z = kt_newton_row(it, ROW_Z);
     for (size_t l = 0; l < n; l++) {
         const double in[STAGES] = {z[l], z[n + l], z[2 * n + l]};
         double out[STAGES];
@@ -213,15 +211,15 @@ static void set_slopes(kt_integrator *it, double h) {
 /* The filtered estimate, from the slope f0 at the start. */
 static kt_try_result filter(kt_integrator *it, const double *f0, double h, kt_try *result) {
     const size_t n = it->sizes.n;
-    const double *z = row(it, ROW_Z);
-    double *error = row(it, ROW_ERROR);
+    const double *z = kt_newton_row(it, ROW_Z);
+    double *error = kt_newton_row(it, ROW_ERROR);
     for (size_t l = 0; l < n; l++)
         error[l] = f0[l] + (gamma_e[0] * z[l] + gamma_e[1] * z[n + l] + gamma_e[2] * z[2 * n + l]) / h;
     return kt_newton_solve(it, (kt_complex){gamma_real / h, 0.0}, error, NULL, result);
 }
 
 static double error_norm(const kt_integrator *it, double h) {
-    const double *error = row(it, ROW_ERROR);
+    const double *error = kt_newton_row(it, ROW_ERROR);
     double sum = 0.0;
     (void)h;
     for (size_t i = 0; i < it->counted; i++) {
@@ -234,7 +232,7 @@ static double error_norm(const kt_integrator *it, double h) {
 /* f(t0, y0 + err) goes to the slot of the first stage, before its slope is put there. */
 static kt_try_result estimate(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
-    double *error = row(it, ROW_ERROR);
+    double *error = kt_newton_row(it, ROW_ERROR);
     const bool early = kt_newton_history(it)[HISTORY_FLAG] == 0.0 || kt_newton_of(it)->rejected;
     if (filter(it, it->k[SLOT_START], in->h, result) != KT_TRY_PASSED)
         return result->result;
@@ -256,7 +254,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     } while (kt_newton_retry(it, result) == KT_TRY_PASSED);
     if (result->result != KT_TRY_PASSED)
         return result->result;
-    const double *z = row(it, ROW_Z + STAGES - 1);
+    const double *z = kt_newton_row(it, ROW_Z + STAGES - 1);
     for (size_t l = 0; l < n; l++)
         it->trial[l] = in->y[l] + z[l];
     if (it->options.step == 0.0 && kt_first_not_finite(it->trial, n) == n && estimate(it, in, result) != KT_TRY_PASSED)
@@ -267,7 +265,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 
 static double error_at(const kt_integrator *it, double h, size_t i) {
     (void)h;
-    return row(it, ROW_ERROR)[i];
+    return kt_newton_row(it, ROW_ERROR)[i];
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */

@@ -52,8 +52,6 @@ enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROWS };
 /* The history besides Newton's: whether there was a step; the slopes at both ends, and the middle. */
 enum { HISTORY_FLAG, HISTORY_SLOPES };
 
-static double *row(const kt_integrator *it, int i) { return kt_newton_of(it)->row + (size_t)i * it->sizes.n; }
-
 static const kt_rosenbrock *table_of(const kt_integrator *it) { return it->method->transformed; }
 
 static double gamma_of(const kt_method *m) { return m->gamma[0]; }
@@ -86,7 +84,7 @@ static kt_try_result stopped(double t, int code, kt_try *result) {
 
 /* f_t becomes h f_t. */
 static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
-    double *slope = row(it, ROW_TIME);
+    double *slope = kt_newton_row(it, ROW_TIME);
     for (size_t l = 0; l < it->sizes.n; l++)
         slope[l] *= h;
     return result->result = KT_TRY_PASSED;
@@ -96,7 +94,7 @@ static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
 static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_newton *newton = it->options.newton;
-    double *slope = row(it, ROW_TIME);
+    double *slope = kt_newton_row(it, ROW_TIME);
     const double *f = it->k[SLOT_START], *next = it->k[SLOT_STAGE];
     memset(slope, 0, n * sizeof *slope);
     if (newton != NULL && newton->autonomous != NULL && newton->autonomous(it->callbacks.user))
@@ -126,7 +124,7 @@ static void combine(const kt_integrator *it, const double *y, const double *weig
     const size_t n = it->sizes.n;
     memcpy(out, y, n * sizeof *out);
     for (int j = 0; j < count; j++) {
-        const double *u = row(it, ROW_U + j), weight = weights[j];
+        const double *u = kt_newton_row(it, ROW_U + j), weight = weights[j];
         for (size_t l = 0; l < n && weight != 0.0; l++)
             out[l] += weight * u[l];
     }
@@ -136,8 +134,8 @@ static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i
     const size_t n = it->sizes.n;
     const kt_rosenbrock *table = table_of(it);
     const kt_complex sigma = {1.0 / (in->h * gamma_of(it->method)), 0.0};
-    const double *f = it->k[SLOT_START], *slope = row(it, ROW_TIME);
-    double *u = row(it, ROW_U + i);
+    const double *f = it->k[SLOT_START], *slope = kt_newton_row(it, ROW_TIME);
+    double *u = kt_newton_row(it, ROW_U + i);
     if (i > 0) {
         const double t = it->method->c[i] == 1.0 ? in->end : in->t + it->method->c[i] * in->h;
         combine(it, in->y, table->a[i], i, it->trial);
@@ -148,7 +146,7 @@ static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i
     memset(u, 0, n * sizeof *u);
     for (int j = 0; j < i; j++)
         for (size_t l = 0; l < n; l++)
-            u[l] += table->coupling[i][j] * row(it, ROW_U + j)[l];
+            u[l] += table->coupling[i][j] * kt_newton_row(it, ROW_U + j)[l];
     for (size_t l = 0; l < n; l++)
         u[l] = f[l] + u[l] / in->h + table->gamma_sum[i] * slope[l];
     return kt_newton_solve(it, sigma, u, NULL, result);
@@ -158,11 +156,11 @@ static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i
 static void set_dense(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const kt_rosenbrock *table = table_of(it);
-    double *end = row(it, ROW_END), *middle = row(it, ROW_MIDDLE);
+    double *end = kt_newton_row(it, ROW_END), *middle = kt_newton_row(it, ROW_MIDDLE);
     memset(end, 0, n * sizeof *end);
     memset(middle, 0, n * sizeof *middle);
     for (int j = 0; j < STAGES; j++) {
-        const double *u = row(it, ROW_U + j);
+        const double *u = kt_newton_row(it, ROW_U + j);
         for (size_t l = 0; l < n; l++) {
             end[l] += table->end[j] * u[l] / h;
             middle[l] += (table->middle[j] - 0.5 * table->m[j]) * u[l];
@@ -175,7 +173,8 @@ static void set_dense(kt_integrator *it, double h) {
 static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n, first = it->counted;
     const double *g0 = it->k[SLOT_START], *g1 = it->k[SLOT_STAGE], *gm = it->k[SLOT_OTHER];
-    double *end = row(it, ROW_END), *middle = row(it, ROW_MIDDLE), *state = row(it, ROW_TIME);
+    double *end = kt_newton_row(it, ROW_END), *middle = kt_newton_row(it, ROW_MIDDLE),
+           *state = kt_newton_row(it, ROW_TIME);
     for (size_t l = 0; l < n; l++)
         state[l] = 0.5 * (in->y[l] + it->trial[l]) + middle[l];
     if (kt_evaluate(it, in->t + 0.5 * in->h, state, SLOT_OTHER, result) != KT_TRY_PASSED ||
@@ -209,16 +208,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 
 static double error_at(const kt_integrator *it, double h, size_t i) {
     (void)h;
-    return row(it, ROW_U + STAGES - 1)[i];
-}
-
-static double error_norm(const kt_integrator *it, double h) {
-    double sum = 0.0;
-    for (size_t i = 0; i < it->counted; i++) {
-        const double u = error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
-        sum += u * u;
-    }
-    return sqrt(sum / (double)it->counted);
+    return kt_newton_row(it, ROW_U + STAGES - 1)[i];
 }
 
 static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
@@ -233,8 +223,8 @@ static void accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n, *middle = end + n;
     memcpy(start, history[HISTORY_FLAG] > 0.0 ? end : it->k[SLOT_START], n * sizeof *start);
-    memcpy(end, row(it, ROW_END), n * sizeof *end);
-    memcpy(middle, row(it, ROW_MIDDLE), n * sizeof *middle);
+    memcpy(end, kt_newton_row(it, ROW_END), n * sizeof *end);
+    memcpy(middle, kt_newton_row(it, ROW_MIDDLE), n * sizeof *middle);
     history[HISTORY_FLAG] = 1.0;
     it->memory.counts.capped += !kt_newton_of(it)->is_of_now;
     kt_newton_accept(it);
@@ -307,7 +297,7 @@ const kt_method_family kt_family_rosenbrock = {
     .start = kt_newton_forget,
     .prepare = prepare,
     .try_step = try_step,
-    .error = error_norm,
+    .error = kt_error_norm,
     .error_at = error_at,
     .accept = accept,
     .report = report,

@@ -32,6 +32,8 @@
  */
 #include "integrator/stabilised.h"
 
+#include "integrator/complex.h"
+
 #include <float.h>
 #include <math.h>
 
@@ -156,7 +158,7 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
 }
 
 /* Writes y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 to trial, where D_m is the increment of m steps over h / m. The error
- * estimate is this sum minus (9 D_3 / 5 - 4 D_2 / 5); it is stored in `krylov` until error_norm. */
+ * estimate is this sum minus (9 D_3 / 5 - 4 D_2 / 5); it is stored in `krylov` until error_at reads it. */
 static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
     static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
     const size_t n = it->sizes.n;
@@ -221,15 +223,6 @@ static double error_at(const kt_integrator *it, double h, size_t i) {
                                                : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
 }
 
-static double error_norm(const kt_integrator *it, double h) {
-    double sum = 0.0;
-    for (size_t i = 0; i < it->counted; i++) {
-        const double u = error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
-        sum += u * u;
-    }
-    return sqrt(sum / (double)it->counted);
-}
-
 /* ---- the longest step -------------------------------------------------------------------------------------------- */
 
 /* The largest h radius for which the maximum number of stages is stable. */
@@ -268,16 +261,11 @@ static kt_status make_polynomial(const kt_method *method, int stages, kt_stabili
     return KT_OK;
 }
 
-static kt_complex times(kt_complex a, kt_complex b) {
-    const kt_complex product = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-    return product;
-}
-
 static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
     const kt_complex x = {s->w0 + s->w1 * z.re, s->w1 * z.im};
     kt_complex t1 = {1.0, 0.0}, t = x;
     for (int j = 1; j < s->degree; j++) {
-        const kt_complex xt = times(x, t), next = {2.0 * xt.re - t1.re, 2.0 * xt.im - t1.im};
+        const kt_complex xt = kt_complex_multiply(x, t), next = {2.0 * xt.re - t1.re, 2.0 * xt.im - t1.im};
         t1 = t;
         t = next;
     }
@@ -289,7 +277,7 @@ static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
 static kt_complex extrapolated_value(const kt_stability *s, kt_complex z) {
     const kt_complex half = {z.re / 2.0, z.im / 2.0}, third = {z.re / 3.0, z.im / 3.0};
     const kt_complex p1 = chebyshev_value(s, z), p2 = chebyshev_value(s, half), p3 = chebyshev_value(s, third);
-    const kt_complex two = times(p2, p2), three = times(p3, times(p3, p3));
+    const kt_complex two = kt_complex_multiply(p2, p2), three = kt_complex_multiply(p3, kt_complex_multiply(p3, p3));
     const kt_complex value = {p1.re / 12.0 - 4.0 / 3.0 * two.re + 2.25 * three.re,
                               p1.im / 12.0 - 4.0 / 3.0 * two.im + 2.25 * three.im};
     return value;
@@ -334,7 +322,7 @@ const kt_method_family kt_family_stabilised = {
     .start = kt_radius_forget,
     .prepare = kt_need_radius,
     .try_step = try_step,
-    .error = error_norm,
+    .error = kt_error_norm,
     .error_at = error_at,
     .accept = kt_radius_accept,
     .longest_step = kt_stabilised_reach,

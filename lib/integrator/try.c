@@ -41,6 +41,15 @@ double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v)
     return sqrt(sum / (double)it->counted);
 }
 
+double kt_error_norm(const kt_integrator *it, double h) {
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double u = it->family->error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
+        sum += u * u;
+    }
+    return sqrt(sum / (double)it->counted);
+}
+
 double kt_no_error(const kt_integrator *it, double h) {
     (void)it;
     (void)h;

@@ -28,10 +28,6 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n) + HISTORY_STATE + 2 * sizes->n);
 }
 
-static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
-    return kt_newton_prepare(it, KT_DIRK_ROWS, rejected, result);
-}
-
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
 static bool is_regular(const kt_integrator *it, double h) { return kt_is_same_step(h, past_of(it)[HISTORY_STEP]); }
@@ -47,7 +43,7 @@ static kt_try_result solve(kt_integrator *it, const kt_interval *in, kt_try *res
     const kt_multistep w = kt_multistep_of(it->method);
     const double *state = past_of(it) + HISTORY_STATE, *slope = state + n, h = in->h;
     const double *last = kt_dirk_slope(it);
-    double *base = kt_dirk_row(it, KT_DIRK_BASE), *stage = kt_dirk_row(it, KT_DIRK_STAGE);
+    double *base = kt_newton_row(it, KT_DIRK_BASE), *stage = kt_newton_row(it, KT_DIRK_STAGE);
     if (!kt_newton_of(it)->damped &&
         kt_newton_factor(it, h, 1.0 / w.slopes[0], (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED)
         return result->result;
@@ -66,7 +62,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     while ((regular ? solve(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
         if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
-    memcpy(it->trial, kt_dirk_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
+    memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;
 }
 
@@ -91,7 +87,7 @@ const kt_method_family kt_family_two_step = {
     .measure = measure,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
-    .prepare = prepare,
+    .prepare = kt_dirk_prepare,
     .try_step = try_step,
     .error = kt_no_error,
     .error_at = kt_no_error_at,

@@ -27,6 +27,7 @@
  * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
  */
 #include "algebra/lu.h"
+#include "integrator/complex.h"
 #include "integrator/integrator.h"
 #include "reduction/evaluate.h"
 #include "simulation/simulation.h"
@@ -65,22 +66,6 @@ static void set(vector x, size_t i, kt_complex value) {
     x.re[i] = value.re;
     if (x.im != NULL)
         x.im[i] = value.im;
-}
-
-static kt_complex times(kt_complex a, kt_complex b) {
-    const kt_complex product = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-    return product;
-}
-
-static kt_complex plus(kt_complex a, kt_complex b) {
-    const kt_complex sum = {a.re + b.re, a.im + b.im};
-    return sum;
-}
-
-static kt_complex inverse(kt_complex a) {
-    const double square = a.re * a.re + a.im * a.im;
-    const kt_complex one_over = {a.re / square, -a.im / square};
-    return one_over;
 }
 
 /* y += factor A x, with A of `rows` x `columns`. */
@@ -124,9 +109,9 @@ static void clear(vector x, size_t n) {
 
 /* 1 / (sigma^2 + |w|^2 / 4) */
 static kt_complex turning_factor(kt_complex sigma, const double *w) {
-    kt_complex square = times(sigma, sigma);
+    kt_complex square = kt_complex_multiply(sigma, sigma);
     square.re += 0.25 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    return inverse(square);
+    return kt_complex_invert(square);
 }
 
 /* out = d o (0, w) / 2 */
@@ -147,7 +132,7 @@ static void to_tangent(const double *p, const double *d, double *out) {
 /* x becomes factor (sigma x + half_x), component by component. */
 static void finish(kt_complex sigma, kt_complex factor, size_t n, vector half_x, vector x) {
     for (size_t i = 0; i < n; i++)
-        set(x, i, times(factor, plus(times(sigma, get(x, i)), get(half_x, i))));
+        set(x, i, kt_complex_multiply(factor, kt_complex_add(kt_complex_multiply(sigma, get(x, i)), get(half_x, i))));
 }
 
 /* d becomes S d, for a quaternion. */
@@ -182,9 +167,9 @@ static size_t spin_at(const kt_simulation *s, size_t k) { return (size_t)s->quat
 
 /* x_i becomes x_i / sigma, first .. last - 1. */
 static void divide_plain(kt_complex sigma, vector x, size_t first, size_t last) {
-    const kt_complex factor = inverse(sigma);
+    const kt_complex factor = kt_complex_invert(sigma);
     for (size_t i = first; i < last; i++)
-        set(x, i, times(factor, get(x, i)));
+        set(x, i, kt_complex_multiply(factor, get(x, i)));
 }
 
 /* x (nq) becomes S x. */
@@ -346,7 +331,7 @@ static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vect
     add_column(to, sigma, s->mass + j * n, n);
     add_column(to, one, damping + j * n, n);
     if (s->size.turning == 0) {
-        add_column(to, inverse(sigma), stiffness + j * n, n);
+        add_column(to, kt_complex_invert(sigma), stiffness + j * n, n);
         return;
     }
     const vector x = unit_response(s, sigma, j, to.im != NULL);
@@ -400,7 +385,7 @@ static void solve_loops(const kt_simulation *s, kt_complex sigma, vector push, v
     copy(c, r_v, nv);
     divide_tangents(s, sigma, c);
     for (size_t i = 0; i < nv; i++)
-        set(push, i, plus(get(push, i), get(c, i)));
+        set(push, i, kt_complex_add(get(push, i), get(c, i)));
     clear(c, free);
     add_product(s->mass, free, free, 1.0, b, c);
     add_product(s->stiffness, free, nv, -1.0, push, c);
