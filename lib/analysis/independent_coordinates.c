@@ -177,10 +177,9 @@ static void scale(kt_linearization *l) {
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         const kt_group_work w = kt_group_matrices(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
-        for (int r = 0; r < loop->row_count; r++) {
-            const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
-            scale_row(l, (size_t)loop->equation + (size_t)r, slot < 0 ? 0.0 : w.scale[slot]);
-        }
+        const int32_t *slot = kt_rows_slots(model, &model->group[loop->group], loop);
+        for (int r = 0; r < loop->row_count; r++)
+            scale_row(l, (size_t)loop->equation + (size_t)r, slot[r] < 0 ? 0.0 : w.scale[slot[r]]);
     }
 }
 
@@ -189,8 +188,9 @@ static void find_holonomic(kt_linearization *l) {
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         const kt_group *group = &model->group[loop->group];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
         for (int r = 0; r < loop->row_count; r++)
-            l->holonomic[loop->equation + r] = model->slot[group->row + loop->row + r] < group->count[KT_ROWS_CLOSED];
+            l->holonomic[loop->equation + r] = slot[r] < group->count[KT_ROWS_CLOSED];
     }
 }
 
@@ -241,7 +241,7 @@ static kt_status fill_equations(kt_linearization *l, kt_error *error) {
 }
 
 /* The weight of each coordinate in the choice of pivots: low for those that should stay independent. */
-static void weigh(const kt_linearization *l, double *weight) {
+static void fill_weights(const kt_linearization *l, double *weight) {
     for (size_t c = 0; c < l->size.v; c++)
         weight[c] = l->model->held[c] ? 0.1 : 1.0;
     for (size_t i = 0; i < l->model->n.effect; i++)
@@ -274,7 +274,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
         scale(l);
         find_holonomic(l);
     }
-    weigh(l, l->direction);
+    fill_weights(l, l->direction);
     bool fine = reduce(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
     system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
     fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);

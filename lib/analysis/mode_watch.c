@@ -150,10 +150,10 @@ size_t kt_mode_watch_size(const kt_model *model) {
     return lay_out(NULL, model, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model));
 }
 
-kt_status kt_mode_watch_place(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
+kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
                               kt_error *error) {
     kt_status status =
-        kt_arena_begin("kt_mode_watch_place", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
+        kt_arena_begin("kt_mode_watch_init", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
     if (status != KT_OK)
         return status;
     kt_mode_watch *w = memory;
@@ -173,7 +173,7 @@ kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_
     const size_t size = kt_mode_watch_size(model);
     void *memory = kt_arena_allocate(size, "a watch on modes", error);
     return memory == NULL ? KT_ERROR_MEMORY
-                          : kt_arena_own(memory, kt_mode_watch_place(model, memory, size, watch, error));
+                          : kt_arena_own(memory, kt_mode_watch_init(model, memory, size, watch, error));
 }
 
 void kt_mode_watch_free(kt_mode_watch *watch) { kt_arena_free(watch); }

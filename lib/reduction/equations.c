@@ -5,6 +5,26 @@
 
 #include <string.h>
 
+void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations) {
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        for (int r = 0; r < loop->row_count; r++)
+            if (slot[r] >= 0 && slot[r] < count)
+                equations[loop->equation + r] = slots[slot[r]];
+    }
+}
+
+void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots) {
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        for (int r = 0; r < loop->row_count; r++)
+            if (slot[r] >= 0 && slot[r] < count)
+                slots[slot[r]] = equations[loop->equation + r];
+    }
+}
+
 /* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
 typedef struct kt_outputs {
     double *jacobian, *residual, *rate, *drift;
@@ -32,14 +52,7 @@ static void write_columns(const kt_model *model, kt_data *data, size_t g, double
         data->delta[v] = 1.0;
         kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, w.multiplier, NULL);
         data->delta[v] = 0.0;
-        for (int i = 0; i < group->loop_count; i++) {
-            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            for (int r = 0; r < loop->row_count; r++) {
-                const int32_t slot = model->slot[group->row + loop->row + r];
-                if (slot >= 0)
-                    jacobian[(size_t)v * model->n.row + (size_t)loop->equation + (size_t)r] = w.multiplier[slot];
-            }
-        }
+        kt_rows_scatter(model, group, w.k, w.multiplier, jacobian + (size_t)v * model->n.row);
     }
 }
 
@@ -51,10 +64,10 @@ static void write_group(const kt_model *model, kt_data *data, size_t g, const kt
         write_columns(model, data, g, out->jacobian);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
         for (int r = 0; r < loop->row_count; r++)
-            if (model->slot[group->row + loop->row + r] >= 0)
-                write_row(model, group, &w, model->slot[group->row + loop->row + r], (size_t)loop->equation + (size_t)r,
-                          out);
+            if (slot[r] >= 0)
+                write_row(model, group, &w, slot[r], (size_t)loop->equation + (size_t)r, out);
     }
 }
 

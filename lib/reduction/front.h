@@ -184,10 +184,9 @@ static inline void kt_front_release(kt_front *f, int32_t holder) {
         f->live[i] = f->live[i + 1];
 }
 
-/* The equations of a loop that count for f->w.k, as indices among the group's: calls for each the statement that
- * follows, with `slot`. */
+/* The slots of a loop's equations; and whether the equation of a slot is among those to be solved. */
 static inline const int32_t *kt_front_slots(const kt_front *f, const kt_loop_record *loop) {
-    return f->model->slot + f->group->row + loop->row;
+    return kt_rows_slots(f->model, f->group, loop);
 }
 static inline bool kt_front_counts(const kt_front *f, int32_t slot) { return slot >= 0 && slot < f->w.k; }
 

@@ -50,18 +50,12 @@ static void exchange(const kt_model *model, const kt_data *data, array of, const
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         double *numbers = array_of(&w, of);
-        for (int i = 0; i < group->loop_count; i++) {
-            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            for (int r = 0; r < loop->row_count; r++) {
-                const int32_t slot = model->slot[group->row + loop->row + r], at = loop->equation + r;
-                if (slot < 0 || slot >= w.k)
-                    continue;
-                if (out)
-                    out[at] = numbers[slot];
-                else
-                    numbers[slot] = given ? given[at] : 0.0;
-            }
-        }
+        if (out)
+            kt_rows_scatter(model, group, w.k, numbers, out);
+        else if (given)
+            kt_rows_gather(model, group, w.k, given, numbers);
+        else
+            memset(numbers, 0, (size_t)w.k * sizeof *numbers);
     }
 }
 

@@ -81,7 +81,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, con
 
 /* The multiplier of an equation of a loop; zero for equations that no group contains. */
 static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
-    const int32_t slot = model->slot[model->group[loop->group].row + loop->row + r];
+    const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
 }
 

@@ -89,6 +89,15 @@ _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
                "a group has room for the places of its matrices");
 #undef KT_GROUP_COUNT
 
+/* The slots of a loop's equations, their indices among those of the group; -1 for equations that are left out. */
+KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
+    return model->slot + group->row + loop->row;
+}
+
+/* Copies numbers of a group's first `count` slots to the order of all equations, that of the loops; or back. */
+void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
+void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
+
 /* Whether a group is planar. */
 static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
     return (size_t)model->group_link[group->link] >= model->n.spatial;

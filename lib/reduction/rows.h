@@ -89,11 +89,6 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
     }
 }
 
-/* The indices of a loop's rows among those of the group; -1 for rows that are left out. */
-KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
-    return model->slot + group->row + loop->row;
-}
-
 /* Stores everything of a row but its entries in A'; d: from the first end's point to the second's. */
 KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, const kt_loop_row *row,
                              const kt_loop_end end[2], kt_v4 d, int32_t slot) {

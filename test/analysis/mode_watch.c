@@ -128,7 +128,7 @@ KT_TEST(watch_refuses_memory_that_is_too_small) {
     if (train_open(&t, 2, 1.0, 100.0, 0.0)) {
         _Alignas(KT_ALIGNMENT) char memory[64];
         kt_mode_watch *watch = NULL;
-        kt_check_equal_int("status", kt_mode_watch_place(t.model, memory, sizeof memory, &watch, &error),
+        kt_check_equal_int("status", kt_mode_watch_init(t.model, memory, sizeof memory, &watch, &error),
                            KT_ERROR_MEMORY);
         kt_check_true("untouched", watch == NULL);
         kt_check_above("what it takes", (double)kt_mode_watch_size(t.model), 64.0);
