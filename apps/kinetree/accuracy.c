@@ -1,11 +1,11 @@
 /* kinetree accuracy: the cost of each accuracy for any scene (methods, step sizes and tolerances compared). */
 #include "accuracy.h"
 #include "arguments.h"
+#include "list.h"
 #include "output.h"
 #include "plot.h"
 #include "run.h"
 #include "start.h"
-#include "table.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -2,6 +2,7 @@
  * units. */
 #include "arguments.h"
 #include "command.h"
+#include "list.h"
 #include "output.h"
 #include "plot.h"
 #include "table.h"

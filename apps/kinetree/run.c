@@ -173,7 +173,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
                                     {"--out", names->out, true},   {"--summary", names->summary, true},
                                     {"--plot", names->plot, true}, {"--view", names->view, true},
                                     {"--glb", names->glb, true}};
-        code = kt_check_files("run", uses, sizeof uses / sizeof uses[0]);
+        code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
     }
     code = code < 0 ? kt_check_records(names->out) : code;
     code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
@@ -404,12 +404,12 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
 }
 
 /* Joints and loops share the column names of reactions, so that their names must differ. */
-static int check_columns(const kt_model *model, const kt_run *run) {
+static int check_columns(const char *command, const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
         if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
-            kt_say("run: loop '%s' has the name of a body, and with 'reaction' recorded both would have the same "
+            kt_say("%s: loop '%s' has the name of a body, and with 'reaction' recorded both would have the same "
                    "columns; rename one of them",
-                   kt_loop_name(model, i));
+                   command, kt_loop_name(model, i));
             return KT_EXIT_SCENE;
         }
     return -1;
@@ -519,7 +519,9 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_marker_pair *markers;
     kt_method storage;
     run.integrator = kt_run_method(&run, kt_integrated_model(model, absolute), &storage)->name;
-    int code = kt_run_override_markers("run: --markers", arguments->markers, model, &run, &markers);
+    char option[32];
+    snprintf(option, sizeof option, "%s: --markers", arguments->command);
+    int code = kt_run_override_markers(option, arguments->markers, model, &run, &markers);
     if (code >= 0)
         return code;
     char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;
@@ -533,7 +535,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                                                                                                             : NULL};
     code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
     code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;
-    code = code < 0 ? check_columns(model, &run) : code;
+    code = code < 0 ? check_columns(arguments->command, model, &run) : code;
     if (!manner->has_records && run.interval == 0.0)
         run.interval = frame_interval(run.duration);
     if (code < 0) {

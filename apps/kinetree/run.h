@@ -17,6 +17,7 @@
 
 /* Options as given; NaN, NULL or -1: not given. */
 typedef struct kt_run_arguments {
+    const char *command; /* the subcommand's name, for messages */
     double duration, step, rho, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
@@ -42,7 +43,7 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
  * code. */
 int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
 
-/* Applies --markers, which needs the model; list: NULL if not given. The caller releases *run_markers with free.
+/* Applies a list of markers, which needs the model; list: NULL if not given. option: for messages, "run: --markers". The caller releases *run_markers with free.
  * Returns -1 on success, else an exit code. */
 int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
                             kt_marker_pair **run_markers);

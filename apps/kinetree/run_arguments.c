@@ -1,5 +1,6 @@
 /* Parses the command line of `kinetree run` and applies its options to the scene. */
 #include "arguments.h"
+#include "list.h"
 #include "run.h"
 
 #include <math.h>
@@ -85,7 +86,8 @@ const kt_usage kt_usage_view = {
 };
 
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
-    *arguments = (kt_run_arguments){.duration = (double)NAN,
+    *arguments = (kt_run_arguments){.command = usage->command,
+                                    .duration = (double)NAN,
                                     .step = (double)NAN,
                                     .rho = (double)NAN,
                                     .interval = (double)NAN,
@@ -101,24 +103,28 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
                     (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
     if (to_stdout > 1) {
-        kt_say("run: --out and --summary cannot both be standard output; give one of them a file");
+        kt_say("%s: --out and --summary cannot both be standard output; give one of them a file", arguments->command);
         return KT_EXIT_USAGE;
     }
     if ((arguments->checkpoint != NULL || arguments->resume != NULL) && arguments->out != NULL &&
         strcmp(arguments->out, "-") == 0) {
-        kt_say("run: records on standard output cannot be taken up again: --checkpoint and --resume need a file");
+        kt_say("%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
+               arguments->command);
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && arguments->plot != NULL) {
-        kt_say("run: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records");
+        kt_say("%s: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records",
+               arguments->command);
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
-        kt_say("run: --view and --glb would not show what was before the checkpoint; leave --resume or them out");
+        kt_say("%s: --view and --glb would not show what was before the checkpoint; leave --resume or them out",
+               arguments->command);
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && arguments->tolerance != NULL) {
-        kt_say("run: --step asks for a fixed step and --tolerance for an adaptive one; give one of them");
+        kt_say("%s: --step asks for a fixed step and --tolerance for an adaptive one; give one of them",
+               arguments->command);
         return KT_EXIT_USAGE;
     }
     return -1;
@@ -126,27 +132,15 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
-/* Cuts the next word off a comma-separated list; NULL at its end. */
-static char *next_word(char **rest) {
-    char *word = *rest;
-    if (word == NULL || *word == '\0')
-        return NULL;
-    char *comma = strchr(word, ',');
-    *rest = comma != NULL ? comma + 1 : NULL;
-    if (comma != NULL)
-        *comma = '\0';
-    return word;
-}
-
-static int override_record(const char *list, unsigned *record) {
+static int override_record(const kt_run_arguments *arguments, unsigned *record) {
     char text[256];
     char *rest = text;
-    if ((size_t)snprintf(text, sizeof text, "%s", list) >= sizeof text) {
-        kt_say("run: --record: the list is too long");
+    if ((size_t)snprintf(text, sizeof text, "%s", arguments->record) >= sizeof text) {
+        kt_say("%s: --record: the list is too long", arguments->command);
         return KT_EXIT_USAGE;
     }
     *record = 0;
-    for (char *word = next_word(&rest); word != NULL; word = next_word(&rest)) {
+    for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
         kt_nearest nearest = kt_nearest_make(word, NULL);
         unsigned found = 0;
 #define KT_RECORD_MATCH(id, bit, name)                                                                                 \
@@ -159,7 +153,7 @@ static int override_record(const char *list, unsigned *record) {
 #define KT_RECORD_JOIN(id, bit, name) ", " #name
                 KT_RECORD_LIST(KT_RECORD_JOIN);
 #undef KT_RECORD_JOIN
-            kt_say("run: --record: there is no '%s' to record; there are %s%s", word, all + 2,
+            kt_say("%s: --record: there is no '%s' to record; there are %s%s", arguments->command, word, all + 2,
                    kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
         }
@@ -167,7 +161,7 @@ static int override_record(const char *list, unsigned *record) {
     }
     if (*record != 0)
         return -1;
-    kt_say("run: --record: the list is empty");
+    kt_say("%s: --record: the list is empty", arguments->command);
     return KT_EXIT_USAGE;
 }
 
@@ -234,7 +228,7 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
         code = KT_EXIT_INTEGRATION;
     }
     while (code < 0) {
-        char *word = next_word(&rest);
+        char *word = kt_next_word(&rest);
         if (word == NULL)
             break;
         code = read_marker(option, model, word, &pairs[count++]);
@@ -253,7 +247,8 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
 /* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
-static int override_tolerance(const char *text, kt_run *run) {
+static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
+    const char *text = arguments->tolerance;
     char *end;
     double relative = strtod(text, &end), absolute = relative;
     bool is_right = end != text;
@@ -263,7 +258,8 @@ static int override_tolerance(const char *text, kt_run *run) {
         is_right = end != second;
     }
     if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
-        kt_say("run: --tolerance takes a number above zero, or two with a comma between, not '%s'", text);
+        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, not '%s'", arguments->command,
+               text);
         return KT_EXIT_USAGE;
     }
     run->step = 0.0;
@@ -272,7 +268,8 @@ static int override_tolerance(const char *text, kt_run *run) {
     return -1;
 }
 
-static int override_integrator(const char *name, kt_run *run) {
+static int override_integrator(const kt_run_arguments *arguments, kt_run *run) {
+    const char *name = arguments->integrator;
     if (kt_method_find(name) != NULL) {
         run->integrator = name;
         return -1;
@@ -281,16 +278,17 @@ static int override_integrator(const char *name, kt_run *run) {
     for (int i = 0; i < kt_method_count(); i++)
         (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
     if (nearest.best != NULL)
-        kt_say("run: --integrator: there is no method '%s'%s", name, kt_ask(&nearest, "").text);
+        kt_say("%s: --integrator: there is no method '%s'%s", arguments->command, name, kt_ask(&nearest, "").text);
     else
-        kt_say("run: --integrator: there is no method '%s'; 'kinetree integrators' lists them", name);
+        kt_say("%s: --integrator: there is no method '%s'; 'kinetree integrators' lists them", arguments->command,
+               name);
     return KT_EXIT_USAGE;
 }
 
 static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
     if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0))) {
-        kt_say("run: --rho is for --integrator two-step, and this is %s",
+        kt_say("%s: --rho is for --integrator two-step, and this is %s", arguments->command,
                method != NULL ? method->name : "the default one");
         return KT_EXIT_USAGE;
     }
@@ -332,11 +330,11 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
     if (arguments->plan >= 0)
         run->plan = (kt_plan)arguments->plan;
     if (arguments->integrator != NULL)
-        code = override_integrator(arguments->integrator, run);
+        code = override_integrator(arguments, run);
     if (code < 0 && arguments->tolerance != NULL)
-        code = override_tolerance(arguments->tolerance, run);
+        code = override_tolerance(arguments, run);
     if (code < 0 && arguments->record != NULL)
-        code = override_record(arguments->record, &run->record);
+        code = override_record(arguments, &run->record);
     if (code < 0)
         code = check_method(arguments, run);
     return code >= 0 ? code : check_limits(run);

@@ -9,41 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- lists ------------------------------------------------------------------------------------------------------- */
-
-char *kt_next_word(char **rest) {
-    char *word = *rest;
-    if (word == NULL || *word == '\0')
-        return NULL;
-    char *comma = strchr(word, ',');
-    *rest = comma != NULL ? comma + 1 : NULL;
-    if (comma != NULL)
-        *comma = '\0';
-    return word;
-}
-
-int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most) {
-    int count = 0;
-    for (const char *at = list;; at++) {
-        char *end;
-        const double number = strtod(at, &end);
-        if (end == at || !(isfinite(number) && number > 0.0) || (*end != ',' && *end != '\0')) {
-            kt_say("%s: --%s takes numbers above zero with commas between, not '%s'", command, name, list);
-            return -1;
-        }
-        if (count == most) {
-            kt_say("%s: --%s: at most %d numbers", command, name, most);
-            return -1;
-        }
-        numbers[count++] = number;
-        at = end;
-        if (*at == '\0')
-            return count;
-    }
-}
-
-/* ---- tables ------------------------------------------------------------------------------------------------------ */
-
 /* Returns the content of a file, zero-terminated; NULL if it cannot be read or memory is insufficient. */
 static char *read_all(FILE *file) {
     size_t room = 65536, size = 0;

@@ -1,4 +1,4 @@
-/* Tables of numbers from CSV files, and lists of words and numbers from the command line. */
+/* Tables of numbers from CSV files. */
 #ifndef KT_COMMAND_TABLE_H
 #define KT_COMMAND_TABLE_H
 
@@ -19,12 +19,5 @@ void kt_table_free(kt_table *table);
 
 /* Returns a column of `rows` numbers; NULL: there is none of this name. */
 const double *kt_table_column(const kt_table *table, const char *name);
-
-/* Cuts the next word off a comma-separated list; NULL at its end. */
-char *kt_next_word(char **rest);
-
-/* Parses a list of at most `most` positive numbers; errors are reported for option `name` of `command`. Returns the
- * number of numbers, or -1 on errors. */
-int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most);
 
 #endif

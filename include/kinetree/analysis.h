@@ -301,7 +301,7 @@ typedef struct kt_mode_watch kt_mode_watch;
 /* Bytes that a watch needs; initialising and releasing as for a linearisation. */
 KT_API size_t kt_mode_watch_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
-                                                kt_error *error);
+                                               kt_error *error);
 KT_API KT_CHECKED kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error);
 /* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_mode_watch_free(kt_mode_watch *watch);

@@ -150,8 +150,7 @@ size_t kt_mode_watch_size(const kt_model *model) {
     return lay_out(NULL, model, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model));
 }
 
-kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
-                              kt_error *error) {
+kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch, kt_error *error) {
     kt_status status =
         kt_arena_begin("kt_mode_watch_init", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
     if (status != KT_OK)
