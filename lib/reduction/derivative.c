@@ -53,7 +53,7 @@ static kt_status factor(work *w, const double *q, kt_error *error) {
     }
     if (KT_HAS_LOOPS && !w->of.dense) {
         (void)kt_saddle_init(&w->saddle, w->along, model, w->of.data);
-        return kt_saddle_factor(&w->saddle, w->of.t, q, error);
+        return kt_saddle_factor(&w->saddle, KT_ROWS_ALL, KT_METRIC_MASS, w->of.t, q, error);
     }
     for (size_t j = 0; j < f; j++)
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);

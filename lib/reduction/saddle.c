@@ -45,10 +45,12 @@ size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data
     return place_arrays(w, memory, &s);
 }
 
-kt_status kt_saddle_factor(kt_saddle *w, double t, const double *q, kt_error *error) {
+kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    w->rows = rows;
+    w->metric = metric;
     kernels->fill(w->model, w->data, t, q, w->model->zero);
-    if (!kernels->factor(w->model, w->data, KT_ROWS_ALL, false))
+    if (!kernels->factor(w->model, w->data, rows, false))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "equations of motion",
                             "the loops' equations overflow: look for a position that is huge");
     bool done;

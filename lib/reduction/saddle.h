@@ -21,6 +21,9 @@
  *     g = G' h, and of A  h_A - G_A' h                          for the next step
  * and back to the tips x = y - d U.A or y - K A, A being the acceleration of the parent.
  *
+ * With the metric of the coordinates M is the matrix 1 (projections onto the loops): groups are apart from each other, and
+ * of the maps W, C_t and C_u are left, because all changes of parameters are orthogonal.
+ *
  * A right-hand side takes time in proportion to the number of links, whatever their loops. Several are treated at a
  * time, one a lane.
  */
@@ -65,16 +68,19 @@ typedef struct kt_saddle {
     const kt_model *model;
     kt_data *data;
     kt_saddle_sizes size;
-    size_t mapped; /* numbers of the maps so far */
+    kt_rows rows;     /* equations as last factored */
+    kt_metric metric; /* M: the mass matrix or 1 */
+    size_t mapped;    /* numbers of the maps so far */
     KT_ARENA_DECLARE(KT_SADDLE_FIELDS)
 } kt_saddle;
 
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
 size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data *data);
 
-/* Factors the equations at (t, q). Errors: KT_ERROR_NOT_FINITE; KT_ERROR_SINGULAR where there is no inertia along a
- * degree of freedom. O(links). */
-KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, double t, const double *q, kt_error *error);
+/* Factors the equations at (t, q), with all rows of A or those of positions. Errors: KT_ERROR_NOT_FINITE;
+ * KT_ERROR_SINGULAR where there is no inertia along a degree of freedom. O(links). */
+KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q,
+                                      kt_error *error);
 
 /* Overwrites each of so many columns of f (nv) with x, until data are used for something else. b: as many columns, with
  * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */

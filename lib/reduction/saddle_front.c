@@ -9,7 +9,7 @@ typedef struct step {
     const kt_front_count *count;
     kt_front_factor x;
     kt_saddle_map map;
-    const double *pulled, *lower; /* Q' H Q1 by columns of base + params; L */
+    const double *pulled, *lower; /* Q' H Q1 by columns of base + params; L; NULL with H = 1 */
     int base, params, rank, left, kept, free;
 } step;
 
@@ -19,6 +19,8 @@ static void find_step(const kt_front *f, int s, int base, const double **kept, d
     o->free = c->left - c->kept;
     kt_front_factor_find(f, s, &o->x);
     *map = kt_saddle_map_find(c, base, *map, &o->map);
+    if (!*kept)
+        return;
     o->pulled = *kept;
     *kept += (size_t)o->rank * (size_t)(base + o->params);
     o->lower = *kept;
@@ -59,10 +61,10 @@ static void set_back(const step *o) {
             set_column(o, c - o->base, to);
         else
             memset(to, 0, (size_t)n * sizeof *to);
-        for (int i = 0; i < u; i++)
+        for (int i = 0; i < u && o->lower; i++)
             subtract(o->map.free + i * n, o->x.gain[(c + 1) * u + i], n, to);
     }
-    for (int j = 0; j < u; j++) {
+    for (int j = 0; j < u && o->lower; j++) {
         double *column = o->map.free + j * n;
         for (int i = 0; i < j; i++)
             subtract(o->map.free + i * n, o->lower[i * u + j], n, column);
@@ -80,11 +82,14 @@ static void divide_columns(const step *o, int rows, double *x) {
     }
 }
 
-/* W = Q1 R1^-T, H W and T W. */
+/* W = Q1 R1^-T, H W and T W. With H = 1, whose G' W and N' W are zero, H W counts as zero. */
 static void set_close(const step *o) {
     const int n = o->params, all = o->base + n;
     memset(o->map.close, 0, (size_t)(n * o->rank) * sizeof(double));
-    memcpy(o->map.pull, o->pulled, (size_t)(all * o->rank) * sizeof(double));
+    if (o->pulled)
+        memcpy(o->map.pull, o->pulled, (size_t)(all * o->rank) * sizeof(double));
+    else
+        memset(o->map.pull, 0, (size_t)(all * o->rank) * sizeof(double));
     for (int c = 0; c < o->rank; c++) {
         o->map.close[c * (n + 1)] = 1.0;
         for (int j = o->rank - 1; j >= 0; j--) {
@@ -101,26 +106,32 @@ static void set_close(const step *o) {
     }
 }
 
-bool KT_KERNEL(kt_saddle_reduce_front)(kt_saddle *w, size_t g, double *parent) {
-    double *past = w->kept, *map = w->map + w->mapped;
-    const kt_front_aim aim = {
-        .kind = KT_FRONT_DYNAMICS, .tau = w->model->zero, .base = w->model->group[g].parent != 0, .kept = &past};
-    const double *kept = w->kept;
-    kt_front_total total;
-    kt_front f;
-    if (!KT_KERNEL(kt_front_reduce)(w->model, w->data, g, &aim, &total))
-        return false;
-    kt_front_find(w->model, w->data, g, KT_ROWS_ALL, &f);
-    const int base = aim.base ? f.components : 0;
-    for (int c = 0; c < base * base; c++)
-        parent[c] += total.inertia[c];
-    for (int s = 0; s < f.group->link_count; s++) {
+/* The maps of all steps, of what kt_front_reduce has kept; NULL: with H = 1. */
+static void set_maps(kt_saddle *w, const kt_front *f, int base, const double *kept) {
+    double *map = w->map + w->mapped;
+    for (int s = 0; s < f->group->link_count; s++) {
         step o;
-        w->at[f.plan->step + s] = (size_t)(map - w->map);
-        find_step(&f, s, base, &kept, &map, &o);
+        w->at[f->plan->step + s] = (size_t)(map - w->map);
+        find_step(f, s, base, &kept, &map, &o);
         set_back(&o);
         set_close(&o);
     }
     w->mapped = (size_t)(map - w->map);
+}
+
+bool KT_KERNEL(kt_saddle_reduce_front)(kt_saddle *w, size_t g, double *parent) {
+    double *past = w->kept;
+    const kt_front_aim aim = {
+        .kind = KT_FRONT_DYNAMICS, .tau = w->model->zero, .base = w->model->group[g].parent != 0, .kept = &past};
+    kt_front_total total;
+    kt_front f;
+    const bool mass = w->metric == KT_METRIC_MASS;
+    if (mass && !KT_KERNEL(kt_front_reduce)(w->model, w->data, g, &aim, &total))
+        return false;
+    kt_front_find(w->model, w->data, g, w->rows, &f);
+    const int base = mass && aim.base ? f.components : 0;
+    for (int c = 0; c < base * base; c++)
+        parent[c] += total.inertia[c];
+    set_maps(w, &f, base, mass ? w->kept : NULL);
     return true;
 }

@@ -141,7 +141,7 @@ static bool eliminate(const kt_saddle *w, size_t i, int c, int dofs) {
 
 /* ---- groups ------------------------------------------------------------------------------------------------------- */
 
-/* The map of a group whose energy has been reduced. */
+/* The map of a group whose energy has been reduced, or whose null space is in its work memory. */
 static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
     const int m = of->m, rank = w->data->rank[g], dofs = m - rank;
     double *at = w->map + w->mapped, *unit = of->multiplier;
@@ -153,7 +153,14 @@ static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
         unit[r] = 1.0;
         w->model->reduction->particular(of, rank, unit, map.close + r * m);
         unit[r] = 0.0;
-        kt_group_weigh(of, map.close + r * m, map.pull + r * m);
+        if (w->metric == KT_METRIC_MASS)
+            kt_group_weigh(of, map.close + r * m, map.pull + r * m);
+        else /* of which N' takes nothing */
+            memset(map.pull + r * m, 0, (size_t)m * sizeof *map.pull);
+    }
+    if (w->metric != KT_METRIC_MASS) {
+        memcpy(map.free, of->basis, (size_t)(m * dofs) * sizeof *map.free);
+        return;
     }
     for (int j = 0; j < dofs; j++) {
         double *to = map.free + j * m;
@@ -168,7 +175,7 @@ static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
 
 static bool reduce_dense(kt_saddle *w, size_t g, double *parent) {
     const kt_group *group = &w->model->group[g];
-    const kt_group_work of = kt_group_matrices(w->model, w->data, g, KT_ROWS_ALL);
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
     double more[KT_FRONT_SPACE * KT_FRONT_SPACE];
     kt_articulated total, onto;
     memset(&onto, 0, sizeof onto);
@@ -187,7 +194,7 @@ static bool reduce_dense(kt_saddle *w, size_t g, double *parent) {
 
 static bool reduce_dense_planar(kt_saddle *w, size_t g, double *parent) {
     const kt_group *group = &w->model->group[g];
-    const kt_group_work of = kt_group_matrices(w->model, w->data, g, KT_ROWS_ALL);
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
     const int32_t top = group->parent ? kt_planar_index_shift(w->model, group->parent) : 0;
     double more[KT_PLANAR_WIDTH * KT_PLANAR_WIDTH];
     kt_planar_inertia total, onto = {.j = 0.0};
@@ -214,9 +221,24 @@ static bool reduce_group(kt_saddle *w, size_t g, int c) {
     return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
 }
 
+/* With the metric of the coordinates. */
+static void reduce_apart(kt_saddle *w, size_t g) {
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
+    if (w->model->group[g].front.used) {
+        (void)KT_KERNEL(kt_saddle_reduce_front)(w, g, NULL);
+        return;
+    }
+    w->model->reduction->basis(&of, w->data->rank[g]);
+    set_map(w, g, &of);
+}
+
 bool KT_KERNEL(kt_saddle_reduce)(kt_saddle *w) {
     const kt_model *model = w->model;
     w->mapped = 0;
+    for (size_t g = 0; g < model->n.group && w->metric != KT_METRIC_MASS; g++)
+        reduce_apart(w, g);
+    if (w->metric != KT_METRIC_MASS)
+        return true;
     for (size_t i = 1; i < model->n.link; i++)
         set_rigid(w, i, kt_saddle_components(model, i));
     for (size_t i = model->n.link - 1; i > 0; i--) {

@@ -88,10 +88,15 @@ KT_INLINE strip *constant_of(const columns *k, const front *o, int32_t holder) {
     return k->constant + kt_front_place(&o->f, holder);
 }
 
+/* Components of the parent's acceleration that a group responds to. */
+KT_INLINE int base_of(const columns *k, size_t g, int c) {
+    return k->model->group[g].parent && k->w->metric == KT_METRIC_MASS ? c : 0;
+}
+
 KT_INLINE void begin_front(const columns *k, size_t g, int c, front *o) {
-    kt_front_find(k->model, k->data, g, KT_ROWS_ALL, &o->f);
+    kt_front_find(k->model, k->data, g, k->w->rows, &o->f);
     o->components = c;
-    o->base = k->model->group[g].parent ? c : 0;
+    o->base = base_of(k, g, c);
 }
 
 KT_INLINE void go_to(const columns *k, front *o, int s) {
@@ -135,6 +140,8 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
         add(inertia + j * c, t[j], c, wrench);
     for (int d = 0; d < n - params; d++)
         pull[params + d] = k->x[k->model->link[i].v + d];
+    if (k->w->metric != KT_METRIC_MASS)
+        return;
     for (int j = 0; j < c; j++)
         for (int p = 0; p < n; p++)
             pull[p] -= splat(motion[j * n + p]) * wrench[j];
@@ -301,14 +308,15 @@ KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
 
 KT_INLINE void descend_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
-    const kt_group_work of = kt_group_matrices(k->model, k->data, g, KT_ROWS_ALL);
+    const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
     const int m = of.m, rank = k->data->rank[g];
     const int32_t *v = k->model->group_v + group->v;
     const strip *b = k->b + group->row;
     strip *h = k->force, *y = k->response;
     kt_saddle_map map;
     (void)kt_saddle_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
-    sum_forces(k, group, c);
+    if (k->w->metric == KT_METRIC_MASS)
+        sum_forces(k, group, c);
     clear(y, m);
     for (int i = 0; i < m; i++)
         h[i] = k->x[v[i]];
@@ -320,14 +328,14 @@ KT_INLINE void descend_dense(const columns *k, size_t g, int c) {
         add(map.free + j * m, dot(map.free + j * m, h, m), m, y);
     for (int i = 0; i < m; i++) {
         k->x[v[i]] = y[i];
-        if (group->parent)
+        if (base_of(k, g, c))
             add(of.coupling + c * i, y[i], c, motion_of(k, (size_t)group->parent));
     }
 }
 
 KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
-    const kt_group_work of = kt_group_matrices(k->model, k->data, g, KT_ROWS_ALL);
+    const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
     const strip *a = motion_of(k, (size_t)group->parent);
     for (int i = 0; i < of.m && group->parent; i++)
         for (int j = 0; j < c; j++)
@@ -394,8 +402,33 @@ static void go_down_planar(const columns *k, size_t i) { go_down(k, i, KT_FRONT_
 static void go_up_spatial(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE); }
 static void go_up_planar(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE / 2); }
 
+/* With the metric of the coordinates: groups are apart, and outside them x = f. */
+KT_INLINE void solve_group(const columns *k, size_t g, int c) {
+    if (k->model->group[g].front.used) {
+        descend(k, g, c);
+        ascend(k, g, c);
+    } else {
+        descend_dense(k, g, c);
+    }
+}
+
+static void solve_group_spatial(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE); }
+static void solve_group_planar(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE / 2); }
+
+static void solve_apart(const columns *k) {
+    for (size_t g = 0; g < k->model->n.group; g++) {
+        const size_t first = (size_t)k->model->group_link[k->model->group[g].link];
+        const bool spatial = kt_saddle_components(k->model, first) == KT_FRONT_SPACE;
+        (spatial ? solve_group_spatial : solve_group_planar)(k, g);
+    }
+}
+
 static void solve_strip(const columns *k) {
     const size_t count = k->model->n.link;
+    if (k->w->metric != KT_METRIC_MASS) {
+        solve_apart(k);
+        return;
+    }
     clear(k->motion, (int)(KT_FRONT_SPACE * count));
     for (size_t i = count - 1; i > 0; i--)
         (kt_saddle_components(k->model, i) == KT_FRONT_SPACE ? go_down_spatial : go_down_planar)(k, i);

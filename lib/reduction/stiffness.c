@@ -371,7 +371,7 @@ static kt_status write_along(kt_linearized *w, along *x, const double *q, double
     const size_t n = w->n, square = n * n;
     int columns = 0;
     (void)kt_saddle_init(&x->saddle, x->terms, w->model, w->data);
-    kt_status status = kt_saddle_factor(&x->saddle, w->t, q, error);
+    kt_status status = kt_saddle_factor(&x->saddle, KT_ROWS_ALL, KT_METRIC_MASS, w->t, q, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < square; i++) {
