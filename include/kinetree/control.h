@@ -69,8 +69,10 @@ KT_API KT_CHECKED kt_status kt_coriolis_evaluate(const kt_model *model, kt_data 
 
 /* What joint forces do to accelerations at a position: without loops M^-1, by the terms that the articulated-body
  * recursion leaves, O(n) for them and O(n) a column, without a dense M. With loops Z (Z' M Z)^-1 Z', where the columns
- * of Z span the velocities that the loops leave (kt_loop_nullspace): O(nv^2 f) for the terms and O(nv f) a column with f
- * degrees of freedom. One thread may use an object at a time. */
+ * of Z span the velocities that the loops leave (kt_loop_nullspace): where solutions take O(bodies)
+ * (kt_acceleration_derivatives), as of rows of windows and ropes, O(n), too, for the terms, a column and the memory;
+ * otherwise O(nv^2 f) for the terms and O(nv f) a column with f degrees of freedom. One thread may use an object at a
+ * time. */
 typedef struct kt_mass_inverse kt_mass_inverse;
 
 /* Bytes for a model; `rows`: the most rows of a Jacobian that kt_operational_inertia will be given, or 0. */

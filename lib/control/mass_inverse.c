@@ -1,20 +1,37 @@
-/* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z'. */
+/* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z', by these
+ * matrices where loops are few, otherwise along the tree (reduction/saddle.h). */
 #include "control/mass_inverse.h"
 
+#include "dynamics/dynamics.h"
 #include "reduction/dense.h"
+#include "reduction/stiffness.h"
 
 #include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 typedef struct sizes {
-    size_t v, closed, rows, terms;
+    size_t v, closed, along, data, rows, terms;
 } sizes;
 
+static bool is_closed(const kt_model *model) { return KT_HAS_LOOPS && model->n.group > 0; }
+
+/* From about so many products on, dense factors take longer than those along the tree, whose columns take longer. */
+#define FEW 5e4
+
+static bool is_along(const kt_model *model) {
+    if (!is_closed(model) || kt_linearized_is_dense(model))
+        return false;
+    const double n = (double)model->n.v, dofs = kt_model_mobility(model).minimal;
+    return model->structure == KT_STRUCTURE_FRONTS || n * n * (dofs + 4.0) > FEW;
+}
+
 static sizes sizes_of(const kt_model *model, int rows) {
-    const bool closed = KT_HAS_LOOPS && model->n.group > 0;
+    const bool closed = is_closed(model), along = is_along(model);
     return (sizes){.v = model->n.v,
-                   .closed = closed ? model->n.v : 0,
+                   .closed = closed && !along ? model->n.v : 0,
+                   .along = KT_HAS_LOOPS && along ? kt_saddle_init(NULL, NULL, model, NULL) : 0,
+                   .data = along ? kt_data_size(model) : 0,
                    .rows = rows > 0 ? (size_t)rows : 0,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
 }
@@ -34,12 +51,19 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
     if (status != KT_OK)
         return status;
     (void)lay_out(memory, &s);
-    *inverse = (kt_mass_inverse *)memory;
-    (*inverse)->model = model;
-    (*inverse)->rows = (int)s.rows;
-    if (!s.closed)
-        (void)kt_inverse_layout(&(*inverse)->of_tree, (*inverse)->terms, &model->n);
-    return KT_OK;
+    kt_mass_inverse *w = (kt_mass_inverse *)memory;
+    *inverse = w;
+    w->model = model;
+    w->rows = (int)s.rows;
+    if (s.terms)
+        (void)kt_inverse_layout(&w->of_tree, w->terms, &model->n);
+    if (!KT_HAS_LOOPS || !s.along)
+        return KT_OK;
+    kt_data *data;
+    (void)kt_saddle_init(&w->saddle, w->along, model, NULL);
+    const kt_status made = kt_data_init(model, w->memory, s.data, &data, error);
+    w->saddle.data = data;
+    return made;
 }
 
 kt_status kt_mass_inverse_create(const kt_model *model, int rows, kt_mass_inverse **inverse, kt_error *error) {
@@ -78,12 +102,27 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
 }
 
-static bool is_closed(const kt_mass_inverse *w) { return KT_HAS_LOOPS && w->model->n.group > 0; }
+/* The factors along the tree, in data of their own: those of the caller may be used for something else meanwhile. */
+static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt_error *error) {
+    const kt_input input = {.q = q};
+    const kt_status status = kt_input_check(w->model, &input, error);
+    if (status != KT_OK)
+        return status;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+    return kt_saddle_factor(&w->saddle, KT_ROWS_ALL, KT_METRIC_MASS, t, q, error);
+}
 
 kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q, kt_error *error) {
+    const kt_model *model = inverse->model;
+    kt_status status;
     inverse->ready = false;
-    const kt_status status = is_closed(inverse) ? compute_closed(inverse, data, t, q, error)
-                                                : kt_inverse_compute(inverse->model, data, q, &inverse->of_tree, error);
+    if (KT_HAS_LOOPS && is_along(model))
+        status = compute_along(inverse, t, q, error);
+    else if (is_closed(model))
+        status = compute_closed(inverse, data, t, q, error);
+    else
+        status = kt_inverse_compute(model, data, q, &inverse->of_tree, error);
     inverse->ready = status == KT_OK;
     return status;
 }
@@ -102,8 +141,12 @@ kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x
     if (!inverse->ready)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
                             "it holds no terms: kt_mass_inverse_compute has not succeeded before");
+    if (KT_HAS_LOOPS && is_along(inverse->model)) {
+        kt_saddle_solve(&inverse->saddle, columns > 0 ? (size_t)columns : 0, x, NULL);
+        return KT_OK;
+    }
     for (int c = 0; c < columns; c++, x += inverse->model->n.v)
-        if (is_closed(inverse))
+        if (KT_HAS_LOOPS && is_closed(inverse->model))
             apply_closed(inverse, x);
         else
             kt_inverse_apply(inverse->model, &inverse->of_tree, x);

@@ -4,10 +4,14 @@
 
 #include "dynamics/mass_inverse.h"
 #include "kinetree/control.h"
+#include "reduction/saddle.h"
 
-/* Every array: type, name, count, meaning. closed: v with loops, otherwise 0. */
+/* Every array: type, name, count, meaning. closed: v with loops and dense factors, otherwise 0; along, data: the bytes of
+ * saddle.h and of its own data, with loops and factors along the tree. */
 #define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
     X(char, terms, s->terms, "of a tree")                                                                              \
+    X(char, along, s->along, "of `saddle`")                                                                            \
+    X(char, memory, s->data, "of its data, which keep the factors")                                                    \
     X(double, basis, s->closed * s->closed, "Z, nv x dofs")                                                            \
     X(double, mass, s->closed * s->closed, "M")                                                                        \
     X(double, reduced, s->closed * s->closed, "Z' M Z, factored")                                                      \
@@ -24,6 +28,7 @@ struct kt_mass_inverse {
     int rows;   /* most of a Jacobian */
     int dofs;   /* columns of Z */
     kt_inverse_terms of_tree;
+    kt_saddle saddle;
     KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)
 };
 

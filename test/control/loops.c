@@ -246,6 +246,10 @@ static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
     if (!kt_tree_fine("inverse", kt_mass_inverse_create(u->g.tree.model, TASK, &inverse, &e), &e) ||
         !kt_tree_fine("terms", kt_mass_inverse_compute(inverse, u->g.tree.data, u->g.t, u->g.q, &e), &e))
         return;
+    kt_residual elsewhere; /* what the data hold meanwhile must not matter */
+    (void)kt_tree_fine("residual",
+                       kt_loop_residual(u->g.tree.model, u->g.tree.data, u->g.t + 1.0, u->g.q, u->g.v, &elsewhere, &e),
+                       &e);
     for (int i = 0; i < nv; i++)
         u->s.force[i] = y[i] = kt_random_uniform(random, -1.0, 1.0);
     memset(u->s.drift, 0, sizeof u->s.drift);
