@@ -6,6 +6,7 @@
  * Passes over the rows with the path from the root to k, p_i: one number for each i of its support:
  *   down, k ascending:    y_k = x_k +- sum_i L_ki p_i,   p_k = x_k or y_k                    (L x and L^-1 x)
  *   up, k descending:     y_k = x_k +- p_k,   p_i += L_ki (x_k or y_k),   p_k = 0            (L' x and L'^-1 x)
+ * Those of the passes up are all zero before and after.
  * In depth-first order, the path is a stack: its entry at a depth belongs to k's support as long as it is needed.
  */
 #include "dynamics/factor.h"
@@ -21,18 +22,51 @@ KT_INLINE kt_v4 load(const double *x) {
 }
 KT_INLINE void store(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
 
-/* y[0, n) += a x[0, n). What has just been stored number by number is loaded so, too: no load waits for two stores. */
+/* Lanes before the n-th. */
+typedef int64_t lane_mask __attribute__((vector_size(32)));
+KT_INLINE lane_mask lanes_before(size_t n) {
+    static const int64_t on[2 * LANES] = {-1, -1, -1, -1};
+    lane_mask mask;
+    memcpy(&mask, on + LANES - n, sizeof mask);
+    return mask;
+}
+
+/* y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time: no load of a vector waits for numbers that have just been
+ * stored one by one. What follows y[n] in its vector is zero before and after; x is read as far. */
 KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     const kt_v4 aa = kt_v4_splat(a);
-    size_t p = 0;
-    for (; p + LANES <= n; p += LANES)
+    const size_t whole = n / LANES * LANES;
+    for (size_t p = 0; p < whole; p += LANES)
         store(y + p, load(y + p) + aa * load(x + p));
-    for (; p < n; p++)
+    const kt_v4 rest = load(y + whole) + aa * load(x + whole);
+    store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
+}
+
+/* The same, one by one; n < 2 LANES. A loop that compilers unroll, where they would make vectors of one to n, and wait
+ * for numbers that have just been stored. */
+KT_INLINE void add_short(size_t n, double a, const double *x, double *y) {
+    for (size_t p = 0; p < 2 * LANES; p++) {
+        if (p == n)
+            break;
         y[p] += a * x[p];
+    }
+    y[n] = 0.0;
+}
+
+/* sum + x . y; n < 2 LANES */
+KT_INLINE double dot_short(size_t n, const double *x, const double *y, double sum) {
+    for (size_t p = 0; p < 2 * LANES; p++) {
+        if (p == n)
+            break;
+        sum += x[p] * y[p];
+    }
+    return sum;
 }
 
 /* x . y: eight sums of what comes in eights, and the rest in its order. */
 KT_INLINE double dot(size_t n, const double *x, const double *y) {
+    if (n < 2 * LANES)
+        return dot_short(n, x, y, 0.0);
     kt_v4 even = kt_v4_splat(0.0), odd = even;
     size_t p = 0;
     for (; p + 2 * LANES <= n; p += 2 * LANES) {
@@ -40,10 +74,7 @@ KT_INLINE double dot(size_t n, const double *x, const double *y) {
         odd += load(x + p + LANES) * load(y + p + LANES);
     }
     const kt_v4 s = even + odd;
-    double sum = (s[0] + s[2]) + (s[1] + s[3]);
-    for (; p < n; p++)
-        sum += x[p] * y[p];
-    return sum;
+    return dot_short(n - p, x + p, y + p, (s[0] + s[2]) + (s[1] + s[3]));
 }
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
@@ -100,9 +131,30 @@ KT_INLINE bool factor_panel(kt_mass_factor *f, size_t k, panel *w, size_t *faile
     return true;
 }
 
-size_t KT_KERNEL(kt_factor_compute)(kt_mass_factor *f) {
+/* The factors of a row of at most LANES numbers, one by one: they may have just been stored so. */
+KT_INLINE bool factor_short(kt_mass_factor *f, size_t k) {
+    double *number = f->number, *diagonal = f->diagonal, *row = number + f->row[k];
+    const double pivot = diagonal[k], inverse = 1.0 / pivot;
+    int32_t i = f->parent[k];
+    for (size_t p = (size_t)f->depth[k]; p-- > 0; i = f->parent[i]) {
+        double *to = number + f->row[i], x = row[p], a = x * inverse;
+        diagonal[i] -= a * x;
+        for (size_t j = 0; j < p; j++)
+            to[j] -= a * row[j];
+        row[p] = inverse * x;
+    }
+    return pivot > 0.0;
+}
+
+static size_t compute(kt_mass_factor *f) {
     size_t failed = f->model->n.v;
     for (size_t end = failed; end > 0;) {
+        if (f->depth[end - 1] <= LANES) {
+            if (!factor_short(f, end - 1))
+                return end - 1;
+            end--;
+            continue;
+        }
         panel w;
         if (!factor_panel(f, end - 1, &w, &failed))
             break;
@@ -122,36 +174,88 @@ size_t KT_KERNEL(kt_factor_compute)(kt_mass_factor *f) {
 
 /* ---- passes ------------------------------------------------------------------------------------------------------ */
 
-KT_INLINE void pass_down(kt_mass_factor *f, bool solve, double *x) {
-    for (size_t k = 0; k < f->model->n.v; k++) {
-        const size_t depth = (size_t)f->depth[k];
-        const double sum = dot(depth, f->number + f->row[k], f->path), y = solve ? x[k] - sum : x[k] + sum;
-        f->path[depth] = solve ? y : x[k];
-        x[k] = y;
+/* Numbers of the path that the next row needs at once, where that row follows, are handed over in a register as well.
+ * Where all rows are short (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass of
+ * a product, or divided by D after that of a solution. */
+
+KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
+    const size_t nv = f->model->n.v, *begin = f->row;
+    const int32_t *depths = f->depth;
+    const double *number = f->number, *diagonal = f->diagonal;
+    double *path = f->path, last = 0.0;
+    size_t before = SIZE_MAX;
+    for (size_t k = 0; k < nv; k++) {
+        const size_t depth = (size_t)depths[k];
+        const double *row = number + begin[k];
+        double sum;
+        if (is_short)
+            sum = dot_short(depth, row, path, 0.0);
+        else if (depth % (2 * LANES) == 0)
+            sum = dot(depth, row, path);
+        else
+            sum = dot(depth - 1, row, path) + row[depth - 1] * (depth == before + 1 ? last : path[depth - 1]);
+        const double y = solve ? x[k] - sum : x[k] + sum;
+        path[depth] = last = solve ? y : x[k];
+        x[k] = scale ? y * diagonal[k] : y;
+        before = depth;
     }
 }
 
-KT_INLINE void pass_up(kt_mass_factor *f, bool solve, double *x) {
-    memset(f->path, 0, f->path_length * sizeof *f->path);
-    for (size_t k = f->model->n.v; k-- > 0;) {
-        const size_t depth = (size_t)f->depth[k];
-        const double sum = f->path[depth], y = solve ? x[k] - sum : x[k] + sum;
-        f->path[depth] = 0.0;
-        add_multiple(depth, solve ? y : x[k], f->number + f->row[k], f->path);
-        x[k] = y;
+KT_INLINE void pass_up(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
+    const size_t nv = f->model->n.v, *begin = f->row;
+    const int32_t *depths = f->depth;
+    const double *number = f->number, *diagonal = f->diagonal;
+    double *path = f->sum, next = 0.0;
+    size_t after = 0;
+    for (size_t k = nv; k-- > 0;) {
+        const size_t depth = (size_t)depths[k];
+        const double *row = number + begin[k];
+        const double sum = !is_short && depth + 1 == after ? next : path[depth], y = solve ? x[k] - sum : x[k] + sum;
+        const double by = solve ? y : x[k];
+        if (is_short) {
+            add_short(depth, by, row, path);
+        } else if (depth > 0) {
+            next = path[depth - 1] + by * row[depth - 1];
+            add_multiple(depth, by, row, path);
+        } else {
+            store(path, kt_v4_splat(0.0));
+        }
+        x[k] = scale ? y / diagonal[k] : y;
+        after = depth;
     }
 }
 
-void KT_KERNEL(kt_factor_down)(kt_mass_factor *f, kt_factor_use use, double *x) {
-    if (use == KT_FACTOR_SOLVE)
-        pass_down(f, true, x);
-    else
-        pass_down(f, false, x);
+KT_INLINE void pass(const kt_mass_factor *f, bool is_short, kt_factor_call call, double *x) {
+    const bool solve = call != KT_FACTOR_MULTIPLY;
+    if (call == KT_FACTOR_SOLVE || call == KT_FACTOR_SOLVE_UPPER)
+        pass_up(f, is_short, true, call == KT_FACTOR_SOLVE, x);
+    if (call != KT_FACTOR_SOLVE_UPPER)
+        pass_down(f, is_short, solve, !solve, x);
+    if (call == KT_FACTOR_MULTIPLY)
+        pass_up(f, is_short, false, false, x);
 }
 
-void KT_KERNEL(kt_factor_up)(kt_mass_factor *f, kt_factor_use use, double *x) {
-    if (use == KT_FACTOR_SOLVE)
-        pass_up(f, true, x);
-    else
-        pass_up(f, false, x);
+KT_INLINE void pass_columns(const kt_mass_factor *f, kt_factor_call call, int columns, double *x) {
+    for (; columns > 0; columns--, x += f->model->n.v)
+        if (f->is_short)
+            pass(f, true, call, x);
+        else
+            pass(f, false, call, x);
 }
+
+static void solve(const kt_mass_factor *f, int columns, double *x) { pass_columns(f, KT_FACTOR_SOLVE, columns, x); }
+static void solve_lower(const kt_mass_factor *f, int columns, double *x) {
+    pass_columns(f, KT_FACTOR_SOLVE_LOWER, columns, x);
+}
+static void solve_upper(const kt_mass_factor *f, int columns, double *x) {
+    pass_columns(f, KT_FACTOR_SOLVE_UPPER, columns, x);
+}
+static void multiply(const kt_mass_factor *f, int columns, double *x) {
+    pass_columns(f, KT_FACTOR_MULTIPLY, columns, x);
+}
+
+const kt_factor_kernels KT_KERNEL(kt_factor_kernels) = {.compute = compute,
+                                                        .apply = {[KT_FACTOR_SOLVE] = solve,
+                                                                  [KT_FACTOR_SOLVE_LOWER] = solve_lower,
+                                                                  [KT_FACTOR_SOLVE_UPPER] = solve_upper,
+                                                                  [KT_FACTOR_MULTIPLY] = multiply}};

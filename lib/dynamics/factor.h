@@ -12,7 +12,10 @@
 #include "kinetree/dynamics.h"
 #include "model/model.h"
 
-enum { KT_FACTOR_ROUND = 4 }; /* rows begin at a multiple of it: whole vectors are read and written */
+enum {
+    KT_FACTOR_ROUND = 4, /* rows begin at a multiple of it: whole vectors are read and written */
+    KT_FACTOR_SHORT = 6, /* numbers of a row that are read one by one as fast (measured: 5 to 7) */
+};
 
 typedef struct kt_factor_sizes {
     size_t v, link;
@@ -23,7 +26,8 @@ typedef struct kt_factor_sizes {
 #define KT_FACTOR_FIELDS(X)                                                                                            \
     X(double, number, s->number, "rows of L without the diagonal")                                                     \
     X(double, diagonal, s->v, "D")                                                                                     \
-    X(double, path, s->path, "numbers of the support of the degree of freedom at hand")                                \
+    X(double, path, s->path, "numbers of the support of the degree of freedom at hand, for passes down")               \
+    X(double, sum, s->path, "the same for passes up: all zero between calls")                                          \
     X(double, x, s->v, "a right-hand side in the order of the links")                                                  \
     X(size_t, row, s->v, "where a row begins")                                                                         \
     X(int32_t, depth, s->v, "length of a row")                                                                         \
@@ -34,23 +38,28 @@ typedef struct kt_factor_sizes {
 struct kt_mass_factor {
     void *owned; /* memory of kt_mass_factor_create, or NULL */
     const kt_model *model;
-    bool ready;         /* it holds factors */
-    size_t path_length; /* the longest row and one more */
+    const struct kt_factor_kernels *kernels; /* of the model's instruction set */
+    bool is_short;                           /* no row is longer than KT_FACTOR_SHORT */
+    bool ready;                              /* it holds factors */
     KT_ARENA_DECLARE(KT_FACTOR_FIELDS)
 };
 
-/* What the passes do with L: multiply by it, or by its inverse. */
-typedef enum kt_factor_use { KT_FACTOR_MULTIPLY, KT_FACTOR_SOLVE } kt_factor_use;
+/* x = M^-1 x, L^-1 x, L'^-1 x or M x */
+typedef enum kt_factor_call {
+    KT_FACTOR_SOLVE,
+    KT_FACTOR_SOLVE_LOWER,
+    KT_FACTOR_SOLVE_UPPER,
+    KT_FACTOR_MULTIPLY,
+    KT_FACTOR_CALLS
+} kt_factor_call;
 
-/* compute: from M in the rows and the diagonal. Returns a degree of freedom whose pivot is not positive, or n.v.
- * down: x = L x or L^-1 x. up: x = L' x or L'^-1 x. */
-#define KT_FACTOR_DECLARE(level)                                                                                       \
-    size_t kt_factor_compute_##level(kt_mass_factor *f);                                                               \
-    void kt_factor_down_##level(kt_mass_factor *f, kt_factor_use use, double *x);                                      \
-    void kt_factor_up_##level(kt_mass_factor *f, kt_factor_use use, double *x);
-KT_FACTOR_DECLARE(baseline)
-KT_FACTOR_DECLARE(v3)
-KT_FACTOR_DECLARE(v4)
-#undef KT_FACTOR_DECLARE
+/* compute: from M in the rows and D. Returns a degree of freedom whose pivot is not positive, or n.v.
+ * apply: of as many columns, in the order of the links. */
+typedef struct kt_factor_kernels {
+    size_t (*compute)(kt_mass_factor *f);
+    void (*apply[KT_FACTOR_CALLS])(const kt_mass_factor *f, int columns, double *x);
+} kt_factor_kernels;
+
+extern const kt_factor_kernels kt_factor_kernels_baseline, kt_factor_kernels_v3, kt_factor_kernels_v4;
 
 #endif

@@ -5,21 +5,15 @@
 #include <stdio.h>
 #include <string.h>
 
-typedef struct kernels {
-    size_t (*compute)(kt_mass_factor *);
-    void (*down)(kt_mass_factor *, kt_factor_use, double *);
-    void (*up)(kt_mass_factor *, kt_factor_use, double *);
-} kernels;
-
-static kernels kernels_of(const kt_model *model) {
+static const kt_factor_kernels *kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
     if (model->level == KT_ISA_V4)
-        return (kernels){kt_factor_compute_v4, kt_factor_down_v4, kt_factor_up_v4};
+        return &kt_factor_kernels_v4;
     if (model->level == KT_ISA_V3)
-        return (kernels){kt_factor_compute_v3, kt_factor_down_v3, kt_factor_up_v3};
+        return &kt_factor_kernels_v3;
 #endif
     (void)model;
-    return (kernels){kt_factor_compute_baseline, kt_factor_down_baseline, kt_factor_up_baseline};
+    return &kt_factor_kernels_baseline;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -35,7 +29,7 @@ static kt_factor_sizes sizes_of(const kt_model *model) {
     for (size_t i = 1; i < model->n.link; i++)
         for (int k = 0; k < kt_link_dofs(&model->link[i]); k++, dof++)
             s.number += (size_t)model->link[i].end - dof - 1;
-    s.number = round_up(s.number + (KT_FACTOR_ROUND - 1) * s.v);
+    s.number = round_up(s.number + (KT_FACTOR_ROUND - 1) * s.v) + KT_FACTOR_ROUND; /* a pass reads beyond a row */
     s.path = round_up(s.v + 1);
     return s;
 }
@@ -50,6 +44,7 @@ static void find_rows(kt_mass_factor *f) {
     const kt_model *model = f->model;
     size_t dof = 0, row = 0;
     f->last[0] = -1;
+    f->is_short = true;
     for (size_t i = 1; i < model->n.link; i++) {
         int32_t parent = f->last[model->link[i].parent];
         for (int k = 0; k < kt_link_dofs(&model->link[i]); k++, dof++) {
@@ -59,8 +54,7 @@ static void find_rows(kt_mass_factor *f) {
             f->end[dof] = model->link[i].end;
             f->row[dof] = row;
             row += round_up((size_t)depth);
-            if (f->path_length <= (size_t)depth)
-                f->path_length = (size_t)depth + 1;
+            f->is_short &= depth <= KT_FACTOR_SHORT;
             parent = (int32_t)dof;
         }
         f->last[i] = parent;
@@ -77,6 +71,7 @@ kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, 
     (void)lay_out(memory, &s);
     *factor = (kt_mass_factor *)memory;
     (*factor)->model = model;
+    (*factor)->kernels = kernels_of(model);
     find_rows(*factor);
     return KT_OK;
 }
@@ -92,7 +87,7 @@ void kt_mass_factor_free(kt_mass_factor *factor) { kt_arena_free(factor); }
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
 /* The entries of M that are not zero whatever the position, from the columns of its lower triangle. */
-static void load(kt_mass_factor *f, const double *mass) {
+static void take_mass(kt_mass_factor *f, const double *mass) {
     const int32_t *v = f->model->link_v;
     const size_t nv = f->model->n.v;
     for (size_t i = 0; i < nv; i++) {
@@ -106,8 +101,8 @@ static void load(kt_mass_factor *f, const double *mass) {
 
 kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_error *error) {
     const kt_model *model = factor->model;
-    load(factor, mass);
-    const size_t failed = kernels_of(model).compute(factor);
+    take_mass(factor, mass);
+    const size_t failed = factor->kernels->compute(factor);
     factor->ready = failed == model->n.v;
     if (factor->ready)
         return KT_OK;
@@ -118,68 +113,44 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
                         "the mass matrix is not positive definite: its pivot there is %g", factor->diagonal[failed]);
 }
 
-/* Which passes a call makes, in this order: up, D, down. For a product, the other way round. */
-typedef struct passes {
-    bool up, scale, down;
-} passes;
-
-static void solve(kt_mass_factor *f, passes p, double *x) {
-    const kernels k = kernels_of(f->model);
-    if (p.up)
-        k.up(f, KT_FACTOR_SOLVE, x);
-    for (size_t i = 0; p.scale && i < f->model->n.v; i++)
-        x[i] /= f->diagonal[i];
-    if (p.down)
-        k.down(f, KT_FACTOR_SOLVE, x);
+/* Where velocity coordinates have another order than the links. */
+static void apply_sorted(kt_mass_factor *f, kt_factor_call call, int columns, double *x) {
+    const size_t nv = f->model->n.v;
+    const int32_t *v = f->model->link_v;
+    for (int c = 0; c < columns; c++, x += nv) {
+        for (size_t k = 0; k < nv; k++)
+            f->x[k] = x[v[k]];
+        f->kernels->apply[call](f, 1, f->x);
+        for (size_t k = 0; k < nv; k++)
+            x[v[k]] = f->x[k];
+    }
 }
 
-static void multiply(kt_mass_factor *f, passes p, double *x) {
-    const kernels k = kernels_of(f->model);
-    if (p.down)
-        k.down(f, KT_FACTOR_MULTIPLY, x);
-    for (size_t i = 0; p.scale && i < f->model->n.v; i++)
-        x[i] *= f->diagonal[i];
-    if (p.up)
-        k.up(f, KT_FACTOR_MULTIPLY, x);
-}
-
-static kt_status apply(kt_mass_factor *f, void (*what)(kt_mass_factor *, passes, double *), passes p, int columns,
-                       double *x, kt_error *error) {
-    const kt_model *model = f->model;
-    const size_t nv = model->n.v;
+KT_INLINE kt_status apply(kt_mass_factor *f, kt_factor_call call, int columns, double *x, kt_error *error) {
     if (!f->ready)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "factor",
                             "it holds no factors: kt_mass_factor_compute has not succeeded before");
-    for (int c = 0; c < columns; c++, x += nv) {
-        if (model->ordered) {
-            what(f, p, x);
-            continue;
-        }
-        for (size_t k = 0; k < nv; k++)
-            f->x[k] = x[model->link_v[k]];
-        what(f, p, f->x);
-        for (size_t k = 0; k < nv; k++)
-            x[model->link_v[k]] = f->x[k];
-    }
+    if (f->model->ordered)
+        f->kernels->apply[call](f, columns, x);
+    else
+        apply_sorted(f, call, columns, x);
     return KT_OK;
 }
 
-static const passes all = {true, true, true}, down = {.down = true}, up = {.up = true};
-
 kt_status kt_mass_factor_solve(kt_mass_factor *factor, int columns, double *x, kt_error *error) {
-    return apply(factor, solve, all, columns, x, error);
+    return apply(factor, KT_FACTOR_SOLVE, columns, x, error);
 }
 
 kt_status kt_mass_factor_solve_lower(kt_mass_factor *factor, int columns, double *x, kt_error *error) {
-    return apply(factor, solve, down, columns, x, error);
+    return apply(factor, KT_FACTOR_SOLVE_LOWER, columns, x, error);
 }
 
 kt_status kt_mass_factor_solve_upper(kt_mass_factor *factor, int columns, double *x, kt_error *error) {
-    return apply(factor, solve, up, columns, x, error);
+    return apply(factor, KT_FACTOR_SOLVE_UPPER, columns, x, error);
 }
 
 kt_status kt_mass_factor_multiply(kt_mass_factor *factor, int columns, double *x, kt_error *error) {
-    return apply(factor, multiply, all, columns, x, error);
+    return apply(factor, KT_FACTOR_MULTIPLY, columns, x, error);
 }
 
 void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d) {
