@@ -47,7 +47,7 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  * effects, joint forces tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). Near a
  * singular position of the loops, where equations become dependent for an instant, the acceleration is interpolated
  * from six neighbouring states, three on each side along the motion, so that the motion passes through smoothly; this
- * takes up to 5 x 6 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
+ * takes up to 8 x 6 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
  * own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK. Cost: O(bodies) + O(coordinates^3) of each group. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
@@ -139,7 +139,7 @@ KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *dat
                                              const double *v, kt_residual *residual, kt_error *error);
 
 /* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
- * evaluation of accelerations iterates only near a singular position: there it uses at most 5 times 6 neighbouring
+ * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
  * states, each closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
