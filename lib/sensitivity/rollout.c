@@ -196,8 +196,8 @@ static kt_status run(rollout_work *w, kt_error *error) {
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                              const kt_rollout *rollout, const double *q, const double *v, kt_cost *cost, void *user,
-                              double *value, double *by_start, double *by_inputs, kt_error *error) {
+                              const kt_rollout *rollout, const double *q, const double *v, double *value,
+                              double *by_start, double *by_inputs, kt_cost *cost, void *user, kt_error *error) {
     const size_t nq = model->n.q, n = model->n.v;
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
     if (rollout->steps <= 0)
