@@ -259,6 +259,16 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
     return KT_RANK_FLOOR * sqrt(longest);
 }
 
+/* Whether damped steps of a group are those of reduction/delassus.h, if its equations are few: a tree that begins on the
+ * ground. */
+static bool has_few_loops(const kt_model *model, const kt_group *group) {
+    bool few = group->front.used && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
+               kt_delassus_count((size_t)group->v_count) <= group->front.count;
+    for (int i = 0; i < group->link_count && few; i++)
+        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
+    return few;
+}
+
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */
 static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
@@ -275,6 +285,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         place_rows(model, data, g, alive);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         group->least = least_of(model, group, &w);
+        group->few = has_few_loops(model, group);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
     }
@@ -300,15 +311,11 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
     return off < 64.0 * DBL_EPSILON;
 }
 
-/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted) on a tree that begins on
- * the ground. Where equations may be passed on, the fronts do that. */
-static bool is_of_few(const kt_model *model, const kt_group *group) {
-    bool few = group->front.used && !group->front.pending && group->parent == 0 && group->rank[KT_ROWS_ALL] > 0 &&
-               group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX &&
-               kt_delassus_count((size_t)group->v_count) <= group->front.count;
-    for (int i = 0; i < group->link_count && few; i++)
-        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
-    return few;
+/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where equations may be
+ * passed on, the fronts do that. */
+static bool is_of_few(const kt_group *group) {
+    return group->few && !group->front.pending && group->rank[KT_ROWS_ALL] > 0 &&
+           group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
 }
 
 /* Whether a group is reduced by reduction/planar_front.h: a planar group on the ground with fronts of few parameters, each
@@ -367,7 +374,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     }
     model->few = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        model->group[g].delassus = is_of_few(model, &model->group[g]);
+        model->group[g].delassus = is_of_few(&model->group[g]);
         model->group[g].narrow = is_narrow(model, &model->group[g]);
         model->few |= model->group[g].delassus;
     }

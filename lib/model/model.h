@@ -231,7 +231,7 @@ typedef struct kt_front_count {
       "slots in use: of links, of relations, passed on")                                                               \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
-    X(bool, solved, n->group, "whether the last evaluation has found a group's multipliers (reduction/delassus.h)")    \
+    X(uint8_t, solved, n->group, "0, or that a group is solved in its own form (reduction/kernel.h)")                  \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
     X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \

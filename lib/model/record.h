@@ -127,7 +127,8 @@ typedef struct kt_group {
     double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
     bool apart;                   /* it is reduced by fronts, or has armature */
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
-    bool delassus;                /* few equations on many links (reduction/delassus.h) */
+    bool few;                     /* few loops on many links: damped steps are those of reduction/delassus.h */
+    bool delassus;                /* few independent equations on many links: dynamics, too */
     bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
     bool fits_pin;                /* `pin`, were there no armature (dynamics/armature.c) */
     size_t dense;                 /* first number in data->dense */

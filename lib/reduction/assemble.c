@@ -125,7 +125,7 @@ static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
     if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
-        !kernels->factor(a->model, a->data, KT_ROWS_CLOSED, false))
+        !kernels->ready(a->model, a->data, KT_ROWS_CLOSED, false))
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
     aim_nearest(a->model, a->data, a->d);
@@ -236,7 +236,7 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
         *speed = fmax(violation->speed, *speed);
         if (i == 2 || violation->slip <= KT_CLOSED * violation->speed)
             return true;
-        if (!kernels->factor(model, data, KT_ROWS_ALL, false) ||
+        if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
             !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
             return true;
         for (size_t k = 0; k < model->n.v; k++)

@@ -231,7 +231,7 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
-    data->solved[g] = false;
+    data->solved[g] = KT_SOLVED_NOT;
     if (group->front.used)
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
@@ -258,8 +258,9 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
 }
 
 bool KT_KERNEL(kt_group_ready)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool few) {
-    data->solved[g] = few && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
-    return data->solved[g] || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
+    const bool solved = few && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    data->solved[g] = solved ? kt_solved_as(regular) : KT_SOLVED_NOT;
+    return solved || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
 
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -335,7 +336,7 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
 static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, regular);
+        fine &= KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, true);
     return fine;
 }
 
@@ -345,7 +346,7 @@ bool KT_KERNEL(kt_groups_unsolve)(const kt_model *model, kt_data *data) {
         if (!data->solved[g])
             continue;
         some = true;
-        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], true) < 0)
+        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], data->solved[g] == KT_SOLVED_REGULAR) < 0)
             return false;
     }
     return some;
@@ -359,7 +360,7 @@ static bool close_solved(const kt_model *model, kt_data *data, size_t g, double 
     }
     if (KT_KERNEL(kt_narrow_close)(model, data, g, NULL, step))
         return true;
-    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], true);
+    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], data->solved[g] == KT_SOLVED_REGULAR);
     return false;
 }
 
@@ -454,8 +455,18 @@ static void basis(const kt_model *model, kt_data *data) {
     }
 }
 
-bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
-                              double *step) {
+/* If the group is of few equations, `solved` says from here on that they alone have been measured. */
+double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    double size = 0.0;
+    const bool solved = model->group[g].few && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
+    data->solved[g] = solved ? KT_SOLVED_WHOLE : KT_SOLVED_NOT;
+    return solved ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
+}
+
+bool KT_KERNEL(kt_damped_solve)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
+                                double *step) {
+    if (data->solved[g])
+        return KT_KERNEL(kt_delassus_damp)(model, data, g, gap, damping, step);
     const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
     if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
         return false;
@@ -465,8 +476,8 @@ bool KT_KERNEL(kt_front_damp)(const kt_model *model, kt_data *data, size_t g, co
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward,
                                                               .apply = KT_KERNEL(kt_front_apply),
-                                                              .measure = KT_KERNEL(kt_front_measure),
-                                                              .damp = KT_KERNEL(kt_front_damp),
+                                                              .measure = KT_KERNEL(kt_damped_measure),
+                                                              .damp = KT_KERNEL(kt_damped_solve),
                                                               .nullspace = KT_KERNEL(kt_front_nullspace),
                                                               .look = look,
                                                               .factor = KT_KERNEL(kt_groups_factor),

@@ -22,7 +22,7 @@
  * kt_groups_factor: factors all groups; returns false if a number is not finite.
  * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
  *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
- * kt_front_damp: as in kernel.h.
+ * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h.
  * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change.
  * kt_groups_share: the multipliers of all equations as last factored, in the groups' work memory, of given joint forces:
  *   A' lambda = force (nv). No group may be `solved`. */
@@ -41,7 +41,8 @@
                                     kt_violation *);                                                                   \
     bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
     void kt_groups_share_##level(const kt_model *, kt_data *, const double *);                                         \
-    bool kt_front_damp_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);
+    double kt_damped_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
+    bool kt_damped_solve_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)
 KT_CLOSED_DECLARE(v4)

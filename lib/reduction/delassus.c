@@ -15,7 +15,8 @@ typedef struct sweep {
     kt_delassus d;
     const kt_model *model;
     kt_data *data;
-    int count; /* equations, in the order of the steps: */
+    const double *unit; /* of a damped step: of coordinates; or NULL */
+    int count;          /* equations, in the order of the steps: */
     struct {
         const kt_loop_record *loop;
         int32_t slot, step;
@@ -33,29 +34,39 @@ static int32_t step_of(const kt_front *f, const kt_loop_record *loop) {
     return last;
 }
 
-/* The independent equations: all, or those that have been chosen at generic positions. Returns false if they are not as
- * many as they should be. */
-static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, sweep *s) {
+static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
+    return independent ? !s->f.w.weight || s->f.w.weight[slot] != 1.0
+                       : kt_front_reach(s->model, s->f.components < KT_FRONT_SPACE, &s->f.w, slot) > 0.0;
+}
+
+/* The equations: of all that are not void, or of the independent ones, which are all or those that have been chosen at
+ * generic positions. Returns false if they are more than that, or the independent ones fewer. */
+static bool find_any(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent, sweep *s) {
     s->model = model;
     s->data = data;
+    s->unit = NULL;
     s->count = 0;
     kt_front_find(model, data, g, rows, &s->f);
     kt_delassus_find(model, data, g, &s->d);
-    const int32_t begin = s->f.step[0].loop, rank = s->f.group->rank[rows];
+    const int32_t begin = s->f.step[0].loop, most = independent ? s->f.group->rank[rows] : KT_DELASSUS_MAX;
     for (int32_t l = begin; l < begin + s->f.group->loop_count; l++) {
         const kt_loop_record *loop = &model->loop[model->front_loop[l]];
         const int32_t *slot = kt_front_slots(&s->f, loop);
         for (int r = 0; r < loop->row_count; r++) {
-            if (!kt_front_counts(&s->f, slot[r]) || (s->f.w.weight && s->f.w.weight[slot[r]] == 1.0))
+            if (!kt_front_counts(&s->f, slot[r]) || !is_wanted(s, slot[r], independent))
                 continue;
-            if (s->count == rank)
+            if (s->count == most)
                 return false;
             s->row[s->count].loop = loop;
             s->row[s->count].slot = slot[r];
             s->row[s->count++].step = step_of(&s->f, loop);
         }
     }
-    return s->count == rank;
+    return !independent || s->count == most;
+}
+
+static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, sweep *s) {
+    return find_any(model, data, g, rows, true, s);
 }
 
 /* Over all lanes. */
@@ -182,8 +193,13 @@ static void add_square(kt_v4 u, double weight, kt_v4 *square) {
         square[r] += kt_v4_splat(u[r] * weight) * u;
 }
 
-/* A A', and the rows of A' as columns. */
-KT_INLINE void square_rows(const sweep *s, int components, kt_v4 *square) {
+/* Zero for a coordinate that counts as a constant, otherwise its unit. */
+KT_INLINE kt_v4 unit_of(const sweep *s, int32_t local) {
+    return kt_v4_splat(s->f.fixed[local] ? 0.0 : s->unit ? s->unit[local] : 1.0);
+}
+
+/* A A', and the rows of A' as columns; if `units`, of coordinates in these. */
+KT_INLINE void square_rows(const sweep *s, int components, bool units, kt_v4 *square) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     wrenches p;
     bool passed = false;
@@ -193,13 +209,18 @@ KT_INLINE void square_rows(const sweep *s, int components, kt_v4 *square) {
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
             const int32_t local = s->model->link[i].local + c;
-            const kt_v4 row = dofs == 1 ? force_on(s, local) + along(s, i, components, &p) : p.x[c];
+            kt_v4 row = dofs == 1 ? force_on(s, local) + along(s, i, components, &p) : p.x[c];
+            row = units ? row * unit_of(s, local) : row;
             s->d.column[local] = row;
             add_square(row, 1.0, square);
         }
         passed = l > 0 && up == link[l - 1];
         pass_on(s, up, kt_front_offset(&s->f, i), components, passed, &p);
     }
+}
+
+static __attribute__((noinline)) void square_in_units(const sweep *s, kt_v4 *square) {
+    square_rows(s, s->f.components, true, square);
 }
 
 /* x' G y */
@@ -269,10 +290,12 @@ bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t
         s.d.transform[r][r] = 1.0;
     }
     place_loads(&s, 1.0);
-    if (s.f.components == KT_FRONT_SPACE / 2)
-        square_rows(&s, KT_FRONT_SPACE / 2, square);
+    if (memchr(s.f.fixed, true, (size_t)s.f.w.m))
+        square_in_units(&s, square);
+    else if (s.f.components == KT_FRONT_SPACE / 2)
+        square_rows(&s, KT_FRONT_SPACE / 2, false, square);
     else
-        square_rows(&s, KT_FRONT_SPACE, square);
+        square_rows(&s, KT_FRONT_SPACE, false, square);
     const double last = orthonormalise_steps(&s, rows, square, c);
     if (!(last > KT_NEAR_SINGULAR) || !isfinite(last))
         return false;
@@ -286,6 +309,26 @@ bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t
     return true;
 }
 
+/* A' lambda; of a damped step, in the coordinates' own units. */
+static void take_steps(const sweep *s, kt_v4 lambda, double *step) {
+    const kt_model *model = s->model;
+    for (int l = 0; l < s->f.group->link_count; l++) {
+        const int32_t i = model->group_link[s->f.group->link + l];
+        const kt_link *link = &model->link[i];
+        const kt_v4 *row = s->d.column + link->local;
+        double *x = step + link->v;
+        x[0] = dot(row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
+        if (s->f.components == KT_FRONT_SPACE / 2) {
+            const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
+            x[0] *= planar->revolute ? planar->sign : 1.0;
+        } else if (link->motion == KT_MOTION_SPHERICAL) {
+            const kt_v4 world = {x[0], dot(row[1], lambda), dot(row[2], lambda), 0.0};
+            for (int c = 0; c < 3; c++)
+                x[c] = kt_v4_dot(s->data->motion[i].axes[c], world);
+        }
+    }
+}
+
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, double *step) {
     kt_v4 mu = kt_v4_splat(0.0), lambda = mu;
     sweep s;
@@ -294,21 +337,7 @@ void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g
         mu += kt_v4_splat(s.f.w.right[s.row[r].slot]) * s.d.transform[r];
     for (int r = 0; r < s.count; r++)
         lambda[r] = dot(s.d.transform[r], mu);
-    for (int l = 0; l < s.f.group->link_count; l++) {
-        const int32_t i = model->group_link[s.f.group->link + l];
-        const kt_link *link = &model->link[i];
-        const kt_v4 *row = s.d.column + link->local;
-        double *x = step + link->v;
-        x[0] = dot(row[0], lambda);
-        if (s.f.components == KT_FRONT_SPACE / 2) {
-            const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
-            x[0] *= planar->revolute ? planar->sign : 1.0;
-        } else if (link->motion == KT_MOTION_SPHERICAL) {
-            const kt_v4 world = {x[0], dot(row[1], lambda), dot(row[2], lambda), 0.0};
-            for (int c = 0; c < 3; c++)
-                x[c] = kt_v4_dot(data->motion[i].axes[c], world);
-        }
-    }
+    take_steps(&s, lambda, step);
 }
 
 /* ---- S and mu ---------------------------------------------------------------------------------------------------- */
@@ -490,5 +519,44 @@ bool KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g
         add_responses(&s, true, mu);
     else
         add_responses(&s, false, mu);
+    return true;
+}
+
+/* ---- damped steps ------------------------------------------------------------------------------------------------ */
+
+bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size) {
+    kt_v4 square[KT_DELASSUS_MAX];
+    sweep s;
+    if (!find_any(model, data, g, rows, false, &s))
+        return false;
+    s.unit = model->unit + s.f.group->v;
+    for (int r = 0; r < KT_DELASSUS_MAX; r++) {
+        square[r] = s.d.transform[r] = kt_v4_splat(0.0);
+        if (r < s.count)
+            s.d.transform[r][r] = 1.0 / s.f.w.scale[s.row[r].slot];
+    }
+    place_loads(&s, 1.0);
+    square_in_units(&s, square);
+    *size = (square[0][0] + square[1][1]) + (square[2][2] + square[3][3]);
+    memcpy(s.d.transform, square, sizeof square);
+    data->factored[g] = rows;
+    return true;
+}
+
+bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
+                                 double *step) {
+    kt_v4 square[KT_DELASSUS_MAX], lambda = kt_v4_splat(0.0);
+    sweep s;
+    (void)find_any(model, data, g, data->factored[g], false, &s);
+    s.unit = model->unit + s.f.group->v;
+    memcpy(square, s.d.transform, sizeof square);
+    for (int r = 0; r < s.count; r++) {
+        const int32_t slot = s.row[r].slot;
+        square[r][r] += damping;
+        lambda[r] = -gap[slot] / s.f.w.scale[slot];
+    }
+    if (!solve_multipliers(square, s.count, &lambda))
+        return false;
+    take_steps(&s, lambda, step);
     return true;
 }

@@ -21,7 +21,10 @@
  * Rank. Positions next to singular ones, and rows that are large beside each other, are left to the fronts (front.h),
  * as are motions along which the tree has no inertia.
  *
- * Dynamics alone, and groups on the ground: wrenches that reach the ground need no further treatment.
+ * A damped step of a search, the least of |B y + r|^2 + mu |y|^2 with equations and coordinates in their units, needs
+ * no inertia and no rank: y = -B' (B B' + mu 1)^-1 r.
+ *
+ * Groups on the ground alone: wrenches that reach the ground need no further treatment.
  */
 #ifndef KT_REDUCTION_DELASSUS_H
 #define KT_REDUCTION_DELASSUS_H
@@ -62,11 +65,16 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
 /* kt_delassus_prepare: C, of a group whose equations have been filled; false if it is left to the fronts. Sets what
  *   kt_front_factor does.
  * kt_delassus_least: the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
+ * kt_delassus_measure: B B' of a damped step, *size its trace; false if there are more than four equations.
+ * kt_delassus_damp: the damped step for violations `gap` (k) in the group's coordinates, of step (nv), after `measure`.
+ *   Returns false if the matrix is not positive definite.
  * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
  *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
 #define KT_DELASSUS_DECLARE(level)                                                                                     \
     bool kt_delassus_prepare_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
     void kt_delassus_least_##level(const kt_model *, kt_data *, size_t, double *);                                     \
+    bool kt_delassus_measure_##level(const kt_model *, kt_data *, size_t, kt_rows, double *);                          \
+    bool kt_delassus_damp_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);              \
     bool kt_delassus_solve_##level(const kt_model *, kt_data *, size_t, const double *);
 KT_DELASSUS_DECLARE(baseline)
 KT_DELASSUS_DECLARE(v3)

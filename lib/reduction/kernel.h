@@ -4,6 +4,11 @@
 
 #include "reduction/reduce.h"
 
+/* data->solved: groups of few equations (delassus.h) and of narrow fronts (planar_front.h) may be solved in their own
+ * forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
+enum { KT_SOLVED_NOT = 0, KT_SOLVED_REGULAR, KT_SOLVED_WHOLE };
+static inline uint8_t kt_solved_as(bool regular) { return regular ? KT_SOLVED_REGULAR : KT_SOLVED_WHOLE; }
+
 typedef struct kt_reduction_kernels {
     /* Computes the accelerations of a mechanism with loops; sets data->rank and data->near of each group. `regular`:
      * directions that are about to be lost near a singular position are left out. Returns the link at which the reduced
@@ -16,8 +21,7 @@ typedef struct kt_reduction_kernels {
                  kt_violation *violation);
     /* Factors the equations that have been filled; returns false if a number is not finite. `regular`: as above. */
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
-    /* As `factor`, for `close` alone: groups of few equations (delassus.h) and of narrow fronts (planar_front.h) are
-     * left to their own forms at regular positions. */
+    /* As `factor`, for `close` alone: groups are left to their own forms at regular positions. */
     bool (*ready)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);

@@ -279,17 +279,22 @@ static bool group_ready(const kt_model *model, kt_data *data, size_t g, kt_rows 
     const kt_group *group = &model->group[g];
     if (!special || !group->narrow || group->count[rows] != group->count[KT_ROWS_ALL])
         return KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, special);
-    data->solved[g] = true;
+    data->solved[g] = kt_solved_as(regular);
     data->factored[g] = rows;
     data->near[g] = false;
     data->rank[g] = group->rank[rows];
     return true;
 }
 
+/* Narrow fronts know no coordinates that count as constants. */
+static bool has_fixed(const kt_data *data, const kt_group *group) {
+    return group->narrow && memchr(data->front_fixed + group->v, true, (size_t)group->v_count);
+}
+
 static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= group_ready(model, data, g, rows, regular, regular);
+        fine &= group_ready(model, data, g, rows, regular, !has_fixed(data, &model->group[g]));
     return fine;
 }
 
@@ -358,8 +363,8 @@ static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric,
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
                                                                      .apply = KT_KERNEL(kt_front_apply),
-                                                                     .measure = KT_KERNEL(kt_front_measure),
-                                                                     .damp = KT_KERNEL(kt_front_damp),
+                                                                     .measure = KT_KERNEL(kt_damped_measure),
+                                                                     .damp = KT_KERNEL(kt_damped_solve),
                                                                      .nullspace = KT_KERNEL(kt_front_nullspace),
                                                                      .look = look,
                                                                      .factor = KT_KERNEL(kt_groups_factor),

@@ -215,21 +215,35 @@ kt_residual linkage_residual(const linkage *l, double t) {
     return residual;
 }
 
-double linkage_projections_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
-                                  const double *v) {
+/* The state moved by up to `far`. */
+static double states_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
+                            const double *v, double far, bool assemble) {
     double to[2][2 * LINKAGE_NQ], by[LINKAGE_NQ], most = 0.0;
     const int nq = kt_model_nq(model[0]), nv = kt_model_nv(model[0]);
     for (int i = 0; i < nv; i++)
-        by[i] = 5e-5 * (7 * i % 5 - 2);
+        by[i] = 0.5 * far * (7 * i % 5 - 2);
     for (int k = 0; k < 2; k++) {
         kt_error e = {0};
         kt_position_add(model[k], q, by, to[k]);
         for (int i = 0; i < nv; i++)
             to[k][nq + i] = v[i] + by[i];
-        if (!linkage_fine("projects", kt_state_project(model[k], data[k], t, to[k], to[k] + nq, NULL, &e), &e))
+        if (!linkage_fine(assemble ? "assembles" : "projects",
+                          assemble ? kt_state_assemble(model[k], data[k], t, to[k], to[k] + nq, &e)
+                                   : kt_state_project(model[k], data[k], t, to[k], to[k] + nq, NULL, &e),
+                          &e))
             return (double)NAN;
     }
     for (int i = 0; i < nq + nv; i++)
         most = fmax(most, fabs(to[0][i] - to[1][i]));
     return most;
+}
+
+double linkage_projections_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
+                                  const double *v) {
+    return states_differ(model, data, t, q, v, 1e-4, false);
+}
+
+double linkage_assemblies_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
+                                 const double *v, double far) {
+    return states_differ(model, data, t, q, v, far, true);
 }

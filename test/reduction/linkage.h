@@ -46,6 +46,10 @@ bool linkage_build(linkage *l, double t);
 double linkage_projections_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
                                   const double *v);
 
+/* The same of assemblies, moved by up to `far`. */
+double linkage_assemblies_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
+                                 const double *v, double far);
+
 /* ---- mechanisms -------------------------------------------------------------------------------------------------- */
 
 /* Four-bar in the plane: ground pivots at 0 and (ground, 0), crank and rocker from there, the coupler on the crank,
