@@ -32,13 +32,18 @@ static kt_status refuse(const kt_model *model, size_t body, const char *what, co
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s[%d] is %g; give a finite number", what, k, x[k]);
 }
 
-static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
-    const kt_body_record *b = &model->body[body];
+static bool quaternion_is_zero(const kt_body_record *b, const double *q) {
     const int quaternion = kt_joint_quaternion((kt_joint_type)b->type);
-    const double *p = q + b->q + (quaternion > 0 ? quaternion : 0);
-    if (quaternion < 0 || p[0] != 0.0 || p[1] != 0.0 || p[2] != 0.0 || p[3] != 0.0)
-        return KT_OK;
+    if (quaternion < 0)
+        return false;
+    const double *p = q + b->q + quaternion;
+    return p[0] == 0.0 && p[1] == 0.0 && p[2] == 0.0 && p[3] == 0.0;
+}
+
+static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
     char where[KT_WHERE_SIZE];
+    if (!quaternion_is_zero(&model->body[body], q))
+        return KT_OK;
     (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
     return kt_error_set(error, KT_ERROR_ARGUMENT, where,
                         "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
@@ -69,9 +74,10 @@ static kt_status blame(const kt_model *model, const kt_input *in, kt_error *erro
 }
 
 kt_status kt_input_check(const kt_model *model, const kt_input *in, kt_error *error) {
-    bool fine = model->n.q == model->n.v && !in->external; /* no quaternions */
-    fine = fine && kt_all_finite(in->q, model->n.q) && (!in->v || kt_all_finite(in->v, model->n.v)) &&
-           (!in->x || kt_all_finite(in->x, model->n.v));
+    bool fine = !in->external && kt_all_finite(in->q, model->n.q) && (!in->v || kt_all_finite(in->v, model->n.v)) &&
+                (!in->x || kt_all_finite(in->x, model->n.v));
+    for (size_t i = 1; fine && model->n.q > model->n.v && i < model->n.body; i++) /* there are quaternions */
+        fine = !quaternion_is_zero(&model->body[i], in->q);
     return fine ? KT_OK : blame(model, in, error);
 }
 

@@ -87,15 +87,30 @@ KT_INLINE void add_wrench(const kt_dof *dof, void *context) {
     }
 }
 
+/* The axes of the link before are at hand in registers for the link that follows it. */
 KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
+    static const composite none;
     kt_link_motion *motion = data->motion;
     kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_v4_splat(0.0), &motion[0]);
+    kt_v4 axes[3] = {motion[0].axes[0], motion[0].axes[1], motion[0].axes[2]};
     for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
-        kt_link_pose(link, &motion[link->parent], q, data->cosine, data->sine, &motion[i]);
+        const kt_link_motion *up = &motion[link->parent];
+        kt_link_motion *m = &motion[i];
+        if (!link->follows)
+            for (int k = 0; k < 3; k++)
+                axes[k] = up->axes[k];
+        if (kt_link_is_revolute(link) && !link->rest_is_rotated) {
+            m->offset = kt_v4_apply_to(axes, link->at);
+            kt_revolute_pose(link, axes, q, data->cosine, data->sine, m);
+        } else {
+            kt_link_pose(link, up, q, data->cosine, data->sine, m);
+        }
+        for (int k = 0; k < 3; k++)
+            axes[k] = m->axes[k];
         if (link->branches)
-            memset(&data->articulated[link->articulated], 0, sizeof data->articulated[link->articulated]);
+            store(&none, &data->articulated[link->articulated]);
     }
 }
 
@@ -170,20 +185,22 @@ KT_INLINE void project(const kt_dof *dof, void *context) {
 }
 
 /* Writes the lanes of a block for link i, and carries them to its parent. */
-KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t i, wrenches *w, const kt_mass_part *p) {
-    const kt_link *link = &model->link[i];
-    const kt_link_motion *m = &data->motion[i];
+KT_INLINE void pass_link(const kt_link *link, const kt_link_motion *motion, size_t i, wrenches *w,
+                         const kt_mass_part *p) {
+    const kt_link_motion *m = &motion[i];
     const double *s = kt_v4_components(&m->axis), *r = kt_v4_components(&m->offset);
-    if (kt_link_is_revolute(link)) {
-        kt_mass_part_put(p, (size_t)link->v, along(s, w->n));
+    if (kt_link_is_revolute(&link[i])) {
+        kt_mass_part_put(p, (size_t)link[i].v, along(s, w->n));
     } else {
-        projection to = {.part = p, .w = w, .v = (size_t)link->v};
-        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, m->axis, project, &to);
+        projection to = {.part = p, .w = w, .v = (size_t)link[i].v};
+        kt_dofs_visit(&link[i], motion[link[i].parent].axes, m->axes, m->axis, project, &to);
     }
     w->n[0] += kt_mass_part_of(p, r[1] * w->f[2] - r[2] * w->f[1]);
     w->n[1] += kt_mass_part_of(p, r[2] * w->f[0] - r[0] * w->f[2]);
     w->n[2] += kt_mass_part_of(p, r[0] * w->f[1] - r[1] * w->f[0]);
 }
+
+KT_INLINE size_t dofs_of(const kt_link *link) { return kt_link_is_revolute(link) ? 1 : (size_t)kt_link_dofs(link); }
 
 /* Writes the rows of a block. *last is the link of its last degree of freedom, whose own begin at *dof; both are set to
  * those of the block before. */
@@ -191,17 +208,18 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
                           size_t *last, size_t *dof) {
     const size_t stride = kt_lanes8(model->n.v);
     const kt_link *link = model->link;
+    const kt_link_motion *motion = data->motion;
     wrenches w;
     for (size_t k = 0; k < 3; k++) {
         w.n[k] = kt_lanes_load(data->scratch_v + k * stride + b->first);
         w.f[k] = kt_lanes_load(data->scratch_v + (k + 3) * stride + b->first);
     }
     size_t i = *last, own = *dof;
-    for (;; own -= (size_t)kt_link_dofs(&link[i])) {
+    for (;; own -= dofs_of(&link[i])) {
         const size_t end = (size_t)link[i].end;
         const kt_mass_part part = kt_mass_part_make(b, together, own, end);
-        pass_link(model, data, i, &w, &part);
-        kt_mass_block_clear(b, (size_t)link[i].v, (size_t)kt_link_dofs(&link[i]), end);
+        pass_link(link, motion, i, &w, &part);
+        kt_mass_block_clear(b, (size_t)link[i].v, dofs_of(&link[i]), end);
         if (own <= b->first)
             break;
         i--;
@@ -209,14 +227,14 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
     *dof = own;
     *last = i;
     if (own == b->first && --*last > 0)
-        *dof -= (size_t)kt_link_dofs(&link[*last]);
+        *dof -= dofs_of(&link[*last]);
     for (i = (size_t)link[i].parent; i > 0 && (size_t)link[i].end < b->end; i = (size_t)link[i].parent) {
         const kt_mass_part part = kt_mass_part_make(b, together, b->first, (size_t)link[i].end);
-        pass_link(model, data, i, &w, &part);
+        pass_link(link, motion, i, &w, &part);
     }
     const kt_mass_part whole = kt_mass_part_whole(b, together);
     while (i > 0) {
-        pass_link(model, data, i, &w, &whole);
+        pass_link(link, motion, i, &w, &whole);
         i = __builtin_expect(link[i].follows, true) ? i - 1 : (size_t)link[i].parent;
     }
 }

@@ -44,6 +44,7 @@ typedef struct kt_mass_block {
     size_t first, end; /* the degrees of freedom of the block */
     bool ordered;      /* model->ordered */
     bool together;     /* the lanes lie side by side in M, and there are KT_MASS_LANES of them */
+    double *rows;      /* then those of column 0 */
 } kt_mass_block;
 
 /* The block that ends before degree of freedom `end`; v: the velocity coordinate of the first of all. */
@@ -55,7 +56,8 @@ KT_INLINE kt_mass_block kt_mass_block_before(const kt_model *model, const int32_
                            .first = first,
                            .end = end,
                            .ordered = model->ordered,
-                           .together = model->ordered && end - first == KT_MASS_LANES};
+                           .together = model->ordered && end - first == KT_MASS_LANES,
+                           .rows = mass + v[first]};
 }
 
 /* Zeros in the columns of a link below the degrees of freedom that it carries: rows from `end` on. */
@@ -98,11 +100,11 @@ KT_INLINE kt_lanes kt_mass_part_of(const kt_mass_part *p, kt_lanes x) {
 /* Writes the lanes into column v; those that the link does not carry become zero, or stay. */
 KT_INLINE void kt_mass_part_put(const kt_mass_part *p, size_t v, kt_lanes x) {
     const kt_mass_block *b = p->block;
-    double *column = b->mass + v * b->nv;
     if (p->together) {
-        kt_lanes_store(column + b->v[b->first], kt_mass_part_of(p, x));
+        kt_lanes_store(b->rows + v * b->nv, kt_mass_part_of(p, x));
         return;
     }
+    double *column = b->mass + v * b->nv;
     double lane[KT_MASS_LANES];
     memcpy(lane, &x, sizeof lane);
     for (size_t k = p->own; k < p->end && k < b->end; k++)
