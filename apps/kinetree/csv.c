@@ -42,6 +42,11 @@ static void add_line(kt_csv *csv, const double *values) {
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
+static void say_not_open(const char *name, int reason) {
+    kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name,
+           reason == EBUSY ? "another run is writing it" : strerror(reason));
+}
+
 int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns) {
     *csv = (kt_csv){.columns = columns, .lines.file = -1};
     if (path == NULL)
@@ -50,9 +55,11 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns) {
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
-    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) {
-        kt_say("%s cannot be written: %s; --out FILE writes elsewhere", name, strerror(errno));
+    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : kt_output_open(&csv->output, O_WRONLY | O_CREAT);
+    if (file < 0 || (csv->output.partial != NULL && ftruncate(file, 0) != 0)) {
+        say_not_open(name, errno);
+        if (file >= 0)
+            (void)close(file);
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
@@ -100,8 +107,8 @@ static int copy_beginning(const char *from, const char *to, long long size) {
 
 /* Opens the records up to the checkpoint: the partial file that an interrupted run has left, or else a copy of the
  * first bytes of a finished result, whose remainder is computed again; then *copied is true. */
-static int open_beginning(const kt_output *output, long long written, bool *copied) {
-    const int file = open(kt_output_path(output), O_RDWR | O_CLOEXEC);
+static int open_beginning(kt_output *output, long long written, bool *copied) {
+    const int file = kt_output_open(output, O_RDWR);
     *copied = file < 0 && errno == ENOENT && output->partial != NULL && access(output->name, R_OK) == 0;
     return *copied ? copy_beginning(output->name, output->partial, written) : file;
 }
@@ -116,9 +123,13 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long
     bool copied;
     int file = open_beginning(&csv->output, written, &copied);
     if (file < 0) {
-        kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(errno));
+        const int reason = errno;
+        if (reason == EBUSY)
+            say_not_open(name, reason);
+        else
+            kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(reason));
         (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
-        return KT_EXIT_USAGE;
+        return reason == EBUSY ? KT_EXIT_INTEGRATION : KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
     kt_lines_start(lines, file, path, written);

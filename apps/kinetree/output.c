@@ -1,17 +1,22 @@
 /* Result files: names, checks, and the renaming at the end. */
+#define _DEFAULT_SOURCE   /* flock */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "output.h"
 
 #include "command.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
+
+enum { LOCK_TRIES = 100 }; /* a second */
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
 
@@ -64,7 +69,7 @@ static bool is_free(const char *path) {
 /* ---- one result -------------------------------------------------------------------------------------------------- */
 
 int kt_output_start(kt_output *output, const char *path) {
-    *output = (kt_output){.name = NULL};
+    *output = (kt_output){.name = NULL, .lock = -1};
     if (is_stream(path) || is_written_in_place(path)) {
         output->name = strdup(path);
     } else {
@@ -85,6 +90,47 @@ int kt_output_start(kt_output *output, const char *path) {
 
 const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
 
+/* Locks a file for as long as it is open. A run that has just been killed may hold it for a moment, until its last write
+ * has ended. File systems without locks are written without one. Returns false, with errno, if another run has it. */
+static bool lock(int file) {
+    for (int i = 0; flock(file, LOCK_EX | LOCK_NB) != 0; i++) {
+        if (errno != EWOULDBLOCK && errno != EINTR)
+            return true;
+        if (i == LOCK_TRIES) {
+            errno = EBUSY;
+            return false;
+        }
+        (void)nanosleep(&(struct timespec){.tv_nsec = 10000000}, NULL);
+    }
+    return true;
+}
+
+/* Returns whether the name is still that of the open file: a run that has ended meanwhile has renamed its own. */
+static bool is_named(int file, const char *name) {
+    struct stat open_one, named;
+    return fstat(file, &open_one) == 0 && stat(name, &named) == 0 && open_one.st_dev == named.st_dev &&
+           open_one.st_ino == named.st_ino;
+}
+
+int kt_output_open(kt_output *output, int flags) {
+    const char *name = kt_output_path(output);
+    for (;;) {
+        const int file = open(name, flags | O_CLOEXEC, 0666);
+        if (file < 0 || output->partial == NULL)
+            return file;
+        const bool is_mine = lock(file);
+        if (is_mine && is_named(file, name)) {
+            output->lock = fcntl(file, F_DUPFD_CLOEXEC, 0); /* the file may be closed before it is renamed */
+            return file;
+        }
+        (void)close(file);
+        if (!is_mine) {
+            errno = EBUSY;
+            return -1;
+        }
+    }
+}
+
 /* Renames the partial file; the new file gets the permissions of the old one. */
 static int put_in_place(const kt_output *output) {
     struct stat old;
@@ -102,9 +148,11 @@ int kt_output_end(kt_output *output, kt_output_fate fate) {
         failed = put_in_place(output);
     if (output->partial != NULL && fate == KT_OUTPUT_NOTHING)
         (void)unlink(output->partial);
+    if (output->partial != NULL && output->lock >= 0)
+        (void)close(output->lock);
     free(output->partial);
     free(output->name);
-    *output = (kt_output){.name = NULL};
+    *output = (kt_output){.name = NULL, .lock = -1};
     return failed;
 }
 

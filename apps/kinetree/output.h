@@ -1,6 +1,7 @@
 /* Result files. A result is written to NAME.partial, next to NAME, and renamed when it is complete: until then NAME
  * keeps its old content. The partial file of a failed run is also renamed if no NAME exists, and otherwise keeps its
- * name. Devices and pipes are written directly. */
+ * name. Devices and pipes are written directly. Records, which are written as long as a run lasts, are locked against
+ * other runs that would write them, too. */
 #ifndef KT_COMMAND_OUTPUT_H
 #define KT_COMMAND_OUTPUT_H
 
@@ -10,6 +11,7 @@
 typedef struct kt_output {
     char *name;    /* symbolic links are resolved */
     char *partial; /* NULL: `name` itself is written */
+    int lock;      /* -1: none; else a descriptor that keeps the file locked until it has its name */
 } kt_output;
 
 /* Determines the names; "-" stands for standard output. Returns -1 on success, else an exit code after printing the
@@ -17,6 +19,9 @@ typedef struct kt_output {
 int kt_output_start(kt_output *output, const char *path);
 /* Returns the path of the file to write. */
 const char *kt_output_path(const kt_output *output);
+/* Opens the file for writing, with `flags` of open (O_CREAT, O_RDWR), and locks it until kt_output_end. Nothing of it is
+ * truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
+int kt_output_open(kt_output *output, int flags);
 
 typedef enum kt_output_fate {
     KT_OUTPUT_WHOLE,   /* renamed to its name */

@@ -124,6 +124,19 @@ KT_TEST(killed_run_leaves_whole_lines) {
     (void)prctl(PR_SET_CHILD_SUBREAPER, 0L);
 }
 
+/* Two runs that would write the same records: the second is refused and changes nothing of the first. Both used to write
+ * into one file, and whichever ended later renamed what it did not own. */
+KT_TEST(run_of_records_that_another_run_is_writing_is_refused) {
+    kt_expect(4, "two.csv.partial cannot be written: another run is writing it; --out FILE writes elsewhere",
+              "rm -f two.csv*; $K make pendulum --links 2 >p.yaml; "
+              "$K run p.yaml --quiet --out two.csv --duration 1e9 --integrator rk4 --step 1e-3 --interval 0.1 & "
+              "first=$!; until test -s two.csv.partial; do :; done; kill -STOP $first; sleep 0.1; cp two.csv.partial "
+              "before.csv; "
+              "$K run p.yaml --quiet --out two.csv --duration 1; code=$?; kill -KILL $first; exit $code");
+    kt_expect(0, NULL, "cmp two.csv.partial before.csv; test ! -e two.csv");
+    kt_expect(0, NULL, "$K run p.yaml --quiet --out two.csv --duration 1; test ! -e two.csv.partial");
+}
+
 /* A step far beyond the limit of stability: numbers grow until they overflow, for a motor might have driven them. */
 KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
     kt_expect(0, NULL,
