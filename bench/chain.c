@@ -68,7 +68,7 @@ static kt_status compile(const kt_description *description, kt_isa level, kt_cha
     kt_description tree = *description;
     kt_model_options options = kt_model_options_default();
     tree.loop_count = tree.effect_count = 0;
-    options.level = level;
+    options.isa = level;
     const kt_status status = kt_model_compile(&tree, &options, &chain->model, error);
     return status == KT_OK ? kt_data_create(chain->model, &chain->data, error) : status;
 }

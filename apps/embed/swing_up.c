@@ -196,8 +196,8 @@ static int optimize(task *t) {
 static double gradient_of(task *t) {
     const kt_rollout rollout = {.method = kt_method_find("rk4"), .h = t->h, .steps = STEPS, .inputs = t->tau};
     double by_inputs[STEPS * N_MAX], value, most = 0.0, input = 0.0;
-    must(kt_rollout_gradient(t->model, t->data, work, sizeof work, &rollout, t->q[0], t->v[0], cost_at, t, &value, NULL,
-                             by_inputs, &error));
+    must(kt_rollout_gradient(t->model, t->data, work, sizeof work, &rollout, t->q[0], t->v[0], &value, NULL, by_inputs,
+                             cost_at, t, &error));
     for (int i = 0; i < STEPS * t->n; i++) {
         input = fmax(input, fabs(t->tau[i]));
         most = fmax(most, t->tau[i] == 0.0 ? 0.0 : fabs(by_inputs[i])); /* that of what is driven */

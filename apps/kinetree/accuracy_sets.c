@@ -30,8 +30,8 @@ void kt_compared_formulations(const kt_scene *scene, kt_variant *variants) {
         variants[i].label = kinds[i].label;
         variants[i].formulation = kinds[i].absolute ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
         variants[i].simulation.unprojected = kinds[i].unprojected;
-        variants[i].has_set = kinds[i].has_set;
-        variants[i].set = kinds[i].set;
+        variants[i].has_constraint_formulation = kinds[i].has_set;
+        variants[i].constraint_formulation = kinds[i].set;
         variants[i].gain = kinds[i].gain;
     }
 }

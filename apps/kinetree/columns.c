@@ -166,7 +166,7 @@ static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_colum
     const int order = (int)c->source - KT_COLUMN_POSITION;
     switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
     case KT_COORDINATE_LENGTH:
-    case KT_COORDINATE_PLACE:
+    case KT_COORDINATE_TRANSLATION:
         return lengths[order];
     case KT_COORDINATE_ROTATION:
         return order == 0 ? (kt_quantity){"Quaternions", ""} : angles[order];

@@ -103,7 +103,7 @@ static kt_coordinate_name name_component(kt_joint_type type, int k) {
             before += i < k;
             all++;
         }
-    if (kind == KT_COORDINATE_PLACE || kind == KT_COORDINATE_ROTATION)
+    if (kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION)
         snprintf(name.text, sizeof name.text, "%s%s", kind == KT_COORDINATE_ROTATION ? "about " : "", axis[before % 3]);
     else
         snprintf(name.text, sizeof name.text, "%s%s%.0d", kind == KT_COORDINATE_LENGTH ? "length" : "angle",

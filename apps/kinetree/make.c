@@ -154,7 +154,7 @@ static bool needs_girth(const kt_make_arguments *settings) {
 /* Returns whether point masses give every degree of freedom of these joints an inertia: a point that can be displaced
  * turns without any. */
 static bool allows_points(const kt_make_arguments *settings) {
-    return !needs_girth(settings) && kt_joint_coordinate_kind(joints[settings->joint], 0) != KT_COORDINATE_PLACE;
+    return !needs_girth(settings) && kt_joint_coordinate_kind(joints[settings->joint], 0) != KT_COORDINATE_TRANSLATION;
 }
 
 static void set_shape(const kt_maker *maker, kt_body *body, double length) {

@@ -89,7 +89,7 @@ static void add_curve(kt_plot_run *plot, quantity panel, source from, int index,
 static quantity find_quantity(kt_joint_type type, int k, bool of_velocity) {
     switch (kt_joint_coordinate_kind(type, k)) {
     case KT_COORDINATE_LENGTH:
-    case KT_COORDINATE_PLACE:
+    case KT_COORDINATE_TRANSLATION:
         return QUANTITY_LENGTH;
     case KT_COORDINATE_ROTATION:
         return of_velocity ? QUANTITY_ANGLE : QUANTITY_QUATERNION;

@@ -26,7 +26,7 @@ typedef struct part_name {
 } part_name;
 
 static part_name name_part(kt_joint_type type, unsigned part) {
-    const bool is_free = kt_joint_coordinate_kind(type, 0) == KT_COORDINATE_PLACE &&
+    const bool is_free = kt_joint_coordinate_kind(type, 0) == KT_COORDINATE_TRANSLATION &&
                          kt_joint_coordinate_kind(type, 3) == KT_COORDINATE_ROTATION;
     switch (part) {
     case KT_GIVEN_POSITION:

@@ -251,7 +251,7 @@ static int measure(const problem *p, const kt_bench_options *options, kt_csv *cs
     double best = -1.0;
     (void)snprintf(path, sizeof path, KT_SCENES "/%s.yaml", p->scene);
     kt_model_options settings = kt_model_options_default();
-    settings.level = options->level;
+    settings.isa = options->level;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK ||
         kt_model_compile(&scene.description, &settings, &model, &error) != KT_OK)
         (void)kt_bench_tell(&error);

@@ -90,7 +90,7 @@ static kt_status make(subject *s, int type, int count, kt_isa level, kt_error *e
         effects[i] = effect_of(type == CUSTOM ? KT_EFFECT_CUSTOM : (kt_effect_type)type);
     d.effects = effects;
     d.effect_count = count;
-    options.level = level;
+    options.isa = level;
     kt_status status = effects ? kt_model_compile(&d, &options, &s->model, error)
                                : kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the effects");
     if (status == KT_OK)

@@ -76,7 +76,7 @@ static kt_status measure(const chain *c, int n, const kt_bench_options *options,
     *out = (line){.n = n};
     for (; made < 2 && status == KT_OK; made += status == KT_OK) {
         kt_model_options settings = kt_model_options_default();
-        settings.level = options->level;
+        settings.isa = options->level;
         settings.plan = c->plan;
         status = kt_bars_make(c->shape, n, made == TREE, KT_FORMULATION_TREE, &settings, &bars[made], error);
     }

@@ -88,7 +88,7 @@ static kt_status measure(kt_bars_shape shape, int loops, const kt_bench_options 
     *out = (line){.loops = loops};
     while (made < ways && status == KT_OK) {
         kt_model_options settings = kt_model_options_default();
-        settings.level = options->level;
+        settings.isa = options->level;
         const kt_formulation formulation = made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
         status = kt_bars_make(shape, loops, made == TREE, formulation, &settings, &bars[made], error);
         made += status == KT_OK;

@@ -49,7 +49,7 @@ static kt_status make_all(const struct subject *s, kt_isa level, kt_bars bars[WA
     kt_status status = KT_OK;
     for (*made = 0; *made < (s->closed ? WAYS : PLANAR_OPEN) && status == KT_OK;) {
         kt_model_options options = kt_model_options_default();
-        options.level = level;
+        options.isa = level;
         options.plan = *made % 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
         status =
             kt_bars_make(s->shape, s->count, *made >= PLANAR_OPEN, KT_FORMULATION_TREE, &options, &bars[*made], error);

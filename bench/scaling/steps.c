@@ -77,8 +77,8 @@ static void run_gradient(void *user, long repetitions) {
     steps *s = user;
     double value;
     for (long k = 0; k < repetitions && s->error.code == KT_OK; k++)
-        if (kt_rollout_gradient(s->model, s->data, s->work, s->size, &s->rollout, s->start_q, s->start_v, kinetic, s,
-                                &value, s->gradient, s->gradient + 2 * s->n, &s->error) != KT_OK)
+        if (kt_rollout_gradient(s->model, s->data, s->work, s->size, &s->rollout, s->start_q, s->start_v, &value,
+                                s->gradient, s->gradient + 2 * s->n, kinetic, s, &s->error) != KT_OK)
             return;
 }
 
@@ -176,7 +176,7 @@ kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_li
 kt_status kt_scaling_closed_steps(int loops, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     kt_bars bars;
     kt_model_options chosen = kt_model_options_default();
-    chosen.level = options->level;
+    chosen.isa = options->level;
     kt_status status = kt_bars_make(KT_BARS_CHAINED, loops, false, KT_FORMULATION_TREE, &chosen, &bars, error);
     *line = (kt_scaling_line){.set_up = bars.set_up};
     if (status == KT_OK) {

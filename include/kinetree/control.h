@@ -33,8 +33,8 @@ typedef enum kt_twist_frame {
 KT_API void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                               double *jacobian);
 
-/* The bias acceleration J' v of the same twist, J' being the derivative of J in time: d/dt (J v) = J a + J' v. Needs
- * kt_kinematics_update at q and v; whatever accelerations that was given do not enter. O(depth). */
+/* The bias acceleration (dJ/dt) v of the same twist: d/dt (J v) = J a + (dJ/dt) v. Needs kt_kinematics_update at q and v;
+ * the accelerations that it was given do not enter. O(depth). */
 KT_API kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame);
 
 /* ---- about the centre of mass ------------------------------------------------------------------------------------ */
@@ -43,14 +43,14 @@ KT_API kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int bo
  * kt_kinematics_update at q. O(nv). */
 KT_API void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacobian);
 
-/* J' v of the centre of mass, m/s^2, world axes. Needs kt_kinematics_update at q and v. O(number of bodies). */
+/* (dJ/dt) v of the centre of mass, m/s^2, world axes. Needs kt_kinematics_update at q and v. O(number of bodies). */
 KT_API kt_vec3 kt_mass_center_bias(const kt_model *model, kt_data *data);
 
 /* The centroidal momentum matrix A: A v is the angular momentum about the centre of mass (rows 0 to 2), and the linear
  * momentum (rows 3 to 5), world axes. matrix: 6 x nv. Needs kt_kinematics_update at q. O(nv). */
 KT_API void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix);
 
-/* A' v, A' being the derivative of A in time: d/dt (A v) = A a + A' v, moment about the centre of mass and force. Needs
+/* (dA/dt) v of this matrix: d/dt (A v) = A a + (dA/dt) v, moment about the centre of mass and force. Needs
  * kt_kinematics_update at q and v. O(number of bodies). */
 KT_API kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data);
 

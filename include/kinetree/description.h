@@ -115,10 +115,10 @@ typedef struct kt_joint {
     double pitch;         /* screw: m per radian */
     kt_vec3 at;           /* origin of the joint frame in the parent's body frame, m */
     kt_rotation rotation; /* joint frame against the parent's body frame */
-    double position[7];   /* initial positions, as many as the type has */
-    double velocity[6];   /* initial velocities */
-    double armature[6];   /* rotor inertia reflected to each degree of freedom, kg m^2 or kg, >= 0; default: 0 */
-    unsigned given;       /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
+    double position[KT_JOINT_NQ_MAX]; /* initial positions, as many as the type has, rad or m */
+    double velocity[KT_JOINT_NV_MAX]; /* initial velocities, rad/s or m/s */
+    double armature[KT_JOINT_NV_MAX]; /* rotor inertia at each degree of freedom, kg m^2 or kg, >= 0; default: 0 */
+    unsigned given;                   /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
 } kt_joint;
 
 /* The KT_GIVEN_ bits of all parts that are given: those that `given` names, and those that are not zero. A quaternion

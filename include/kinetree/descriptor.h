@@ -49,16 +49,15 @@ typedef enum kt_key_range {
 
 /* One key. */
 typedef struct kt_key {
-    const char *name; /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
-    kt_key_kind kind; /* what it holds */
-    size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
-    const char *unit; /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
-    const char *help; /* what it is, without the unit */
-    const char
-        *standard;      /* what it is where it is left out, in words; NULL: the value that the struct's _default has */
-    const char *also;   /* another name that is read for it; NULL: none */
-    kt_key_range range; /* of its numbers */
-    bool needed;        /* it has no default */
+    const char *name;     /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
+    kt_key_kind kind;     /* what it holds */
+    size_t offset;        /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
+    const char *unit;     /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
+    const char *help;     /* what it is, without the unit */
+    const char *standard; /* its default in words; NULL: the value that the struct's _default has */
+    const char *also;     /* another name that is read for it; NULL: none */
+    kt_key_range range;   /* of its numbers */
+    bool needed;          /* it has no default */
 } kt_key;
 
 /* One type. Formula and example are NULL in a library for a machine without an operating system. */
@@ -88,12 +87,12 @@ KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* What a coordinate of a joint measures. */
 typedef enum kt_coordinate_kind {
-    KT_COORDINATE_NONE = 0, /* the joint has no such coordinate */
-    KT_COORDINATE_ANGLE,    /* an angle; whole turns of it are the same position */
-    KT_COORDINATE_TURNS,    /* an angle that counts its turns */
-    KT_COORDINATE_LENGTH,   /* a length by itself */
-    KT_COORDINATE_PLACE,    /* a component of a translation */
-    KT_COORDINATE_ROTATION, /* a component of a rotation: of a quaternion, and of an angular velocity */
+    KT_COORDINATE_NONE = 0,    /* the joint has no such coordinate */
+    KT_COORDINATE_ANGLE,       /* an angle; whole turns of it are the same position */
+    KT_COORDINATE_TURNS,       /* an angle that counts its turns */
+    KT_COORDINATE_LENGTH,      /* a length by itself */
+    KT_COORDINATE_TRANSLATION, /* a component of a translation */
+    KT_COORDINATE_ROTATION,    /* a component of a rotation: of a quaternion, and of an angular velocity */
 } kt_coordinate_kind;
 
 /* Of position k, or velocity k, of a joint of this type. O(1). */

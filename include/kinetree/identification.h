@@ -62,7 +62,7 @@ KT_API void kt_regressor_parameters(const kt_model *model, double *parameters);
 KT_API KT_CHECKED kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const double *q,
                                                   const double *v, const double *a, double *regressor, kt_error *error);
 
-/* Bytes of the work memory of kt_base_parameters_find, aligned to KT_ALIGNMENT: some 16 columns^2. */
+/* Bytes of the work memory of kt_base_parameters_find, aligned to KT_ALIGNMENT: some 8 columns (columns + nv). */
 KT_API size_t kt_base_parameters_work_size(const kt_model *model);
 
 /* Finds base parameters. *rank receives their number b, and column (columns numbers) the order of the parameters: each of

@@ -185,7 +185,7 @@ KT_API int kt_method_dense_order(const kt_method *method);
  * Errors: KT_ERROR_ARGUMENT, naming the first condition that fails and its residual.
  *
  * Cost: 8 trees for order 4, 200 for order 8, each O(nodes s^2). Allocates nothing; 40 kB of stack. */
-KT_CHECKED KT_API kt_status kt_method_check(const kt_method *method, kt_error *error);
+KT_API KT_CHECKED kt_status kt_method_check(const kt_method *method, kt_error *error);
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
@@ -215,7 +215,7 @@ typedef struct kt_stability {
  * read for a stabilised method alone: 2 to KT_STABILISED_STAGES_MAX. O(s^3).
  *
  * Errors: KT_ERROR_ARGUMENT (sizes, or stages, out of range). */
-KT_CHECKED KT_API kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
+KT_API KT_CHECKED kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
                                               kt_error *error);
 
 /* The stages that a stabilised method takes where `z` is the step times the largest |lambda|, its margin included; a
@@ -385,7 +385,7 @@ KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
  *
  * Errors: KT_ERROR_ARGUMENT (options, n, the method, adaptive without an estimate), KT_ERROR_MEMORY (size too small).
  */
-KT_CHECKED KT_API kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
+KT_API KT_CHECKED kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
                                                const kt_integrator_options *options, kt_integrator **integrator,
                                                kt_error *error);
 
@@ -393,14 +393,14 @@ KT_CHECKED KT_API kt_status kt_integrator_init(void *memory, size_t size, const 
  * copied. Calls none.
  *
  * Errors: KT_ERROR_ARGUMENT (no rhs), KT_ERROR_NOT_FINITE (t or y); the integrator is then as before. */
-KT_CHECKED KT_API kt_status kt_integrator_start(kt_integrator *integrator, double t, const double *y,
+KT_API KT_CHECKED kt_status kt_integrator_start(kt_integrator *integrator, double t, const double *y,
                                                 const kt_integrator_callbacks *callbacks, kt_error *error);
 
 /* Replaces the state at the current time, as an event does: keeps time, grid, counts and the proposed step; forgets
  * slopes, the control's error memory, and the interpolant of the last step (interpolate up to the event first).
  *
  * Errors: as kt_integrator_start. */
-KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const double *y, kt_error *error);
+KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const double *y, kt_error *error);
 
 /* One accepted step towards t_limit, never beyond it, with as many rejected tries as it needs. t_limit is INFINITY
  * where there is none; a t_limit before the current time integrates backwards. The step that reaches t_limit ends at
@@ -448,7 +448,7 @@ KT_CHECKED KT_API kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; of rodas5p 8, a Jacobian and new
  * factors a step; a stabilised method's stages each O(n); an implicit
  * method's iterations s - 1 evaluations each and O(n^2), new factors O(n^3). */
-KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
+KT_API KT_CHECKED kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
 /* y(t), n values, at a time within the last accepted step, its ends included (at the ends the very states, bit for
  * bit); right after the start only at the start. y_out must not be inside the integrator. Between the ends the value
@@ -458,7 +458,7 @@ KT_CHECKED KT_API kt_status kt_integrator_step(kt_integrator *integrator, double
  * Errors: KT_ERROR_ARGUMENT (t outside), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; y_out is then untouched.
  *
  * Cost: O(s n). */
-KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
+KT_API KT_CHECKED kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
                                                       kt_error *error);
 
 /* f(t, y) at the current time and state, n values, valid until the next call that takes a non-const integrator. Where
@@ -466,7 +466,7 @@ KT_CHECKED KT_API kt_status kt_integrator_interpolate(kt_integrator *integrator,
  * evaluated here, and the next step need not: no evaluation is made twice, and no bit of any later step changes.
  *
  * Errors: KT_ERROR_ARGUMENT (not started), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; the integrator is then as before. */
-KT_CHECKED KT_API kt_status kt_integrator_derivative(kt_integrator *integrator, const double **slope, kt_error *error);
+KT_API KT_CHECKED kt_status kt_integrator_derivative(kt_integrator *integrator, const double **slope, kt_error *error);
 
 /* In turn: the current time; the current state (n values, valid until the next call that takes a non-const integrator);
  * the time where the last step began (the current time before any); n; the method. O(1). */
@@ -529,7 +529,7 @@ KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_me
  * anew, once); with NULL not.
  *
  * Errors: as kt_integrator_start. */
-KT_CHECKED KT_API kt_status kt_integrator_restore(kt_integrator *integrator, const kt_integrator_memory *memory,
+KT_API KT_CHECKED kt_status kt_integrator_restore(kt_integrator *integrator, const kt_integrator_memory *memory,
                                                   const double *y, const double *previous_y, const double *history,
                                                   const kt_integrator_callbacks *callbacks, kt_error *error);
 

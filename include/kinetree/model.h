@@ -55,8 +55,8 @@ typedef enum kt_structure {
 
 /* Plans. X(id, name in scene files) */
 #define KT_PLAN_LIST(X)                                                                                                \
-    X(KT_PLAN_AUTO, auto)       /* in the plane, where all moves in one */                                             \
-    X(KT_PLAN_SPATIAL, spatial) /* always in space */
+    X(KT_PLAN_AUTO, auto)       /* trees that move in a plane are computed in it */                                    \
+    X(KT_PLAN_SPATIAL, spatial) /* all trees are computed in space */
 
 /* How trees that move in a plane are computed, all their joints being revolute about one direction or prismatic normal to
  * it: in the plane (auto), or like all others (spatial). The results differ by rounding only. */
@@ -69,7 +69,7 @@ typedef enum kt_plan {
 
 /* How a description is compiled. */
 typedef struct kt_model_options {
-    kt_isa level;                         /* other than auto: this one; results have the same bits with each */
+    kt_isa isa;                           /* of the recursions; results have the same bits with each */
     const kt_reduction_method *reduction; /* of loops; must outlive the model. NULL: by QR decomposition */
     kt_metric metric;                     /* of projections */
     kt_plan plan;                         /* of trees that move in a plane */
@@ -79,11 +79,12 @@ typedef struct kt_model_options {
 /* auto, by QR decomposition, identity, auto, auto. */
 KT_API kt_model_options kt_model_options_default(void);
 
-/* Checks, orders and compiles a description. *model is allocated and released with kt_model_free; this and the _create
- * calls are the only ones that allocate. options may be NULL. Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where
- * and how: the first fault of kt_description_check, or of kt_model_check;
- * KT_ERROR_ARGUMENT (an option that is none, no place for the model); KT_ERROR_UNSUPPORTED (a level that this processor
- * does not have). O(size), and an assembly (kt_state_assemble) where springs in loops start unstretched. */
+/* Checks, orders and compiles a description. *model is allocated and released with kt_model_free. Of the core
+ * only this call, the checks of descriptions, the _create calls and kt_spectrum_along allocate. options may be NULL.
+ * Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where and how: the first fault of kt_description_check, or of
+ * kt_model_check; KT_ERROR_ARGUMENT (an option out of its range; model is NULL); KT_ERROR_UNSUPPORTED (an instruction set
+ * that this processor does not have). *model is then untouched. O(size), and an assembly (kt_state_assemble) where springs
+ * in loops start unstretched. */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 /* The faults that show only in the mechanism as a whole: joints that move nothing with inertia along one of their
@@ -145,7 +146,7 @@ KT_API const char *kt_marker_name(const kt_model *model, int body, int marker);
 KT_API kt_vec3 kt_marker_at(const kt_model *model, int body, int marker);
 KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
 
-/* The initial state of the description: q (nq), v (nv). */
+/* Writes the initial state as the description gives it: q (nq), v (nv). Its loops may be open (kt_state_assemble). O(nq). */
 KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 
 /* The instruction set that the recursions use. */

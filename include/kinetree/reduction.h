@@ -7,7 +7,9 @@
  *
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the
- * articulated-body recursion (constraint embedding: Jain 2009, Multibody System Dynamics 22).
+ * articulated-body recursion (constraint embedding: Jain 2009, Multibody System Dynamics 22). A group of many loops is
+ * eliminated link by link, where that takes fewer operations than one dense matrix for all of it (kt_structure): its cost
+ * then grows with its number of links if loops are chained, as in rows of windows, ropes and ladders.
  */
 #ifndef KINETREE_REDUCTION_H
 #define KINETREE_REDUCTION_H
@@ -47,8 +49,9 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  * effects, joint forces tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). Near a
  * singular position of the loops, where equations become dependent for an instant, the acceleration is interpolated
  * from six neighbouring states, three on each side along the motion, so that the motion passes through smoothly; this
- * takes up to 5 x 6 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
- * own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK. Cost: O(bodies) + O(coordinates^3) of each group. */
+ * takes up to 8 x 6 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
+ * own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK; a is then untouched. Cost: O(bodies) + O(coordinates^3) of each group
+ * that is reduced by one dense matrix. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
@@ -139,7 +142,7 @@ KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *dat
                                              const double *v, kt_residual *residual, kt_error *error);
 
 /* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
- * evaluation of accelerations iterates only near a singular position: there it uses at most 5 times 6 neighbouring
+ * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
  * states, each closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
@@ -232,7 +235,7 @@ KT_API KT_CHECKED kt_status kt_multiplier_evaluate(const kt_model *model, kt_dat
  * columns is nv less the rank at this position: kt_mobility.minimal, and more at a singular one. basis has room for
  * nv x nv. Coordinates in no loop have columns of their own, the last ones; the columns of a group are orthonormal
  * (`qr`, `svd`), or unit vectors in the independent coordinates (`partition`). Errors: KT_ERROR_NOT_FINITE. Cost:
- * O(nv^2) + O(coordinates^3) of each group. */
+ * O(nv^2) + O(coordinates^3) of each group that is reduced by one dense matrix, O(links) a column of the others. */
 KT_API KT_CHECKED kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q,
                                               double *basis, int *columns, kt_error *error);
 

@@ -51,11 +51,13 @@ typedef struct kt_scene_marks kt_scene_marks;
 typedef struct kt_scene {
     kt_description description; /* the mechanism */
     kt_run run;                 /* `simulate` and `output`, without the next two */
-    kt_formulation
-        formulation; /* of `simulate`: whoever heeds these two uses libkinetree-study, which has kt_absolute_create */
-    kt_reduction
-        reduction; /* and kt_reduction_method_of; who does not gets the same motion in tree coordinates, by QR */
-    void *memory;  /* where the arrays and strings live; for kt_scene_free */
+
+    /* Of `simulate`, for kt_absolute_create and kt_reduction_method_of of libkinetree-study. A program that reads neither
+     * gets the same motion in tree coordinates, by QR. */
+    kt_formulation formulation; /* coordinates that are integrated */
+    kt_reduction reduction;     /* how the equations of loops are solved */
+
+    void *memory;                /* where the arrays and strings live; for kt_scene_free */
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;
 

@@ -148,8 +148,8 @@ KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *roll
  * kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE. Outputs are then untouched. */
 KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_rollout *rollout, const double *q, const double *v,
-                                                kt_cost *cost, void *user, double *value, double *by_start,
-                                                double *by_inputs, kt_error *error);
+                                                double *value, double *by_start, double *by_inputs, kt_cost *cost,
+                                                void *user, kt_error *error);
 
 #ifdef __cplusplus
 }

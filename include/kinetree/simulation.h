@@ -86,8 +86,8 @@ typedef struct kt_run {
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* Returns the defaults: 10 s, dopri5 at tolerance 1e-9, whose simulations are small, rho 0.6, identity, auto, default
- * records. A scene names no method unless its file does. */
+/* Returns the defaults: 10 s; dopri5, whose simulations take little memory, at tolerance 1e-9; rho 0.6; metric identity;
+ * plan auto; default records. A scene whose file names no method has none in its run (kt_run_method). */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
@@ -96,16 +96,16 @@ KT_API kt_run kt_run_default(void);
 /* Checks the times and tolerances of a run: they are finite and not negative, the duration is 0 or not below
  * KT_DURATION_LEAST, a step is not lost in the rounding of the times that it leads to, there are no more records than
  * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
- * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors: KT_ERROR_ARGUMENT, where:
- * "duration", "step", "interval", "tolerance" or "rho". Cost: a few comparisons. */
-KT_API kt_status kt_run_check(const kt_run *run, kt_error *error);
+ * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors:
+ * KT_ERROR_ARGUMENT, with error->where "duration", "step", "interval", "tolerance" or "rho". Cost: a few comparisons. */
+KT_API KT_CHECKED kt_status kt_run_check(const kt_run *run, kt_error *error);
 
 /* The most velocity coordinates nv of a model for which auto is the default. Its simulation takes about 14 nv^2 numbers
  * more than that of dopri5. */
 enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
 
-/* The method of a run: the built-in one of its name, or where that is given by rho a copy of it with the run's, in
- * *storage, which must outlive its use; NULL if there is none of that name. Where the run names none it is the default
+/* The method of a run: the built-in one of its name; of two-step, which has a parameter, a copy with the run's rho, written
+ * to *storage, which must outlive its use; NULL if there is none of that name. Where the run names none it is the default
  * for the model that is integrated: auto; but dopri5
  *   - with a fixed step,
  *   - for a model of more than KT_RUN_IMPLICIT_MOST velocity coordinates,
@@ -232,8 +232,7 @@ KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const
 /* Initialises a simulation in the caller's memory (KT_ALIGNMENT), at time 0 in the model's initial state, assembled.
  * The model and a method of the caller's must outlive it; everything else in run and options is read only here. Nothing
  * needs to be released. Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite),
- * KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT
- * (loops that do not close).
+ * KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do not close).
  *
  * With a transformation, too, all inputs and outputs are in the model's own coordinates: states, torques, records,
  * reactions. Only energies, constraint residuals and multipliers are those of the model that is integrated. */
@@ -300,7 +299,9 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
  * step; KT_ERROR_ARGUMENT if the period is not finite, not above zero, or so short that it does not change the time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
-/* Computes the acceleration (nv) in the present state, with the torques and wrenches that the next step will have. */
+/* Computes the accelerations a (nv) in the present state, with the torques and wrenches that the next step will have.
+ * Errors: as for a step; a is then untouched. Cost: that of kt_acceleration_evaluate; the
+ * next step does not use the result, unlike that of kt_simulation_sense. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
 /* Works since the start or the last kt_simulation_set_state, J: the work that effects have dissipated, and the work
@@ -397,8 +398,8 @@ typedef struct kt_simulation_counts {
     uint64_t jacobians;       /* of the right-hand side, by an implicit method */
     uint64_t switches;        /* of auto, to the implicit method and back */
     uint64_t capped;          /* by the method: what had not settled and was taken (kt_integrator_counts) */
-    kt_iterations iterations; /* of projections, and of the assembly at the start; `capped` counts those that ended at
-                                 their limit, including estimates of the decay (rkc2, rkc4; kt_integrator_counts) */
+    kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
+                                 ended at their limit, and those of the method (`capped` above), too */
 } kt_simulation_counts;
 
 /* Returns the counts since the start, or the last kt_simulation_set_state. */

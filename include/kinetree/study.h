@@ -183,26 +183,26 @@ KT_API size_t kt_constraint_formulation_size(const kt_model *model);
  */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                                            const kt_constraint_formulation_options *options,
-                                                           void *memory, size_t size, kt_constraint_formulation **set,
-                                                           kt_error *error);
+                                                           void *memory, size_t size,
+                                                           kt_constraint_formulation **formulation, kt_error *error);
 /* The same in allocated memory, which kt_constraint_formulation_free releases. */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_create(const kt_model *model,
                                                              const kt_constraint_formulation_options *options,
-                                                             kt_constraint_formulation **set, kt_error *error);
+                                                             kt_constraint_formulation **formulation, kt_error *error);
 /* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
-KT_API void kt_constraint_formulation_free(kt_constraint_formulation *set);
+KT_API void kt_constraint_formulation_free(kt_constraint_formulation *formulation);
 
 /* Accelerations a (nv) as of kt_acceleration_evaluate, by this formulation; rate (nv; may be NULL) is the velocity with
  * which positions change: v except for force projection. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE. O(nv^3 + nv^2
  * equations). */
-KT_API KT_CHECKED kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *set, kt_data *data, double t,
-                                                               const double *q, const double *v, const double *tau,
-                                                               const kt_wrench *external, double *rate, double *a,
-                                                               kt_error *error);
+KT_API KT_CHECKED kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulation, kt_data *data,
+                                                               double t, const double *q, const double *v,
+                                                               const double *tau, const kt_wrench *external,
+                                                               double *rate, double *a, kt_error *error);
 
 /* Makes simulations with these options use the formulation, which must outlive them; it serves one simulation at a
  * time. */
-KT_API void kt_constraint_formulation_use(kt_constraint_formulation *set, kt_simulation_options *options);
+KT_API void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_simulation_options *options);
 
 /* Statistics of a formulation since it was initialised or reset. */
 typedef struct kt_constraint_formulation_statistics {
@@ -218,14 +218,15 @@ typedef struct kt_constraint_formulation_statistics {
 
 /* The statistics so far. */
 KT_API kt_constraint_formulation_statistics
-kt_constraint_formulation_statistics_get(const kt_constraint_formulation *set);
+kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation);
 /* Clears the statistics. */
-KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *set);
+KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *formulation);
 
 /* Whether the statistics allow the results to be trusted: KT_OK, or KT_ERROR_CONSTRAINT (loops came apart, redundant
  * equations were treated as independent) or KT_ERROR_SINGULAR (the motion passed a singular position, which this
  * formulation cannot cross), with a message. */
-KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set, kt_error *error);
+KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation,
+                                                              kt_error *error);
 
 /* ---- accuracy study ---------------------------------------------------------------------------------------------- */
 
@@ -237,9 +238,9 @@ typedef struct kt_variant {
     kt_simulation_options simulation; /* method, max_steps and record are set by the study */
     kt_formulation formulation;       /* what is integrated */
     bool records;                     /* the timed runs produce the scene's records; false: none */
-    bool has_set;                     /* loops are kept closed by a constraint formulation with its default options */
-    kt_constraint_formulation_type set; /* which formulation */
-    double gain;                        /* the gains of the formulation as a multiple of the default; 0: 1 */
+    bool has_constraint_formulation;  /* loops are kept closed by a constraint formulation with its default options */
+    kt_constraint_formulation_type constraint_formulation; /* which one */
+    double gain; /* the gains of the formulation as a multiple of the default; 0: 1 */
 } kt_variant;
 
 /* The variant with the settings of `run`: by QR decomposition, in tree coordinates. */

@@ -34,7 +34,7 @@ typedef struct extrapolation {
     double *last, *now; /* KT_TABLEAU_DEPTH rows of f numbers each */
     double *slope, *error;
     double first;
-    int held; /* number of steps in the tableau */
+    int step_count; /* number of steps in the tableau */
 } extrapolation;
 
 /* Computes the next row of the tableau for one number. */
@@ -42,7 +42,7 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
     const size_t f = x->l->size.f;
     double power = 1.0;
     x->now[i] = difference;
-    for (int j = 1; j <= x->held && j < KT_TABLEAU_DEPTH; j++) {
+    for (int j = 1; j <= x->step_count && j < KT_TABLEAU_DEPTH; j++) {
         power *= 4.0;
         const double finer = x->now[(size_t)(j - 1) * f + i], coarser = x->last[(size_t)(j - 1) * f + i];
         x->now[(size_t)j * f + i] = finer + (finer - coarser) / (power - 1.0);
@@ -55,7 +55,7 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
-    for (int j = 1; j <= x->held && j < KT_TABLEAU_DEPTH; j++) {
+    for (int j = 1; j <= x->step_count && j < KT_TABLEAU_DEPTH; j++) {
         const double now = x->now[(size_t)j * f + i];
         const double error =
             fmax(fabs(now - x->now[(size_t)(j - 1) * f + i]), fabs(now - x->last[(size_t)(j - 1) * f + i])) + rounding;
@@ -75,7 +75,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
 /* Raises the errors to what the last step shows of rounding. The two rows of the tableau have been swapped since. */
 static void expect_rounding(const extrapolation *x, double h) {
     const size_t f = x->l->size.f;
-    const int deepest = x->held - 1 < KT_TABLEAU_DEPTH - 1 ? x->held - 1 : KT_TABLEAU_DEPTH - 1;
+    const int deepest = x->step_count - 1 < KT_TABLEAU_DEPTH - 1 ? x->step_count - 1 : KT_TABLEAU_DEPTH - 1;
     for (size_t i = 0; i < f && deepest > 1; i++) {
         const double last = x->last[(size_t)deepest * f + i];
         const double apart = fmax(fabs(last - x->last[(size_t)(deepest - 1) * f + i]),
@@ -95,7 +95,7 @@ static double unit_of(const kt_linearization *l, size_t i) {
 
 /* Adds one step size. Returns whether a number that was not yet accurate has improved, and the largest error over its
  * size. */
-static bool go_on(extrapolation *x, double h, double *worst) {
+static bool add_step(extrapolation *x, double h, double *worst) {
     kt_linearization *l = x->l;
     bool better = false;
     double size[4] = {0.0, 0.0, 0.0, 0.0};
@@ -104,7 +104,7 @@ static bool go_on(extrapolation *x, double h, double *worst) {
         extrapolate(x, i, (l->ahead[i] - l->behind[i]) / (2.0 * h));
         size[part_of(l, i)] = fmax(size[part_of(l, i)], fabs(x->now[i]) / unit_of(l, i));
     }
-    for (size_t i = 0; i < l->size.f && x->held; i++) {
+    for (size_t i = 0; i < l->size.f && x->step_count; i++) {
         const double whole = fmax(size[part_of(l, i)] * unit_of(l, i), NOTHING * l->floor[i] / x->first);
         const bool was_good = x->error[i] <= GOOD * whole;
         better |= take_best(x, i, h, 2.0 * DBL_EPSILON * l->floor[i] / h) && !was_good;
@@ -114,7 +114,7 @@ static bool go_on(extrapolation *x, double h, double *worst) {
     double *last = x->last;
     x->last = x->now;
     x->now = last;
-    x->held++;
+    x->step_count++;
     return better;
 }
 
@@ -136,14 +136,14 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
         double worst;
         h = ldexp(first, -k);
         if (kt_probe(l, h, l->ahead, &cause) != KT_OK || kt_probe(l, -h, l->behind, &cause) != KT_OK) {
-            x.held = 0; /* cannot be assembled: the rows of longer steps are discarded */
+            x.step_count = 0; /* cannot be assembled: the rows of longer steps are discarded */
             continue;
         }
-        const bool better = go_on(&x, h, &worst);
-        known |= x.held > 1;
-        if (x.held > 1 && worst <= GOOD)
+        const bool better = add_step(&x, h, &worst);
+        known |= x.step_count > 1;
+        if (x.step_count > 1 && worst <= GOOD)
             break;
-        idle = x.held > 1 && !better && worst <= PASSES ? idle + 1 : 0;
+        idle = x.step_count > 1 && !better && worst <= PASSES ? idle + 1 : 0;
     }
     if (known) {
         expect_rounding(&x, h);

@@ -69,7 +69,7 @@ static void find_dependents(search *s) {
 }
 
 /* E_j' f. Of an independent coordinate E_j has one, of the other independent ones zeros. */
-static double along(const search *s, size_t j, const double *f) {
+static double dot_column(const search *s, size_t j, const double *f) {
     const kt_linearization *l = s->l;
     const double *e = l->free_velocity + j * l->size.v;
     double sum = f[s->out->velocity_coordinate[j]];
@@ -81,7 +81,7 @@ static double along(const search *s, size_t j, const double *f) {
 /* E' f */
 static void reduce_force(const search *s, const double *f, double *force) {
     for (size_t j = 0; j < (size_t)s->dofs; j++)
-        force[j] = along(s, j, f);
+        force[j] = dot_column(s, j, f);
 }
 
 /* E' M a at q; scratch: nv numbers. */
@@ -102,7 +102,7 @@ static void fill_inertia(const search *s) {
         l->inertia[j] = 0.0;
         for (size_t k = 0; k < nv; k++)
             if (e[k] != 0.0)
-                l->inertia[j] += e[k] * along(s, j, l->mass + k * nv);
+                l->inertia[j] += e[k] * dot_column(s, j, l->mass + k * nv);
     }
 }
 
@@ -252,7 +252,7 @@ static double sum_of_squares(const kt_linearization *l, const double *x) {
 }
 
 /* The step E y of all coordinates, shortened to its bounds, into l->direction; returns its length in units. */
-static double spread(const search *s) {
+static double expand_step(const search *s) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     double part = 1.0;
@@ -301,7 +301,7 @@ static bool is_better(const search *s, double length) {
 /* One step of the search. *length is its length in units, or 0 if no part of the step is an improvement. */
 static kt_status step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
-    const double whole = spread(s);
+    const double whole = expand_step(s);
     kt_status status = KT_OK;
     *length = 0.0;
     for (int i = 0; i < SHORTER_MOST; i++) {
@@ -402,7 +402,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
             return KT_OK;
         if (!solve(s, stiffest(s)))
             break;
-        const double before = length, wanted = spread(s);
+        const double before = length, wanted = expand_step(s);
         status = step(s, &length, error);
         if (status != KT_OK)
             return status;

@@ -62,7 +62,7 @@ static void add_product_of_sizes(const double *matrix, size_t n, const double *x
 /* ---- neighbouring states ------------------------------------------------------------------------------------------ */
 
 /* The neighbouring state a few rounding errors away on one side (side: -1 or 1), into q and v. */
-static void move_aside(kt_linearization *l, double side, bool rates) {
+static void perturb_state(kt_linearization *l, double side, bool rates) {
     for (size_t i = 0; i < l->size.v; i++) {
         const double away = side * (double)(2 + i % 3) * DISTANCE;
         l->tau_moved[i] = away * l->floor[i];
@@ -74,7 +74,7 @@ static void move_aside(kt_linearization *l, double side, bool rates) {
 /* Evaluates all matrices at the neighbouring state on one side. */
 static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
     const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
-    move_aside(l, side, true);
+    perturb_state(l, side, true);
     const kt_status status = kt_dynamics_mass(l->model, l->data, l->q, l->mass, error);
     if (status != KT_OK)
         return status;
@@ -206,7 +206,7 @@ kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double 
     kt_linearized w;
     (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
     for (int side = 0; side < 2; side++) {
-        move_aside(l, side ? 1.0 : -1.0, false);
+        perturb_state(l, side ? 1.0 : -1.0, false);
         const kt_status status = kt_linearized_fill(&w, l->q, l->v0, l->tau, NULL, l->model->zero, error);
         if (status != KT_OK)
             return status;

@@ -74,7 +74,7 @@ static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, d
 }
 
 /* G <- G W^-1 by column operations; W = S G is nearly lower triangular with a unit diagonal. */
-static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
@@ -96,7 +96,7 @@ static void turn_to_states(kt_linearization *l, const kt_system_arrays *out, con
 /* ---- exact derivatives ------------------------------------------------------------------------------------------- */
 
 /* x += C(v) dq for one column. */
-static void carry_along(const kt_linearization *l, const double *dq, double *x) {
+static void add_rotation_rate(const kt_linearization *l, const double *dq, double *x) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
         const kt_motion_facts motion = kt_link_facts(link);
@@ -163,7 +163,7 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
     memset(slope, 0, 3 * l->size.markers * sizeof *slope);
     memset(slope_error, 0, 3 * l->size.markers * sizeof *slope_error);
     memset(l->direction, 0, nv * sizeof *l->direction);
-    carry_along(l, dq, l->direction);
+    add_rotation_rate(l, dq, l->direction);
     for (size_t i = 0; i < nv; i++) {
         length = fmax(length, fabs(dq[i]) / l->unit[i]);
         l->direction[i] = dv[i] + 0.5 * l->direction[i];
@@ -236,7 +236,7 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
     for (size_t j = 0; j < n; j++) {
         const double *slope = l->slope + j * f, *error = l->slope_error + j * f;
         memcpy(rate, out->velocities_of + j * nv, nv * sizeof *rate);
-        carry_along(l, out->positions_of + j * nv, rate);
+        add_rotation_rate(l, out->positions_of + j * nv, rate);
         for (size_t i = 0; i < positions; i++) {
             const size_t k = (size_t)out->position_coordinate[i];
             out->state[j * n + i] = rate[k];
@@ -335,7 +335,7 @@ static kt_status differentiate_numerically(kt_linearization *l, const kt_system_
         status = write_input(l, out, system, k, error);
     if (status != KT_OK)
         return status;
-    turn_to_states(l, out, system);
+    reduce_to_states(l, out, system);
     write_bases(l, out, system);
     return KT_OK;
 }

@@ -12,7 +12,7 @@
 /* ---- accelerations that the loops allow -------------------------------------------------------------------------- */
 
 /* A a - b'' of one equation; *size receives its largest term. */
-static double miss(const kt_actuation_work *w, const double *a, size_t row, double *size) {
+static double residual_of(const kt_actuation_work *w, const double *a, size_t row, double *size) {
     const kt_counts *n = &w->model->n;
     double sum = -w->drift[row];
     *size = fabs(sum);
@@ -26,7 +26,7 @@ static double miss(const kt_actuation_work *w, const double *a, size_t row, doub
 
 /* The largest term that an equation could have: an entry of A times the largest acceleration or the square of the largest
  * velocity. In a loop that is locked, and in directions that a plane leaves out, all terms are rounding errors. */
-static double could_be(const kt_actuation_work *w, const double *v, const double *a) {
+static double largest_term(const kt_actuation_work *w, const double *v, const double *a) {
     const kt_counts *n = &w->model->n;
     double entry = 0.0, rate = 0.0;
     for (size_t i = 0; i < n->row * n->v; i++)
@@ -46,10 +46,10 @@ static kt_status check_loops(kt_actuation_work *w, kt_data *data, double t, cons
     const kt_status status = kt_loop_equations(model, data, t, q, v, w->jacobian, NULL, NULL, w->drift, error);
     if (status != KT_OK)
         return status;
-    double largest = could_be(w, v, a);
+    double largest = largest_term(w, v, a);
     for (size_t i = 0; i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++) {
-            const double x = miss(w, a, (size_t)model->loop[i].equation + (size_t)r, &size);
+            const double x = residual_of(w, a, (size_t)model->loop[i].equation + (size_t)r, &size);
             largest = fmax(largest, size);
             if (x > worst) {
                 worst = x;

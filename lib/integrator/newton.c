@@ -49,11 +49,11 @@ void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history) 
     sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out(NULL, NULL, sizes, rows);
 }
 
-static const kt_newton_memory *remembered(const kt_integrator *it) {
+static const kt_newton_memory *memory_of(const kt_integrator *it) {
     return (const kt_newton_memory *)(const void *)it->history;
 }
 
-static double *remembered_state(const kt_integrator *it) { return it->history + KT_NEWTON_NUMBERS; }
+static double *jacobian_point(const kt_integrator *it) { return it->history + KT_NEWTON_NUMBERS; }
 
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
@@ -99,14 +99,14 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
 
 /* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. */
 static kt_try_result recompute(kt_integrator *it, kt_try *result) {
-    const kt_newton_memory *m = remembered(it);
+    const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;
     kt_newton_of(it)->is_in_memory = true;
     if ((int)m->state != KT_JACOBIAN_KNOWN)
         return KT_TRY_PASSED;
-    if (kt_evaluate(it, m->time, remembered_state(it), 1, result) != KT_TRY_PASSED)
+    if (kt_evaluate(it, m->time, jacobian_point(it), 1, result) != KT_TRY_PASSED)
         return result->result;
-    return compute_jacobian(it, m->time, remembered_state(it), 1, result);
+    return compute_jacobian(it, m->time, jacobian_point(it), 1, result);
 }
 
 kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
@@ -161,7 +161,7 @@ kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, k
         w->rejected = true;
         return kt_newton_refresh(it, result);
     }
-    *w = (kt_newton_work){.now = *remembered(it)};
+    *w = (kt_newton_work){.now = *memory_of(it)};
     (void)lay_out(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes, rows);
     w->is_in_memory = it->matrices_known;
     w->factored = it->matrices_known ? w->now.step : 0.0;
@@ -315,7 +315,7 @@ void kt_newton_begin(kt_integrator *it) {
 
 /* The largest error that is left in the stages, over the tolerance: a part of it that does not show in the step's
  * error. With fixed steps the scales are those of rounding. */
-static double tolerated(const kt_integrator *it) {
+static double iteration_tolerance(const kt_integrator *it) {
     const double relative = kt_newton_of(it)->slack * it->options.relative_tolerance;
     if (it->options.step > 0.0)
         return 1.0;
@@ -323,7 +323,7 @@ static double tolerated(const kt_integrator *it) {
 }
 
 /* theta^k after k further iterations of the same rate: what will be missing then, over what is tolerated. */
-static double foreseen(const kt_newton_work *w, double size, double tolerance, int further) {
+static double predicted_error(const kt_newton_work *w, double size, double tolerance, int further) {
     double missing = w->now.ratio * size / tolerance;
     for (int i = 0; i < further; i++)
         missing *= w->rate;
@@ -338,7 +338,7 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *resu
     if (!(w->rate < 0.99))
         return diverged(result, it->memory.t, 0.5);
     w->now.ratio = w->rate / (1.0 - w->rate);
-    const double missing = foreseen(w, size, tolerated(it), left);
+    const double missing = predicted_error(w, size, iteration_tolerance(it), left);
     if (missing < 1.0)
         return KT_TRY_PASSED;
     return diverged(
@@ -374,7 +374,7 @@ static bool is_settled(const kt_integrator *it) {
 
 /* The error that is left, over the last correction: by the rate, or with adaptive steps by the last quotient if that is
  * worse. */
-static double left_after(const kt_integrator *it) {
+static double error_ratio(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     if (it->options.step > 0.0 || w->iterations < 3 || w->last_quotient <= w->rate)
         return w->now.ratio;
@@ -398,7 +398,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);
     if (judged != KT_TRY_PASSED)
         return judged;
-    *done = *done || size == 0.0 || (is_settled(it) && left_after(it) * size <= tolerated(it));
+    *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * size <= iteration_tolerance(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
     return diverged(result, it->memory.t, 0.5);
@@ -422,7 +422,7 @@ void kt_newton_accept(kt_integrator *it) {
         w->now.ratio = 1.0;
     memcpy(it->history, &w->now, sizeof w->now);
     if (w->is_of_now)
-        memcpy(remembered_state(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
+        memcpy(jacobian_point(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
     it->matrices_known = w->factored == w->now.step || (int)w->now.state == KT_JACOBIAN_ZERO;
 }
 

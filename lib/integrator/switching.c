@@ -123,11 +123,11 @@ static double *vector_of(const kt_integrator *it) {
 
 /* ---- which of the two -------------------------------------------------------------------------------------------- */
 
-static const kt_method_family *acting(const kt_integrator *it) { return kt_method_family_of(it->table); }
+static const kt_method_family *active_family(const kt_integrator *it) { return kt_method_family_of(it->table); }
 
 static bool is_stiff(const kt_integrator *it) { return it->table == &kt_method_radau5; }
 
-static void become(kt_integrator *it, bool stiff) {
+static void switch_to(kt_integrator *it, bool stiff) {
     const size_t before = it->fresh;
     if (stiff == is_stiff(it))
         return;
@@ -166,41 +166,41 @@ static void start(kt_integrator *it) {
     kt_family_radau.start(it);
     w.last_stiff = w.next_stiff;
     *watch_of(it) = w;
-    become(it, w.last_stiff > 0.0);
+    switch_to(it, w.last_stiff > 0.0);
 }
 
-static void restore(kt_integrator *it) { become(it, watch_of(it)->last_stiff > 0.0); }
+static void restore(kt_integrator *it) { switch_to(it, watch_of(it)->last_stiff > 0.0); }
 
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
 static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
     if (!rejected)
-        become(it, watch_of(it)->next_stiff > 0.0);
+        switch_to(it, watch_of(it)->next_stiff > 0.0);
     if (is_stiff(it))
         return kt_family_radau.prepare(it, rejected, result);
     return result->result = KT_TRY_PASSED;
 }
 
 static kt_try_result try_step(kt_integrator *it, const kt_interval *interval, kt_try *result) {
-    return acting(it)->try_step(it, interval, result);
+    return active_family(it)->try_step(it, interval, result);
 }
 
-static double error_norm(const kt_integrator *it, double h) { return acting(it)->error(it, h); }
-static double error_at(const kt_integrator *it, double h, size_t i) { return acting(it)->error_at(it, h, i); }
+static double error_norm(const kt_integrator *it, double h) { return active_family(it)->error(it, h); }
+static double error_at(const kt_integrator *it, double h, size_t i) { return active_family(it)->error_at(it, h, i); }
 
 static double control(const kt_integrator *it, double h, double error) {
     return is_stiff(it) ? kt_newton_control(it, h, error) : kt_control_accepted(it, error);
 }
 
 static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
-    become(it, watch_of(it)->last_stiff > 0.0);
-    return acting(it)->interpolate(it, t, y_out, result);
+    switch_to(it, watch_of(it)->last_stiff > 0.0);
+    return active_family(it)->interpolate(it, t, y_out, result);
 }
 
 /* ---- is it stiff? ------------------------------------------------------------------------------------------------ */
 
 /* Component i of (Y_7 - Y_6) / h. */
-static double apart_by(const kt_integrator *it, size_t i) {
+static double stage_difference(const kt_integrator *it, size_t i) {
     const double *last = it->table->b, *before = it->table->a + 10; /* row 6: 5 * 4 / 2 */
     double apart = last[5] * it->k[5][i];
     for (size_t j = 0; j < 5; j++)
@@ -219,7 +219,7 @@ static difference last_difference(const kt_integrator *it) {
     double gg = 0.0, dd = 0.0, gd = 0.0, natural = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
         const double scale = kt_error_scale(it, i, it->y[i], it->y[i]);
-        const double g = (it->k[6][i] - it->k[5][i]) / scale, d = apart_by(it, i) / scale;
+        const double g = (it->k[6][i] - it->k[5][i]) / scale, d = stage_difference(it, i) / scale;
         gg += g * g;
         dd += d * d;
         gd += g * d;
@@ -241,7 +241,7 @@ static kt_complex fast_pair(const kt_integrator *it) {
     for (size_t i = 0; i < it->counted; i++) {
         const double weight =
             1.0 / (kt_error_scale(it, i, it->y[i], it->y[i]) * (i < it->options.positions ? near : 1.0));
-        double d[2] = {apart_by(it, i), 0.0}, g[2] = {it->k[6][i] - it->k[5][i], e[6] * it->k[6][i]};
+        double d[2] = {stage_difference(it, i), 0.0}, g[2] = {it->k[6][i] - it->k[5][i], e[6] * it->k[6][i]};
         for (size_t j = 0; j < 6; j++) {
             d[1] += ea[j] * it->k[j][i];
             g[1] += e[j] * it->k[j][i];
@@ -286,7 +286,7 @@ static double ringing_sign(const kt_integrator *it) {
 }
 
 /* The cost of all steps so far, in evaluations. */
-static double spent(const kt_integrator *it) {
+static double cost_so_far(const kt_integrator *it) {
     const kt_integrator_counts *counts = &it->memory.counts;
     return KT_IMPLICIT_EVALUATION * (double)counts->evaluations + KT_JACOBIAN_EVALUATIONS * (double)counts->jacobians;
 }
@@ -295,13 +295,13 @@ static void to_implicit(kt_integrator *it, bool rings) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);
     for (size_t i = 0; i < it->counted; i++)
-        vector_of(it)[i] = apart_by(it, i);
+        vector_of(it)[i] = stage_difference(it, i);
     *watch_of(it) = (watch){.next_stiff = 1.0,
                             .wanted = before.wanted,
                             .ringing = rings,
                             .price = (double)(kt_method_fresh(it->table)) / fabs(it->memory.last_step),
                             .time = it->memory.t,
-                            .spent = spent(it)};
+                            .spent = cost_so_far(it)};
     it->memory.counts.switches++;
 }
 
@@ -396,9 +396,9 @@ static bool is_dear(const kt_integrator *it, watch *w) {
     if (fmod(w->age, KT_WINDOW) != 0.0)
         return false;
     const bool first = w->age == KT_WINDOW;
-    const double price = (spent(it) - w->spent) / fabs(it->memory.t - w->time);
+    const double price = (cost_so_far(it) - w->spent) / fabs(it->memory.t - w->time);
     w->time = it->memory.t;
-    w->spent = spent(it);
+    w->spent = cost_so_far(it);
     return !first && price > w->price;
 }
 

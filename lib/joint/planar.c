@@ -47,7 +47,7 @@ const kt_joint_kind kt_joint_planar = {
                                 "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"),
             KT_DESCRIPTOR_KEYS,
         },
-    .coordinate = {KT_COORDINATE_PLACE, KT_COORDINATE_PLACE, KT_COORDINATE_ANGLE},
+    .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_ANGLE},
     .elements = elements,
     .loop = KT_LOOP_PLANAR,
     .measure = measure,

@@ -55,7 +55,7 @@ typedef struct maker {
 } maker;
 
 /* The frame with z along an axis; the frame itself where the axis is zero. */
-static kt_mat3 along(kt_mat3 frame, kt_vec3 axis) {
+static kt_mat3 frame_along(kt_mat3 frame, kt_vec3 axis) {
     return kt_vec3_dot(axis, axis) > 0.0 ? kt_mat3_multiply(frame, kt_triad_from_axis(kt_vec3_normalize(axis), 2))
                                          : frame;
 }
@@ -65,7 +65,7 @@ static kt_body_frame frame_of(const maker *m, const kt_end *end, kt_vec3 axis) {
     frame.body = frame.body > 0 ? frame.body : 0;
     const int marker = end->marker != NULL ? kt_marker_find(m->model, frame.body, end->marker) : -1;
     frame.pose.position = marker >= 0 ? kt_marker_at(m->model, frame.body, marker) : end->at;
-    frame.pose.rotation = along(kt_solid_rotation(&end->rotation), axis);
+    frame.pose.rotation = frame_along(kt_solid_rotation(&end->rotation), axis);
     return frame;
 }
 
@@ -95,9 +95,10 @@ static void list_joints(maker *m) {
             .type = joint->type,
             .body = body,
             .frame = {.body = parent,
-                      .pose = {.rotation = along(kt_solid_rotation(&joint->rotation), has_axis ? joint->axis : none),
+                      .pose = {.rotation =
+                                   frame_along(kt_solid_rotation(&joint->rotation), has_axis ? joint->axis : none),
                                .position = joint->at}},
-            .child = kt_mat3_transpose(along(kt_mat3_identity(), has_axis ? joint->axis : none)),
+            .child = kt_mat3_transpose(frame_along(kt_mat3_identity(), has_axis ? joint->axis : none)),
             .axis2 = has_axis2 ? kt_vec3_normalize(joint->axis2) : triad.x,
             .name = kt_body_name(m->model, body)};
     }
@@ -160,7 +161,7 @@ static int end_count_of(const kt_effect *effect) {
 }
 
 /* A value that tells the sign and the size of a function. */
-static double typical(const kt_function *f) {
+static double typical_value(const kt_function *f) {
     double value = 0.0;
     switch (f->type) {
     case KT_FUNCTION_SINE:
@@ -181,8 +182,8 @@ static double typical(const kt_function *f) {
 }
 
 static kt_vec3 direction_of(const kt_effect *effect) {
-    const kt_vec3 value =
-        kt_vec3_make(typical(&effect->value[0]), typical(&effect->value[1]), typical(&effect->value[2]));
+    const kt_vec3 value = kt_vec3_make(typical_value(&effect->value[0]), typical_value(&effect->value[1]),
+                                       typical_value(&effect->value[2]));
     const bool is_load = effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE;
     return is_load && kt_vec3_dot(value, value) > 0.0 ? kt_vec3_normalize(value) : kt_vec3_make(0.0, 0.0, 0.0);
 }

@@ -46,7 +46,7 @@ size_t kt_acceleration_work_size(const kt_model *model) {
 /* The factors of M, those of saddle.h, or reduced = Cholesky of Z' M Z. */
 static kt_status factor(work *w, const double *q, kt_error *error) {
     const kt_model *model = w->of.model;
-    const size_t n = w->of.n, r = (size_t)w->of.rank, f = n - r;
+    const size_t n = w->of.n, r = (size_t)w->of.qr.rank, f = n - r;
     if (!w->of.p) {
         const kt_status status = kt_mass_factor_init(model, w->factors, kt_mass_factor_size(model), &w->factor, error);
         return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
@@ -65,24 +65,24 @@ static kt_status factor(work *w, const double *q, kt_error *error) {
 
 /* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */
 static void solve_closed(work *w, double *d, const double *e) {
-    const size_t n = w->of.n, rank = (size_t)w->of.rank;
+    const size_t n = w->of.n, rank = (size_t)w->of.qr.rank;
     double *y = w->solution, *z = y + rank;
     memset(y, 0, rank * sizeof *y);
     if (e)
-        kt_linearized_across(&w->of, e, y);
+        kt_jacobian_qr_across(&w->of.qr, e, y);
     for (size_t k = rank; k < n; k++) {
-        z[k - rank] = -kt_dense_dot(w->of.basis + k * n, d, (int)n);
+        z[k - rank] = -kt_dense_dot(w->of.qr.basis + k * n, d, (int)n);
         for (size_t l = 0; l < rank; l++)
             z[k - rank] -= w->of.half[(k - rank) * n + l] * y[l];
     }
     kt_dense_solve(w->reduced, (int)(n - rank), z);
-    kt_dense_apply(w->of.basis, (int)n, (int)n, y, d);
+    kt_dense_apply(w->of.qr.basis, (int)n, (int)n, y, d);
 }
 
 /* Overwrites D with da. */
 static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
-    for (size_t j = 0; j < n && w->of.dense; j++)
+    for (size_t j = 0; KT_HAS_LOOPS && j < n && w->of.dense; j++)
         solve_closed(w, d + j * n, e ? e + j * p : NULL);
     for (size_t i = 0; i < n * n && !w->of.dense; i++)
         d[i] = -d[i];

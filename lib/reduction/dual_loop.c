@@ -119,7 +119,7 @@ static double dot(const double *weight, const double *x, int count) {
     return sum;
 }
 
-static const double *from(const double *weight, const kt_loop_record *loop) {
+static const double *weights_of(const double *weight, const kt_loop_record *loop) {
     return weight ? weight + loop->equation : NULL;
 }
 
@@ -136,7 +136,7 @@ static double differentiate_power(const kt_support *w, int32_t k, const kt_end_w
  * that of accelerations; with all three there are two. */
 static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum *sum, bool moving, double *by_q,
                     double *by_v) {
-    const double *lambda = moving || !sum->pi ? from(sum->lambda[0], loop) : NULL;
+    const double *lambda = moving || !sum->pi ? weights_of(sum->lambda[0], loop) : NULL;
     for (int32_t k = 0; k < w->count; k++) {
         const int32_t j = w->x->dof[k].v;
         kt_loop_row rows[KT_LOOP_ROW_MAX];
@@ -145,7 +145,7 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
         double x[KT_LOOP_ROW_MAX] = {0.0};
         int count = evaluate_rows(w, loop, k, KT_BY_POSITION, end, rows);
         (moving ? write_accelerations : write_rates)(end, rows, count, x);
-        by_q[j] += dot(from(moving ? sum->pi : sum->lambda[1], loop), x, count);
+        by_q[j] += dot(weights_of(moving ? sum->pi : sum->lambda[1], loop), x, count);
         if (lambda) {
             sum_wrenches(end, rows, count, lambda, wrench);
             by_q[j] += differentiate_power(w, k, wrench, sum->p[0]);
@@ -154,7 +154,7 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
             continue;
         count = evaluate_rows(w, loop, k, KT_BY_RATE, end, rows);
         write_accelerations(end, rows, count, x);
-        by_v[j] += dot(from(sum->pi, loop), x, count);
+        by_v[j] += dot(weights_of(sum->pi, loop), x, count);
     }
 }
 

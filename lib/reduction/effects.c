@@ -70,8 +70,8 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
 }
 
 /* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
-KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
-                   const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
+KT_INLINE int evaluate_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
+                              const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
     if (kind->wrench) {
         kind->wrench(effect, model->number, end, t, wrench, balance);
         return 0;
@@ -83,8 +83,8 @@ KT_INLINE int push(const kt_model *model, const kt_effect_record *effect, const 
 }
 
 /* Computes the joint force of an effect. Returns the code of a callback, otherwise 0. */
-KT_INLINE int drive(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind, double q,
-                    double v, double t, double *force, kt_effect_balance *balance) {
+KT_INLINE int evaluate_joint_force(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
+                                   double q, double v, double t, double *force, kt_effect_balance *balance) {
     if (kind->joint_force) {
         *force = kind->joint_force(effect, model->number, q, v, t, balance);
         return 0;
@@ -102,19 +102,19 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
-    kt_effect_balance *const told = s->power ? &balance : NULL;
+    kt_effect_balance *const asked = s->power ? &balance : NULL;
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
         double force;
-        s->code = drive(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, told);
+        s->code = evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
         s->data->tau[link->v] += force;
         s->excess += force - force;
-        if (told)
-            add_balance(s, told);
+        if (asked)
+            add_balance(s, asked);
     }
     return true;
 }
@@ -123,19 +123,19 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
-    kt_effect_balance *const told = s->power ? &balance : NULL;
+    kt_effect_balance *const asked = s->power ? &balance : NULL;
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         kt_effect_end end[2];
         kt_wrench wrench[2];
         find_ends(s->data, effect, end);
-        s->code = push(s->model, effect, kind, end, s->t, wrench, told);
+        s->code = evaluate_wrench(s->model, effect, kind, end, s->t, wrench, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
         add_wrenches(s, effect, wrench);
-        if (told)
-            add_balance(s, told);
+        if (asked)
+            add_balance(s, asked);
     }
     return true;
 }
@@ -176,8 +176,6 @@ KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
-static const char *body_name(const kt_model *model, int32_t body) { return model->text + model->body[body].name; }
-
 /* "effect 'tether' (spring) between 'hull' and 'world', t = 0.5 s" */
 static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
@@ -187,11 +185,11 @@ static void name_effect(const sum *s, const kt_effect_record *effect, char where
     else
         (void)snprintf(own, sizeof own, "effects[%d]", (int)effect->source);
     if (effect->ends == 2)
-        (void)snprintf(on, sizeof on, "between '%.24s' and '%.24s'", body_name(s->model, effect->body[0]),
-                       body_name(s->model, effect->body[1]));
+        (void)snprintf(on, sizeof on, "between '%.24s' and '%.24s'", kt_body_name(s->model, effect->body[0]),
+                       kt_body_name(s->model, effect->body[1]));
     else
         (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
-                       body_name(s->model, effect->body[0]));
+                       kt_body_name(s->model, effect->body[0]));
     (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->t);
 }
 
@@ -215,20 +213,20 @@ static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_e
 /* Whether the effect's force or power is not finite. */
 static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-    kt_effect_balance balance = {0.0, 0.0, 0.0}, *told = s->power ? &balance : NULL;
+    kt_effect_balance balance = {0.0, 0.0, 0.0}, *asked = s->power ? &balance : NULL;
     kt_effect_end end[2];
     kt_wrench w[2];
     double force = 0.0;
     if (effect->ends) {
         find_ends(s->data, effect, end);
-        (void)push(s->model, effect, kind, end, s->t, w, told);
+        (void)evaluate_wrench(s->model, effect, kind, end, s->t, w, asked);
         for (int k = 0; k < effect->ends; k++)
             force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
                      (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
                      (w[k].force.z - w[k].force.z);
     } else {
         const kt_link *link = &s->model->link[effect->link[0]];
-        (void)drive(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, told);
+        (void)evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
     }
     return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
@@ -344,8 +342,9 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         double force;
         if (effect->ends)
             find_ends(data, effect, end);
-        const int code = effect->ends ? push(model, effect, kind, end, t, wrench, &balance)
-                                      : drive(model, effect, kind, q[link->q], v[link->v], t, &force, &balance);
+        const int code = effect->ends
+                             ? evaluate_wrench(model, effect, kind, end, t, wrench, &balance)
+                             : evaluate_joint_force(model, effect, kind, q[link->q], v[link->v], t, &force, &balance);
         energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
@@ -399,8 +398,9 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     kt_effect_load found = {.end_count = record->ends};
     kt_effect_end end[2];
     place_ends(data, record, end);
-    s.code = record->ends > 0 ? push(model, record, kind, end, t, found.wrench, NULL)
-                              : drive(model, record, kind, q[link->q], v[link->v], t, &found.joint_force, NULL);
+    s.code = record->ends > 0
+                 ? evaluate_wrench(model, record, kind, end, t, found.wrench, NULL)
+                 : evaluate_joint_force(model, record, kind, q[link->q], v[link->v], t, &found.joint_force, NULL);
     if (s.code != 0)
         return refuse_code(&s, error);
     for (int k = 0; k < record->ends; k++)

@@ -58,7 +58,7 @@ static bool has_room(void) {
 static kt_status refuse(const char *reason, kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, KT_LAPACK_MODULE,
                         "LAPACK, needed for groups of loops with 40 coordinates and more, the reduction by singular "
-                        "values, modes, equilibria and other coordinate sets, cannot be loaded: %s",
+                        "values, modes, equilibria and constraint formulations, cannot be loaded: %s",
                         reason != NULL ? reason : "no reason was given");
 }
 

@@ -9,7 +9,9 @@
  * times h:
  *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
  * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
- * nearest of these states are about 3e-11 v^2. If loops are driven, time varies with s; otherwise only the groups move
+ * nearest of these states are about 3e-11 v^2. The error is seen by the interpolation of the inner four states,
+ *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6,
+ * and h is halved while both differ: a mechanism may change its shape within less than its units. If loops are driven, time varies with s; otherwise only the groups move
  * that are near a singular position. Forces are those of the given state throughout. If nothing moves, the acceleration
  * computed without interpolation is used.
  */
@@ -24,6 +26,11 @@
 #define NEIGHBOUR_DISTANCE (2.0 * KT_NEAR_SINGULAR)
 /* The least size of a direction at the neighbouring states, relative to its usual size. */
 #define CLEAR (0.1 * KT_NEAR_SINGULAR)
+/* By how much the interpolations of six and of four states may differ, relative to the largest acceleration (if a varies within R
+ * units, by 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6), and how often h is halved at most: each time the error falls
+ * to 1/64, and that of rounding grows eightfold. */
+#define APART_MOST 2e-6
+enum { HALVINGS_MOST = 3 };
 
 static bool is_near_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
@@ -78,20 +85,29 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
            is_clear(model, data);
 }
 
-/* Interpolates the acceleration from six neighbouring states; returns false if one of them cannot be computed. */
-static bool interpolate(const crossing *c, double dt, double *a) {
+/* Interpolates the acceleration from six neighbouring states; returns how far it is from that of the inner four, relative to the
+ * largest, or infinity if one of them cannot be computed. */
+static double interpolate(const crossing *c, double dt, double *a) {
     static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
     static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
+    static const double inner[6] = {0.0, -1.0 / 6.0, 2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, 0.0};
     const size_t nv = c->model->n.v;
-    double *one = c->data->scratch_v;
+    double *one = c->data->scratch_v, *four = c->data->scratch_v + 3 * kt_lanes8(nv), apart = 0.0, most = 0.0;
     memset(a, 0, nv * sizeof *a);
+    memset(four, 0, nv * sizeof *four);
     for (int k = 0; k < 6; k++) {
         if (!accelerate_neighbour(c, node[k] * dt, one))
-            return false;
-        for (size_t i = 0; i < nv; i++)
+            return (double)INFINITY;
+        for (size_t i = 0; i < nv; i++) {
             a[i] += weight[k] * one[i];
+            four[i] += inner[k] * one[i];
+        }
     }
-    return true;
+    for (size_t i = 0; i < nv; i++) {
+        apart = fmax(apart, fabs(a[i] - four[i]));
+        most = fmax(most, fabs(a[i]));
+    }
+    return apart > 0.0 ? apart / most : 0.0;
 }
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
@@ -117,6 +133,19 @@ static double choose_direction(const crossing *c, const double *a, double *direc
     return speed;
 }
 
+/* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and come
+ * nearer to each other. */
+static void come_nearer(const crossing *c, double dt, double apart, double *try, double *a) {
+    for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST; k++) {
+        const double before = apart;
+        dt *= 0.5;
+        apart = interpolate(c, dt, try);
+        if (!(apart < before))
+            return;
+        memcpy(a, try, c->model->n.v * sizeof *a);
+    }
+}
+
 /* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
  * cannot be computed. */
 static bool cross(crossing *c, double *a) {
@@ -131,9 +160,11 @@ static bool cross(crossing *c, double *a) {
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
     for (size_t k = 0; k < sizeof wider / sizeof *wider; k++) {
         const double dt = wider[k] * fmin(NEIGHBOUR_DISTANCE / speed, most);
-        if (dt > most || !interpolate(c, dt, try))
+        const double apart = dt > most ? (double)INFINITY : interpolate(c, dt, try);
+        if (apart == (double)INFINITY)
             continue;
         memcpy(a, try, c->model->n.v * sizeof *a);
+        come_nearer(c, dt, apart, try, a);
         return true;
     }
     c->data->iterations.capped++;

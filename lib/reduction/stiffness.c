@@ -25,7 +25,7 @@
 
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
-#include "reduction/householder.h"
+#include "reduction/dense.h"
 #include "reduction/loop_gradient.h"
 #include "reduction/saddle.h"
 
@@ -55,7 +55,10 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
     const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
     if (memory)
         *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p, .dense = dense && p > 0};
-    return place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);
+    const size_t bytes = place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);
+    if (KT_HAS_LOOPS && memory && w->dense)
+        (void)kt_jacobian_qr_init(&w->qr, w->factors, n, p);
+    return bytes;
 }
 
 static bool has_own_effects(const kt_model *model) {
@@ -115,92 +118,13 @@ static kt_status difference(kt_linearized *w, const double *q, const double *v, 
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-/* The weights by which evaluations choose among dependent equations (reduce.h); zero for void ones. */
-static void weigh(kt_linearized *w) {
-    const kt_model *model = w->model;
-    memset(w->choice, 0, w->p * sizeof *w->choice);
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group *group = &model->group[g];
-        for (int i = 0; i < group->loop_count; i++) {
-            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            for (int r = 0; r < loop->row_count; r++) {
-                const int32_t slot = model->slot[group->row + loop->row + r];
-                if (slot >= 0)
-                    w->choice[loop->equation + r] = model->weight[group->row + slot];
-            }
-        }
-    }
-}
-
-/* basis = Q, of A' P = Q R; pivots. */
-static kt_status factor(kt_linearized *w, kt_error *error) {
-    const size_t n = w->n, p = w->p;
-    const kt_group_work g = {
-        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
-    memset(w->basis, 0, n * n * sizeof *w->basis);
-    for (size_t i = 0; i < n; i++)
-        w->basis[i * n + i] = 1.0;
-    w->rank = kt_model_mobility(w->model).rank;
-    weigh(w);
-    for (size_t r = 0; r < p; r++) {
-        for (size_t i = 0; i < n; i++)
-            w->factor[r * n + i] = w->choice[r] * w->jacobian[i * p + r];
-        w->pivot[r] = (int32_t)r;
-        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
-    }
-    for (int j = 0; j < w->rank; j++) {
-        double all;
-        const int best = kt_longest_column(w->norm, j, (int)p, &all);
-        if (!(w->norm[best] > 0.0 && isfinite(all)))
-            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                                "fewer equations of the loops are independent here than elsewhere");
-        if (best != j) {
-            const double norm = w->norm[j];
-            kt_swap_columns(&g, (int)n, j, best);
-            w->norm[j] = w->norm[best];
-            w->norm[best] = norm;
-        }
-        kt_eliminate(&g, (int)n, j, w->norm);
-    }
-    for (int c = 0; c < w->rank; c++)
-        for (int i = 0; i <= c; i++)
-            w->factor[(size_t)c * n + (size_t)i] /= w->choice[w->pivot[c]];
-    for (size_t c = 0; c < n; c++)
-        for (int j = w->rank - 1; j >= 0; j--)
-            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
-    return KT_OK;
-}
-
-/* Computes the multipliers of the independent equations from A' lambda = f: R1 lambda = Q1' f. */
-static void find_multipliers(kt_linearized *w, const double *f) {
-    const int32_t *pivot = w->pivot;
-    memset(w->lambda, 0, w->p * sizeof *w->lambda);
-    for (int k = w->rank - 1; k >= 0; k--) {
-        double sum = 0.0;
-        for (size_t i = 0; i < w->n; i++)
-            sum += w->basis[(size_t)k * w->n + i] * f[i];
-        for (int l = k + 1; l < w->rank; l++)
-            sum -= w->factor[(size_t)l * w->n + (size_t)k] * w->lambda[pivot[l]];
-        w->lambda[pivot[k]] = sum / w->factor[(size_t)k * w->n + (size_t)k];
-    }
-}
-
 /* half = Q' M Z */
 static void reduce(kt_linearized *w) {
-    const size_t n = w->n, r = (size_t)w->rank;
+    const size_t n = w->n, r = (size_t)w->qr.rank;
     for (size_t c = 0; c < n - r; c++) {
-        kt_dense_apply(w->mass, (int)n, (int)n, w->basis + (r + c) * n, w->product);
+        kt_dense_apply(w->mass, (int)n, (int)n, w->qr.basis + (r + c) * n, w->product);
         for (size_t i = 0; i < n; i++)
-            w->half[c * n + i] = kt_dense_dot(w->basis + i * n, w->product, (int)n);
-    }
-}
-
-void kt_linearized_across(const kt_linearized *w, const double *e, double *y) {
-    for (size_t k = 0; k < (size_t)w->rank; k++) {
-        y[k] = e[w->pivot[k]];
-        for (size_t l = 0; l < k; l++)
-            y[k] -= w->factor[k * w->n + l] * y[l];
-        y[k] /= w->factor[k * w->n + k];
+            w->half[c * n + i] = kt_dense_dot(w->qr.basis + i * n, w->product, (int)n);
     }
 }
 
@@ -251,7 +175,7 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     if (status == KT_OK && w->dense)
         status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK && w->dense)
-        status = factor(w, error);
+        status = kt_jacobian_qr_factor(&w->qr, w->model, KT_ROWS_ALL, w->jacobian, error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, external, w->change, error);
     if (status != KT_OK)
@@ -259,7 +183,7 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     for (size_t i = 0; i < w->n; i++)
         w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
     if (w->dense)
-        find_multipliers(w, w->change);
+        kt_jacobian_qr_share(&w->qr, w->change, w->lambda);
     else
         status = kt_loops_share(w->model, w->data, w->change, w->lambda, error);
     if (status != KT_OK)
@@ -329,12 +253,12 @@ static bool is_finite(const kt_linearized *w) {
 
 /* out = Z' D + (Z' M Q1) R1^-T E, f x n */
 static void write_reduced(kt_linearized *w, const double *d, const double *e, double *out) {
-    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     double *y = w->change;
     for (size_t c = 0; c < n; c++) {
-        kt_linearized_across(w, e + c * w->p, y);
+        kt_jacobian_qr_across(&w->qr, e + c * w->p, y);
         for (size_t i = 0; i < f; i++) {
-            double sum = kt_dense_dot(w->basis + (r + i) * n, d + c * n, (int)n);
+            double sum = kt_dense_dot(w->qr.basis + (r + i) * n, d + c * n, (int)n);
             for (size_t k = 0; k < r; k++)
                 sum += w->half[i * n + k] * y[k];
             out[c * f + i] = sum;
@@ -343,10 +267,10 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
 }
 
 static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
-    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
         return;
-    memcpy(basis, w->basis + r * n, n * f * sizeof *basis);
+    memcpy(basis, w->qr.basis + r * n, n * f * sizeof *basis);
     for (size_t c = 0; c < f; c++)
         memcpy(mass + c * f, w->half + c * n + r, f * sizeof *mass);
     write_reduced(w, w->d_q, w->e_q, stiffness);
@@ -429,7 +353,7 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         (void)place_along(&x, (char *)memory + used, model);
         return write_along(&w, &x, q, basis, mass, stiffness, damping, error);
     }
-    if (w.p)
+    if (KT_HAS_LOOPS && w.p)
         write_closed(&w, basis, mass, stiffness, damping);
     else
         write_tree(&w, basis, mass, stiffness, damping);

@@ -9,6 +9,7 @@
 #include "reduction/dual.h"
 #include "reduction/effect_slopes.h"
 #include "reduction/evaluate.h"
+#include "reduction/jacobian_qr.h"
 
 /* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. With dense factors of
  * the loops' equations m and k are n and p, otherwise 0; l is n if there are loops. */
@@ -22,12 +23,7 @@
     X(double, weight, n, "joint forces of external wrenches")                                                          \
     X(double, change, n, "differences, and a right-hand side")                                                         \
     X(double, jacobian, m *k, "A, p x n")                                                                              \
-    X(double, factor, m *k, "A' factored")                                                                             \
-    X(double, reflector, m + k, "scales of the reflectors")                                                            \
-    X(double, norm, k, "squared lengths of the equations")                                                             \
-    X(double, choice, k, "by which equations are chosen")                                                              \
-    X(int32_t, pivot, k, "order of the equations")                                                                     \
-    X(double, basis, m *m, "orthogonal factor Q")                                                                      \
+    X(char, factors, m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                                         \
     X(double, product, m, "a column of M Z")                                                                           \
     X(double, half, m *m, "Q' M Z, n x f")                                                                             \
     X(kt_effect_dof, path, n, "of an effect")                                                                          \
@@ -42,7 +38,7 @@ typedef struct kt_linearized {
     double t;
     size_t n, p;
     bool dense;               /* with loops: Q, R and Q' M Z are wanted */
-    int rank;                 /* of A */
+    kt_jacobian_qr qr;        /* of A, in `factors` */
     kt_derivative_work terms; /* of the tree, in `tree` */
     double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
@@ -59,9 +55,6 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
 /* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the motion are evaluated. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
                                         const kt_wrench *external, const double *a, kt_error *error);
-
-/* y = R1^-T E for one column e of E, the entries of the independent equations in the order of the pivots. */
-void kt_linearized_across(const kt_linearized *w, const double *e, double *y);
 
 /* kt_acceleration_derivatives at known accelerations a of the motion, or NULL. */
 KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,

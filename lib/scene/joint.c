@@ -13,7 +13,7 @@ static const int position_counts[] = {KT_JOINT_LIST(JOINT_NQ)}, velocity_counts[
 
 static bool is_length(kt_joint_type type, int k) {
     const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
-    return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE;
+    return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
 
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {

@@ -6,93 +6,44 @@
  *     J dx = E xi - J dv,         E = -d(r + J x)/dq
  * and by a parameter -(dW/dp) x and -dr/dp are added to the right.
  * With J' P = [Q1 Z] [R1; 0] as for the accelerations [MSD 7.33, 7.34]
- *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y.
+ *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y
+ * where loops are few (jacobian_qr.h), otherwise along the tree (saddle.h), in O(bodies) a column but for the products with
+ * G, E and J, of which each loop's equations have entries at the coordinates on its paths alone.
  * Of positions d phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move
  * projects the changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (loop_gradient.h); d(M x)/dq is the derivative of inverse
  * dynamics at rest with the accelerations x and without gravity. */
 #include "kinetree/joint.h"
-#include "reduction/householder.h"
+#include "reduction/dense.h"
 #include "reduction/loop_gradient.h"
 #include "reduction/project.h"
+#include "reduction/stiffness.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
-KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p)
+KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p,
+                size_t m, size_t factors)
 
 size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model) {
     const size_t p = model->n.row, n = p ? model->n.v : 0;
+    const bool dense = kt_linearized_is_dense(model);
+    const size_t dense_factors = dense ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0;
+    const size_t factors = dense || !p ? dense_factors : kt_saddle_init(NULL, NULL, model, NULL);
     if (memory)
-        *w = (kt_projection_work){.model = model, .n = n, .p = p};
-    return place_arrays(w, memory, model, n, p);
+        *w = (kt_projection_work){.model = model, .n = n, .p = p, .dense = dense};
+    const size_t bytes = place_arrays(w, memory, model, n, p, dense ? n : 0, factors);
+    if (memory && dense)
+        (void)kt_jacobian_qr_init(&w->qr, w->factors, n, p);
+    return bytes;
 }
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-/* The weights by which the projection chooses among the equations of this kind, zero for others; returns their rank. */
-static int weigh(kt_projection_work *w, kt_rows rows) {
-    const kt_model *model = w->model;
-    int rank = 0;
-    memset(w->weight, 0, w->p * sizeof *w->weight);
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group *group = &model->group[g];
-        rank += group->rank[rows];
-        for (int i = 0; i < group->loop_count; i++) {
-            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            for (int r = 0; r < loop->row_count; r++) {
-                const int32_t slot = model->slot[group->row + loop->row + r];
-                if (slot >= 0 && slot < group->count[rows])
-                    w->weight[loop->equation + r] =
-                        model->weight[(size_t)rows * model->n.row + (size_t)(group->row + slot)];
-            }
-        }
-    }
-    return rank;
-}
-
-/* J' P = Q R of the equations of one kind, as lib/reduction/qr.c factors them. */
-static kt_status factor(kt_projection_work *w, kt_rows rows, kt_error *error) {
-    const size_t n = w->n, p = w->p;
-    const kt_group_work g = {
-        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
-    w->rank = weigh(w, rows);
-    for (size_t r = 0; r < p; r++) {
-        for (size_t i = 0; i < n; i++)
-            w->factor[r * n + i] = w->weight[r] * w->jacobian[i * p + r];
-        w->pivot[r] = (int32_t)r;
-        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
-    }
-    for (int j = 0; j < w->rank; j++) {
-        double all;
-        const int best = kt_longest_column(w->norm, j, (int)p, &all);
-        if (!(w->norm[best] > 0.0 && isfinite(all)))
-            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                                "fewer equations of the loops are independent here than elsewhere");
-        if (best != j) {
-            const double norm = w->norm[j];
-            kt_swap_columns(&g, (int)n, j, best);
-            w->norm[j] = w->norm[best];
-            w->norm[best] = norm;
-        }
-        kt_eliminate(&g, (int)n, j, w->norm);
-    }
-    for (int c = 0; c < w->rank; c++)
-        for (int i = 0; i <= c; i++)
-            w->factor[(size_t)c * n + (size_t)i] /= w->weight[w->pivot[c]];
-    memset(w->basis, 0, n * n * sizeof *w->basis);
-    for (size_t c = 0; c < n; c++) {
-        w->basis[c * n + c] = 1.0;
-        for (int j = w->rank - 1; j >= 0; j--)
-            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
-    }
-    return KT_OK;
-}
-
 /* W = M, W Z, and the factors of Z' W Z; or W = 1, where all of them are left out. */
 static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
-    const size_t n = w->n, r = (size_t)w->rank, f = n - r;
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (!mass)
         return KT_OK;
     const kt_status status = kt_dynamics_mass(w->model, w->data, q, w->metric, error);
@@ -100,9 +51,9 @@ static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, 
         return status;
     for (size_t c = 0; c < f; c++) {
         double *half = w->half + c * n;
-        kt_dense_apply(w->metric, (int)n, (int)n, w->basis + (r + c) * n, half);
+        kt_dense_apply(w->metric, (int)n, (int)n, w->qr.basis + (r + c) * n, half);
         for (size_t i = 0; i < f; i++)
-            w->reduced[c * f + i] = kt_dense_dot(w->basis + (r + i) * n, half, (int)n);
+            w->reduced[c * f + i] = kt_dense_dot(w->qr.basis + (r + i) * n, half, (int)n);
     }
     if (kt_dense_cholesky(w->reduced, (int)f, NULL))
         return KT_OK;
@@ -110,49 +61,61 @@ static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, 
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
 }
 
-/* x of W x - J' lambda = g, J x = e; g may be NULL: zero. */
-static void solve(const kt_projection_work *w, bool mass, const double *g, const double *e, double *x) {
-    const size_t n = w->n, r = (size_t)w->rank;
+static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+    const kt_model *model = w->model;
+    (void)kt_saddle_init(&w->saddle, w->factors, model, w->data);
+    const kt_status status =
+        kt_saddle_factor(&w->saddle, rows, mass ? KT_METRIC_MASS : KT_METRIC_IDENTITY, w->t, q, error);
+    for (size_t g = 0; g < model->n.group && status == KT_OK; g++)
+        if (w->data->rank[g] < model->group[g].rank[rows])
+            return kt_jacobian_singular(error);
+    return status;
+}
+
+/* Factors the equations of one kind, and W. */
+static kt_status factor(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+    if (!w->dense)
+        return factor_along(w, rows, q, mass, error);
+    const kt_status status = kt_jacobian_qr_factor(&w->qr, w->model, rows, w->jacobian, error);
+    return status == KT_OK ? weigh_basis(w, q, mass, error) : status;
+}
+
+static void solve_dense(const kt_projection_work *w, bool mass, const double *e, double *x) {
+    const size_t n = w->n, r = (size_t)w->qr.rank;
     double *y = w->work, *z = y + r, *across = w->work + n;
-    for (size_t k = 0; k < r; k++) {
-        y[k] = e[w->pivot[k]];
-        for (size_t l = 0; l < k; l++)
-            y[k] -= w->factor[k * n + l] * y[l];
-        y[k] /= w->factor[k * n + k];
-    }
-    kt_dense_apply(w->basis, (int)n, (int)r, y, across);
+    kt_jacobian_qr_across(&w->qr, e, y);
+    kt_dense_apply(w->qr.basis, (int)n, (int)r, y, across);
     for (size_t k = 0; k < n - r; k++) {
-        z[k] = g ? kt_dense_dot(w->basis + (r + k) * n, g, (int)n) : 0.0;
+        z[k] = kt_dense_dot(w->qr.basis + (r + k) * n, x, (int)n);
         if (mass)
             z[k] -= kt_dense_dot(w->half + k * n, across, (int)n);
     }
     if (mass)
         kt_dense_solve(w->reduced, (int)(n - r), z);
-    kt_dense_apply(w->basis, (int)n, (int)n, y, x);
+    kt_dense_apply(w->qr.basis, (int)n, (int)n, y, x);
 }
 
-/* lambda of J' lambda = W x: R1 lambda = Q1' W x. */
-static void find_multipliers(kt_projection_work *w, bool mass) {
-    const size_t n = w->n;
-    double *f = w->work;
-    if (mass)
-        kt_dense_apply(w->metric, (int)n, (int)n, w->x, f);
-    else
-        memcpy(f, w->x, n * sizeof *f);
-    memset(w->lambda, 0, w->p * sizeof *w->lambda);
-    for (int k = w->rank - 1; k >= 0; k--) {
-        double sum = kt_dense_dot(w->basis + (size_t)k * n, f, (int)n);
-        for (int l = k + 1; l < w->rank; l++)
-            sum -= w->factor[(size_t)l * n + (size_t)k] * w->lambda[w->pivot[l]];
-        w->lambda[w->pivot[k]] = sum / w->factor[(size_t)k * n + (size_t)k];
-    }
+/* Overwrites columns g in x with x of W x - J' lambda = g, J x = e. */
+static void solve(const kt_projection_work *w, bool mass, size_t columns, const double *e, double *x) {
+    if (!w->dense)
+        kt_saddle_solve(&w->saddle, columns, x, e);
+    for (size_t c = 0; c < columns && w->dense; c++)
+        solve_dense(w, mass, e + c * w->p, x + c * w->n);
+}
+
+/* lambda of J' lambda = W x; `momentum` is M x. */
+static kt_status find_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
+    if (!w->dense)
+        return kt_loops_share(w->model, w->data, momentum, w->lambda, error);
+    kt_jacobian_qr_share(&w->qr, momentum, w->lambda);
+    return KT_OK;
 }
 
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
 
-/* Adds d(M x)/dq to w->force, row by row: the gradients of (M x)_k. */
+/* Adds d(M x)/dq to w->force, row by row: the gradients of (M x)_k; and M x into w->by_x. */
 static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
-    const kt_gradient row = {w->by_inertia, w->by_x, w->by_g, w->before};
+    const kt_gradient row = {w->by_inertia, w->residue, w->by_x, w->by_g};
     kt_status status = KT_OK;
     for (size_t k = 0; k < w->n && status == KT_OK; k++) {
         w->unit[k] = 1.0;
@@ -162,10 +125,12 @@ static kt_status differentiate_inertia(kt_projection_work *w, const double *q, k
         for (size_t j = 0; j < w->n && status == KT_OK; j++)
             w->force[j * w->n + k] += w->by_inertia[j];
     }
+    for (size_t i = 0; i < w->n && status == KT_OK; i++)
+        w->by_x[i] += w->model->armature[i] * w->x[i];
     return status;
 }
 
-/* G and -E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. */
+/* lambda, G and E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. */
 static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, const double *v, kt_error *error) {
     const size_t n = w->n;
     kt_status status = KT_OK;
@@ -175,6 +140,8 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
         status = differentiate_inertia(w, q, error);
     if (status == KT_OK && w->model->sweep != KT_SWEEP_PLANAR) /* otherwise the equations have left poses */
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
+    if (status == KT_OK)
+        status = find_multipliers(w, mass ? w->by_x : w->x, error);
     if (status != KT_OK)
         return status;
     kt_loop_matrices(w->model, w->data, w->t, q, w->lambda, v ? v : w->x, w->dof, w->chain, w->unit, w->work, w->force,
@@ -186,6 +153,47 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
     return KT_OK;
 }
 
+/* Lists the entries of a matrix that are not zero. */
+static kt_sparse find_entries(size_t rows, size_t columns, const double *value, size_t *begin, int32_t *row) {
+    size_t count = 0;
+    for (size_t j = 0; j < columns; j++) {
+        begin[j] = count;
+        for (size_t i = 0; i < rows; i++)
+            if (value[j * rows + i] != 0.0)
+                row[count++] = (int32_t)i;
+    }
+    begin[columns] = count;
+    return (kt_sparse){rows, columns, value, begin, row};
+}
+
+/* What a step asks of changes. */
+typedef struct linear_step {
+    bool mass;  /* W = M */
+    bool moves; /* x is not zero: there are G and E, otherwise G = 0 and E = J */
+    bool fast;  /* velocities: dv is closed, too */
+} linear_step;
+
+static void find_matrices(kt_projection_work *w, linear_step step) {
+    const size_t n = w->n, p = w->p;
+    if (step.moves) {
+        w->force_of = find_entries(n, n, w->force, w->begin, w->row);
+        w->equation_of = find_entries(p, n, w->equation, w->begin + n + 1, w->row + n * n);
+    }
+    if (step.fast || !step.moves)
+        w->jacobian_of = find_entries(p, n, w->jacobian, w->begin + 2 * (n + 1), w->row + n * n + n * p);
+}
+
+/* to = eight columns of n numbers, or as many as there are, `stride` apart. */
+static void gather(size_t columns, size_t n, size_t stride, const double *from, kt_v8 *to) {
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < KT_LANES; c++)
+            to[i][c] = c < columns ? from[c * stride + i] : 0.0;
+}
+
+static void apply(const kt_model *model, const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
+    KT_BY_LEVEL(model->level, , kt_sparse_apply, (a, x, y));
+}
+
 /* What a parameter adds to a column, or NULL. */
 typedef struct gain {
     const double *inertia, *gap;
@@ -195,62 +203,71 @@ static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parame
     return parameter ? (gain){parameter->inertia + column * w->n, parameter->gap + column * w->p} : (gain){NULL, NULL};
 }
 
-/* dx of one column, into `out`. dv: NULL for positions. force: NULL for zero. */
-static void change(const kt_projection_work *w, bool mass, const double *force, const double *equation,
-                   const double *xi, const double *dv, gain by, double *out) {
+/* dx of up to eight columns of changes (xi, dv), the first one being number `first`, into w->moved. */
+static void change(kt_projection_work *w, linear_step step, size_t columns, const double *x,
+                   const kt_parameter_work *parameter, size_t first) {
     const size_t n = w->n, p = w->p;
-    double *g = w->work + 2 * n, *e = g + n, *moved = e + p;
-    if (force)
-        kt_dense_apply(force, (int)n, (int)n, xi, g);
-    kt_dense_apply(equation, (int)p, (int)n, xi, e);
-    for (size_t i = 0; i < p; i++)
-        e[i] = -e[i] - (by.gap ? by.gap[i] : 0.0);
-    for (size_t i = 0; i < n && force && by.inertia && mass; i++)
-        g[i] -= by.inertia[i];
-    if (dv) {
-        kt_dense_apply(w->jacobian, (int)p, (int)n, dv, moved);
-        for (size_t i = 0; i < p; i++)
-            e[i] -= moved[i];
+    kt_v8 *xi = w->strip, *dv = xi + n, *g = dv + n, *e = g + n;
+    gather(columns, n, 2 * n, x, xi);
+    memset(g, 0, (n + p) * sizeof *g);
+    if (step.moves)
+        apply(w->model, &w->force_of, xi, g);
+    apply(w->model, step.moves ? &w->equation_of : &w->jacobian_of, xi, e);
+    if (step.fast) {
+        gather(columns, n, 2 * n, x + n, dv);
+        apply(w->model, &w->jacobian_of, dv, e);
     }
-    solve(w, mass, force ? g : NULL, e, out);
+    for (size_t c = 0; c < columns; c++) {
+        const gain by = gain_of(w, parameter, first + c);
+        for (size_t i = 0; i < n; i++)
+            w->moved[c * n + i] = g[i][c] - (by.inertia && step.mass && step.moves ? by.inertia[i] : 0.0);
+        for (size_t i = 0; i < p; i++)
+            w->closed[c * p + i] = -e[i][c] - (by.gap ? by.gap[i] : 0.0);
+    }
+    solve(w, step.mass, columns, w->closed, w->moved);
 }
 
 /* ---- iterations -------------------------------------------------------------------------------------------------- */
 
+static bool weighs(const kt_projection_work *w) { return w->model->metric == KT_METRIC_MASS; }
+
 /* The equations of positions at q, factored, and phi. */
 static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
-    kt_status status = kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
-    if (status == KT_OK)
-        status = factor(w, KT_ROWS_CLOSED, error);
-    return status == KT_OK ? weigh_basis(w, q, w->model->metric == KT_METRIC_MASS, error) : status;
+    const kt_status status =
+        kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
+    return status == KT_OK ? factor(w, KT_ROWS_CLOSED, q, weighs(w), error) : status;
+}
+
+/* Of the factors along the tree what data hold is lost to other evaluations. */
+static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+    return w->dense ? KT_OK : factor_along(w, rows, q, mass, error);
 }
 
 /* One iteration of the positions at q: x, and what its change needs. */
 static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_error *error) {
-    const bool mass = w->model->metric == KT_METRIC_MASS;
-    const kt_status status = factor_positions(w, q, error);
+    const bool mass = weighs(w);
+    kt_status status = factor_positions(w, q, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->p; i++)
         w->residual[i] = -w->residual[i];
-    solve(w, mass, NULL, w->residual, w->x);
-    find_multipliers(w, mass);
-    return differentiate(w, q, mass, NULL, error);
+    memset(w->x, 0, w->n * sizeof *w->x);
+    solve(w, mass, 1, w->residual, w->x);
+    status = differentiate(w, q, mass, NULL, error);
+    return status == KT_OK ? factor_again(w, KT_ROWS_CLOSED, q, mass, error) : status;
 }
 
 /* The same of the velocities, from w->v (before) to v, at q. */
 static kt_status prepare_velocities(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
-        status = factor(w, KT_ROWS_ALL, error);
-    if (status == KT_OK)
-        status = weigh_basis(w, q, true, error);
+        status = factor(w, KT_ROWS_ALL, q, true, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->x[i] = v[i] - w->v[i];
-    find_multipliers(w, true);
-    return differentiate(w, q, true, v, error);
+    status = differentiate(w, q, true, v, error);
+    return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, true, error) : status;
 }
 
 /* Refuses singular positions, next to which the projection leaves a direction out. */
@@ -279,22 +296,49 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     return status == KT_OK ? refuse_singular(w, error) : status;
 }
 
+/* Columns of changes, by the correction `by` of positions. */
+static void change_positions(kt_projection_work *w, linear_step step, const double *by, size_t columns, double *x,
+                             const kt_parameter_work *parameter) {
+    const size_t n = w->n;
+    find_matrices(w, step);
+    for (size_t from = 0; from < columns; from += KT_LANES) {
+        const size_t count = columns - from < KT_LANES ? columns - from : KT_LANES;
+        double *first = x + 2 * n * from;
+        change(w, step, count, first, parameter, from);
+        for (size_t c = 0; c < count; c++)
+            kt_tangent_add(w->model, by, first + 2 * n * c, w->moved + n * c, first + 2 * n * c);
+    }
+}
+
+/* The same of velocities. */
+static void change_velocities(kt_projection_work *w, size_t columns, double *x, const kt_parameter_work *parameter) {
+    const linear_step step = {.mass = true, .moves = true, .fast = true};
+    const size_t n = w->n;
+    find_matrices(w, step);
+    for (size_t from = 0; from < columns; from += KT_LANES) {
+        const size_t count = columns - from < KT_LANES ? columns - from : KT_LANES;
+        double *first = x + 2 * n * from;
+        change(w, step, count, first, parameter, from);
+        for (size_t c = 0; c < count; c++)
+            for (size_t i = 0; i < n; i++)
+                first[(2 * c + 1) * n + i] += w->moved[c * n + i];
+    }
+}
+
 /* The iterations that move positions. */
 static kt_status push_positions(kt_projection_work *w, size_t columns, double *x, kt_parameter_work *parameter,
                                 kt_error *error) {
-    const size_t n = w->n;
-    const bool mass = w->model->metric == KT_METRIC_MASS;
+    const linear_step step = {.mass = weighs(w), .moves = true};
     kt_status status = KT_OK;
     for (uint32_t i = 0; i < w->iterations && status == KT_OK; i++) {
         double *q = w->q + i * w->model->n.q;
         status = prepare_positions(w, q, error);
         if (status == KT_OK && parameter)
             status = kt_parameter_project(parameter, w->t, q, NULL, w->x, error);
-        for (size_t c = 0; c < columns && status == KT_OK; c++) {
-            double *xi = x + 2 * n * c;
-            change(w, mass, w->force, w->equation, xi, NULL, gain_of(w, parameter, c), w->change);
-            kt_tangent_add(w->model, w->x, xi, w->change, xi);
-        }
+        if (status == KT_OK && parameter)
+            status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
+        if (status == KT_OK)
+            change_positions(w, step, w->x, columns, x, parameter);
         if (status == KT_OK)
             kt_position_add(w->model, q, w->x, q + w->model->n.q);
     }
@@ -305,13 +349,12 @@ static kt_status push_positions(kt_projection_work *w, size_t columns, double *x
  * -E = J. */
 static kt_status push_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
                               kt_parameter_work *parameter, kt_error *error) {
-    const size_t n = w->n;
-    const kt_status status = parameter ? kt_parameter_project(parameter, w->t, q, NULL, w->model->zero, error) : KT_OK;
-    for (size_t c = 0; c < columns && status == KT_OK; c++) {
-        double *xi = x + 2 * n * c;
-        change(w, w->model->metric == KT_METRIC_MASS, NULL, w->jacobian, xi, NULL, gain_of(w, parameter, c), w->change);
-        kt_tangent_add(w->model, w->model->zero, xi, w->change, xi);
-    }
+    const linear_step step = {.mass = weighs(w)};
+    kt_status status = parameter ? kt_parameter_project(parameter, w->t, q, NULL, w->model->zero, error) : KT_OK;
+    if (status == KT_OK && parameter)
+        status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
+    if (status == KT_OK)
+        change_positions(w, step, w->model->zero, columns, x, parameter);
     return status;
 }
 
@@ -328,8 +371,7 @@ static bool shares_equations(const kt_model *model) {
 
 kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
                                 kt_parameter_work *parameter, kt_error *error) {
-    const size_t n = w->n;
-    const bool shared = shares_equations(w->model);
+    const bool shared = w->dense && shares_equations(w->model);
     kt_status status = kt_projection_run(w, q, v, error);
     if (status == KT_OK)
         status = push_positions(w, columns, x, parameter, error);
@@ -341,21 +383,22 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
         status = prepare_velocities(w, q, v, error);
     if (status == KT_OK && parameter)
         status = kt_parameter_project(parameter, w->t, q, v, w->x, error);
-    for (size_t c = 0; c < columns && status == KT_OK; c++) {
-        double *xi = x + 2 * n * c, *dv = xi + n;
-        change(w, true, w->force, w->equation, xi, dv, gain_of(w, parameter, c), w->change);
-        for (size_t i = 0; i < n; i++)
-            dv[i] += w->change[i];
-    }
+    if (status == KT_OK && parameter)
+        status = factor_again(w, KT_ROWS_ALL, q, true, error);
+    if (status == KT_OK)
+        change_velocities(w, columns, x, parameter);
     return status;
 }
 
 kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v, const double *e,
                               double *x, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, t, q, v, w->jacobian, NULL, NULL, NULL, error);
+    kt_projection_work then = *w;
+    then.t = t;
     if (status == KT_OK)
-        status = factor(w, KT_ROWS_ALL, error);
+        status = factor(&then, KT_ROWS_ALL, q, false, error);
+    memset(x, 0, w->n * sizeof *x);
     if (status == KT_OK)
-        solve(w, false, NULL, e, x);
+        solve(&then, false, 1, e, x);
     return status;
 }

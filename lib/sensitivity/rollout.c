@@ -45,13 +45,14 @@ static int checkpoints_of(const kt_rollout *rollout) {
     return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
 }
 
-static size_t place(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
+static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
     return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v,
                         kt_step_stages_of(rollout->method), (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
 }
 
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
-    return rollout->steps > 0 && kt_step_work_size(model, rollout->method) > 0 ? place(NULL, NULL, model, rollout) : 0;
+    return rollout->steps > 0 && kt_step_work_size(model, rollout->method) > 0 ? lay_out(NULL, NULL, model, rollout)
+                                                                               : 0;
 }
 
 /* ---- steps and costs --------------------------------------------------------------------------------------------- */
@@ -84,7 +85,7 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
 
 /* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. The
  * last checkpoint receives what its own step has computed. */
-static kt_status pass(rollout_work *w, int k, double *state, kt_error *error) {
+static kt_status advance(rollout_work *w, int k, double *state, kt_error *error) {
     const size_t nq = w->model->n.q, N = nq + w->model->n.v, last = (size_t)w->kept - 1;
     const kt_step step = step_at(w, k);
     kt_step_work s;
@@ -182,7 +183,7 @@ static kt_status run(rollout_work *w, kt_error *error) {
         const int free = most - w->kept, end = free > 0 ? k + distance(target - k + 1, free + 1) : target;
         memcpy(w->here, last, N * sizeof *w->here);
         for (; k < end && status == KT_OK; k++)
-            status = pass(w, k, w->here, error);
+            status = advance(w, k, w->here, error);
         if (free > 0) {
             memcpy(w->state + (size_t)w->kept * N, w->here, N * sizeof *w->here);
             w->taken[w->kept] = false;
@@ -196,8 +197,8 @@ static kt_status run(rollout_work *w, kt_error *error) {
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                              const kt_rollout *rollout, const double *q, const double *v, kt_cost *cost, void *user,
-                              double *value, double *by_start, double *by_inputs, kt_error *error) {
+                              const kt_rollout *rollout, const double *q, const double *v, double *value,
+                              double *by_start, double *by_inputs, kt_cost *cost, void *user, kt_error *error) {
     const size_t nq = model->n.q, n = model->n.v;
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
     if (rollout->steps <= 0)
@@ -211,7 +212,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
         kt_arena_check("work", "kt_rollout_work_size", work, work_size, kt_rollout_work_size(model, rollout), error);
     if (status != KT_OK)
         return status;
-    (void)place(&w, work, model, rollout);
+    (void)lay_out(&w, work, model, rollout);
     memcpy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
     memset(w.gradient, 0, 2 * n * sizeof *w.gradient);

@@ -13,6 +13,7 @@
  *     projection_adjoint.c its adjoint
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
  *     product.c            products of small matrices, compiled for each instruction set
+ *     sparse.c             those with matrices most of whose entries are zero, likewise
  */
 #ifndef KT_SENSITIVITY_SENSITIVITY_H
 #define KT_SENSITIVITY_SENSITIVITY_H
@@ -24,6 +25,8 @@
 #include "dynamics/mass_inverse.h"
 #include "kinetree/sensitivity.h"
 #include "reduction/dual.h"
+#include "reduction/jacobian_qr.h"
+#include "reduction/saddle.h"
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */
 
@@ -76,6 +79,21 @@ KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
 #undef KT_PRODUCTS_DECLARE
 
+/* A matrix most of whose entries are zero: all of its numbers, column-major, and in which rows of a column those are that
+ * are not zero. kt_sparse_apply: y += A x of eight columns, a vector a row. */
+typedef struct kt_sparse {
+    size_t rows, columns;
+    const double *value;
+    size_t *begin; /* columns + 1: where the rows of a column begin */
+    int32_t *row;
+} kt_sparse;
+
+#define KT_SPARSE_DECLARE(level) void kt_sparse_apply_##level(const kt_sparse *, const kt_v8 *, kt_v8 *);
+KT_SPARSE_DECLARE(baseline)
+KT_SPARSE_DECLARE(v3)
+KT_SPARSE_DECLARE(v4)
+#undef KT_SPARSE_DECLARE
+
 /* ---- a parameter ------------------------------------------------------------------------------------------------- */
 
 /* Every array: type, name, count, meaning; n coordinates, p equations. */
@@ -127,7 +145,8 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
 
 /* ---- the projection ---------------------------------------------------------------------------------------------- */
 
-/* Every array: type, name, count, meaning; n coordinates, p equations, all zero without loops. */
+/* Every array: type, name, count, meaning; n coordinates, p equations, all zero without loops. m: n with dense factors,
+ * otherwise 0; factors: bytes of either kind of factors. */
 #define KT_PROJECTION_FIELDS(X)                                                                                        \
     X(double, q, p ? (KT_POSITION_STEPS_MAX + 1) * model->n.q : 0, "positions of all iterations")                      \
     X(double, v, n, "velocities before the projection")                                                                \
@@ -137,17 +156,17 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, lambda, p, "its multipliers")                                                                            \
     X(double, residual, p, "phi, or b'")                                                                               \
     X(double, jacobian, n *p, "p x n")                                                                                 \
-    X(double, factor, n *p, "its transpose, factored")                                                                 \
-    X(double, reflector, n + p, "scales of the reflectors")                                                            \
-    X(double, norm, p, "squared lengths of the equations")                                                             \
-    X(double, weight, p, "by which independent equations are chosen")                                                  \
-    X(int32_t, pivot, p, "order of the equations")                                                                     \
-    X(double, basis, n *n, "orthogonal factor Q = [Q1 Z]")                                                             \
-    X(double, metric, n *n, "W")                                                                                       \
-    X(double, half, n *n, "W Z")                                                                                       \
-    X(double, reduced, n *n, "Z' W Z, factored")                                                                       \
+    X(char, factors, factors, "of `qr` or `saddle`")                                                                   \
+    X(double, metric, m *m, "W")                                                                                       \
+    X(double, half, m *m, "W Z")                                                                                       \
+    X(double, reduced, m *m, "Z' W Z, factored")                                                                       \
     X(double, force, n *n, "G = d(J' lambda - W x)/dq, n x n")                                                         \
     X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
+    X(size_t, begin, 3 * (n + 1), "of sparse matrices")                                                                \
+    X(int32_t, row, n *n + 2 * n * p, "likewise")                                                                      \
+    X(kt_v8, strip, 3 * n + p, "columns under way: xi, dv, right-hand sides")                                          \
+    X(double, moved, KT_LANES *n, "these right-hand sides, then dx")                                                   \
+    X(double, closed, KT_LANES *p, "those of J")                                                                       \
     X(double, unit, n + p, "zeros, for kt_loop_matrices")                                                              \
     X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
     X(double, response, n, "g: response to a gradient")                                                                \
@@ -165,8 +184,11 @@ typedef struct kt_projection_work {
     kt_data *data;
     double t;
     size_t n, p;
-    int rank;
-    uint32_t iterations; /* of the positions, by the last kt_projection_run */
+    bool dense;                                   /* which of the two factors */
+    kt_jacobian_qr qr;                            /* in `factors`, as is */
+    kt_saddle saddle;                             /* this one */
+    kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
+    uint32_t iterations;                          /* of the positions, by the last kt_projection_run */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
 } kt_projection_work;
 

@@ -15,14 +15,16 @@ static const double turn = 6.28318530717958647692;
 
 static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }
 
-static bool is_length(kt_coordinate_kind kind) { return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE; }
+static bool is_length(kt_coordinate_kind kind) {
+    return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
+}
 
 /* The largest over one joint. of_rates: differences are of velocities, so whole turns count. */
 static double measure_joint(kt_joint_type type, int count, double length, bool of_rates, const double *d) {
     double largest = 0.0;
     for (int k = 0; k < count;) {
         const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
-        const bool is_vector = kind == KT_COORDINATE_PLACE || kind == KT_COORDINATE_ROTATION;
+        const bool is_vector = kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION;
         double square = 0.0;
         do {
             const double x = kind == KT_COORDINATE_ANGLE && !of_rates ? remainder(d[k], turn) : d[k];

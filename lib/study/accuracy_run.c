@@ -211,7 +211,7 @@ static kt_constraint_formulation_options choose_set(const kt_accuracy *study, co
                                                     double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;
     kt_constraint_formulation_options options =
-        kt_constraint_formulation_options_default(variant->set, adaptive ? 2.0 * mean : setting);
+        kt_constraint_formulation_options_default(variant->constraint_formulation, adaptive ? 2.0 * mean : setting);
     if (variant->gain > 0.0) {
         options.alpha *= variant->gain;
         options.beta *= variant->gain;
@@ -238,27 +238,27 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
     const kt_run run = kt_accuracy_run(study, method, adaptive, setting);
     kt_simulation_options options = variant->simulation;
     kt_status status = KT_OK;
-    kt_constraint_formulation *set = NULL;
+    kt_constraint_formulation *formulation = NULL;
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
     kt_absolute_use(absolute, &options);
     options.method = method;
     options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
-    if (variant->has_set) {
+    if (variant->has_constraint_formulation) {
         const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
         const kt_model *integrated = absolute != NULL ? kt_absolute_model(absolute) : model;
-        status = kt_constraint_formulation_create(integrated, &settings, &set, error);
+        status = kt_constraint_formulation_create(integrated, &settings, &formulation, error);
         if (status == KT_ERROR_SINGULAR) { /* the formulation cannot compute this scene */
             point->status = point->verdict = status;
             judge(study, point);
             return KT_OK;
         }
         if (status == KT_OK)
-            kt_constraint_formulation_use(set, &options);
+            kt_constraint_formulation_use(formulation, &options);
     }
     if (status == KT_OK)
         status = try_with(study, model, variant, &run, &options, point, error);
-    if (status == KT_OK && set != NULL)
-        point->verdict = kt_constraint_formulation_verdict(set, NULL);
-    kt_constraint_formulation_free(set);
+    if (status == KT_OK && formulation != NULL)
+        point->verdict = kt_constraint_formulation_verdict(formulation, NULL);
+    kt_constraint_formulation_free(formulation);
     return status;
 }

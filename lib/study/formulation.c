@@ -13,38 +13,38 @@
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
 /* f = tau + forces of effects - (h - J' external) */
-static kt_status fill_force(kt_constraint_formulation *set, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, kt_error *error) {
-    double *f = set->force;
-    kt_status status = kt_effect_forces(set->model, data, t, q, v, f, error);
+static kt_status fill_force(kt_constraint_formulation *formulation, kt_data *data, double t, const double *q,
+                            const double *v, const double *tau, const kt_wrench *external, kt_error *error) {
+    double *f = formulation->force;
+    kt_status status = kt_effect_forces(formulation->model, data, t, q, v, f, error);
     if (status == KT_OK)
-        status = kt_dynamics_inverse(set->model, data, q, v, NULL, external, set->x, error);
-    for (int i = 0; i < set->n && status == KT_OK; i++)
-        f[i] += (tau ? tau[i] : 0.0) - set->x[i];
+        status = kt_dynamics_inverse(formulation->model, data, q, v, NULL, external, formulation->x, error);
+    for (int i = 0; i < formulation->n && status == KT_OK; i++)
+        f[i] += (tau ? tau[i] : 0.0) - formulation->x[i];
     return status;
 }
 
-static void note_open(kt_constraint_formulation *set, double t) {
-    for (int r = 0; r < set->k; r++)
-        if (fabs(set->phi[r]) > set->found.open) {
-            set->found.open = fabs(set->phi[r]);
-            set->found.open_time = t;
+static void note_open(kt_constraint_formulation *formulation, double t) {
+    for (int r = 0; r < formulation->k; r++)
+        if (fabs(formulation->phi[r]) > formulation->found.open) {
+            formulation->found.open = fabs(formulation->phi[r]);
+            formulation->found.open_time = t;
         }
 }
 
-kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, double t, const double *q, const double *v,
-                              const double *tau, const kt_wrench *external, kt_error *error) {
-    const size_t n = (size_t)set->n, k = (size_t)set->k;
-    kt_status status =
-        kt_loop_equations(set->model, data, t, q, v, set->jacobian, set->phi, set->rate, set->drift, error);
+kt_status kt_formulation_fill(kt_constraint_formulation *formulation, kt_data *data, double t, const double *q,
+                              const double *v, const double *tau, const kt_wrench *external, kt_error *error) {
+    const size_t n = (size_t)formulation->n, k = (size_t)formulation->k;
+    kt_status status = kt_loop_equations(formulation->model, data, t, q, v, formulation->jacobian, formulation->phi,
+                                         formulation->rate, formulation->drift, error);
     if (status == KT_OK)
-        status = kt_dynamics_mass(set->model, data, q, set->mass, error);
+        status = kt_dynamics_mass(formulation->model, data, q, formulation->mass, error);
     if (status == KT_OK)
-        status = fill_force(set, data, t, q, v, tau, external, error);
+        status = fill_force(formulation, data, t, q, v, tau, external, error);
     for (size_t r = 0; r < k && status == KT_OK; r++) {
-        set->slip[r] = -set->rate[r];
+        formulation->slip[r] = -formulation->rate[r];
         for (size_t i = 0; i < n; i++)
-            set->slip[r] += set->jacobian[i * k + r] * v[i];
+            formulation->slip[r] += formulation->jacobian[i * k + r] * v[i];
     }
     return status;
 }
@@ -52,83 +52,86 @@ kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, dou
 /* ---- evaluation -------------------------------------------------------------------------------------------------- */
 
 /* Fills the equations with forces and b'' at u' instead of w. */
-static kt_status fill_projected(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
+static kt_status fill_projected(kt_constraint_formulation *formulation, kt_data *data, double t, const double *q,
                                 const double *w, const double *tau, const kt_wrench *external, kt_error *error) {
-    kt_status status = kt_loop_equations(set->model, data, t, q, w, set->jacobian, NULL, set->rate, NULL, error);
+    kt_status status = kt_loop_equations(formulation->model, data, t, q, w, formulation->jacobian, NULL,
+                                         formulation->rate, NULL, error);
     if (status != KT_OK)
         return status;
-    kt_formulation_project_velocity(set, t, w);
-    return kt_formulation_fill(set, data, t, q, set->velocity, tau, external, error);
+    kt_formulation_project_velocity(formulation, t, w);
+    return kt_formulation_fill(formulation, data, t, q, formulation->velocity, tau, external, error);
 }
 
-kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
-                                             const double *v, const double *tau, const kt_wrench *external,
-                                             double *rate, double *a, kt_error *error) {
-    const kt_constraint_formulation_options *o = &set->options;
+kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulation, kt_data *data, double t,
+                                             const double *q, const double *v, const double *tau,
+                                             const kt_wrench *external, double *rate, double *a, kt_error *error) {
+    const kt_constraint_formulation_options *o = &formulation->options;
     const bool projects = o->type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     const bool stable =
         o->type == KT_CONSTRAINT_FORMULATION_BAUMGARTE || o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED;
-    kt_status status = projects ? fill_projected(set, data, t, q, v, tau, external, error)
-                                : kt_formulation_fill(set, data, t, q, v, tau, external, error);
+    kt_status status = projects ? fill_projected(formulation, data, t, q, v, tau, external, error)
+                                : kt_formulation_fill(formulation, data, t, q, v, tau, external, error);
     if (status != KT_OK)
         return status;
-    set->found.evaluations++;
-    note_open(set, t);
-    kt_formulation_baumgarte(set, stable ? o->alpha : 0.0, stable ? o->beta : 0.0);
-    status = o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? kt_formulation_augmented(set, t, set->x, error)
-                                                            : kt_formulation_gauss(set, t, set->x, error);
+    formulation->found.evaluations++;
+    note_open(formulation, t);
+    kt_formulation_baumgarte(formulation, stable ? o->alpha : 0.0, stable ? o->beta : 0.0);
+    status = o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED
+                 ? kt_formulation_augmented(formulation, t, formulation->x, error)
+                 : kt_formulation_gauss(formulation, t, formulation->x, error);
     double sum = 0.0;
-    for (int i = 0; i < set->n; i++)
-        sum += set->x[i] - set->x[i];
+    for (int i = 0; i < formulation->n; i++)
+        sum += formulation->x[i] - formulation->x[i];
     if (status == KT_OK && !(sum == 0.0))
-        status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the set's accelerations are not finite", error);
+        status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the formulation's accelerations are not finite", error);
     if (status != KT_OK)
         return status;
-    memcpy(a, set->x, (size_t)set->n * sizeof *a);
+    memcpy(a, formulation->x, (size_t)formulation->n * sizeof *a);
     if (rate)
-        memcpy(rate, projects ? set->velocity : v, (size_t)set->n * sizeof *rate);
+        memcpy(rate, projects ? formulation->velocity : v, (size_t)formulation->n * sizeof *rate);
     return KT_OK;
 }
 
 /* ---- in a simulation --------------------------------------------------------------------------------------------- */
 
 static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
-    kt_constraint_formulation *set = user;
-    if (at->model != set->model) {
-        (void)kt_error_set(error, KT_ERROR_ARGUMENT, "coordinate set",
+    kt_constraint_formulation *formulation = user;
+    if (at->model != formulation->model) {
+        (void)kt_error_set(error, KT_ERROR_ARGUMENT, "constraint formulation",
                            "it was placed for another model than the one that is simulated (in the absolute "
                            "formulation that is kt_absolute_model)");
         return -1;
     }
-    return kt_constraint_formulation_evaluate(set, at->data, at->t, at->q, at->v, at->tau, at->external, rate, a,
-                                              error) == KT_OK
+    return kt_constraint_formulation_evaluate(formulation, at->data, at->t, at->q, at->v, at->tau, at->external, rate,
+                                              a, error) == KT_OK
                ? 0
                : 1;
 }
 
-void kt_constraint_formulation_use(kt_constraint_formulation *set, kt_simulation_options *options) {
-    const bool projects = set->options.type == KT_CONSTRAINT_FORMULATION_PROJECTION;
+void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_simulation_options *options) {
+    const bool projects = formulation->options.type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     options->acceleration = accelerate;
     options->projection = projects ? kt_formulation_project_positions : NULL;
     options->unprojected = !projects;
-    options->user = set;
+    options->user = formulation;
 }
 
 /* ---- what it has met --------------------------------------------------------------------------------------------- */
 
-kt_constraint_formulation_statistics kt_constraint_formulation_statistics_get(const kt_constraint_formulation *set) {
-    return set->found;
+kt_constraint_formulation_statistics
+kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation) {
+    return formulation->found;
 }
 
-void kt_constraint_formulation_reset(kt_constraint_formulation *set) {
+void kt_constraint_formulation_reset(kt_constraint_formulation *formulation) {
     const kt_constraint_formulation_statistics none = {.least = 1.0};
-    set->found = none;
-    set->largest = 0.0;
-    set->least = HUGE_VAL;
+    formulation->found = none;
+    formulation->largest = 0.0;
+    formulation->least = HUGE_VAL;
 }
 
-kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set, kt_error *error) {
-    const kt_constraint_formulation_statistics *f = &set->found;
+kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation, kt_error *error) {
+    const kt_constraint_formulation_statistics *f = &formulation->found;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", f->least_time);
     if (f->trusted)
@@ -137,12 +140,13 @@ kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *set
                             "errors then stop the mechanism; leave `uncapped` off",
                             (unsigned long long)f->trusted);
     if (f->least < KT_NEAR_SINGULAR || f->dropped)
-        return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                            "the loops came within %.1e of a singular position, where this set divides its closure "
-                            "errors by next to nothing (loops open by up to %.1e): compare with the reduction before "
-                            "believing what follows",
-                            f->least, f->open);
-    if (f->open > 1e-3 * fmax(set->model->length, 1.0)) {
+        return kt_error_set(
+            error, KT_ERROR_SINGULAR, where,
+            "the loops came within %.1e of a singular position, where this formulation divides its closure "
+            "errors by next to nothing (loops open by up to %.1e): compare with the reduction before "
+            "believing what follows",
+            f->least, f->open);
+    if (f->open > 1e-3 * fmax(formulation->model->length, 1.0)) {
         (void)snprintf(where, sizeof where, "t = %.9g s", f->open_time);
         return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
                             "the loops came apart by %.1e m or rad: take shorter steps or other gains", f->open);

@@ -42,28 +42,29 @@ struct kt_constraint_formulation {
 };
 
 /* Fills M, f, A, phi, b', b'' and A v - b' at (t, q, v); f and b'' depend on v. */
-KT_CHECKED kt_status kt_formulation_fill(kt_constraint_formulation *set, kt_data *data, double t, const double *q,
-                                         const double *v, const double *tau, const kt_wrench *external,
+KT_CHECKED kt_status kt_formulation_fill(kt_constraint_formulation *formulation, kt_data *data, double t,
+                                         const double *q, const double *v, const double *tau, const kt_wrench *external,
                                          kt_error *error);
 
 /* target = b'' - 2 alpha (A v - b') - beta^2 phi */
-void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta);
+void kt_formulation_baumgarte(kt_constraint_formulation *formulation, double alpha, double beta);
 
 /* Factors the n x k matrix in `factor` and returns the rank to be used. With `watch`, the matrix is L^-1 A' (M = L L'),
  * and the statistics of its independent directions are updated. */
-int kt_formulation_factor(kt_constraint_formulation *set, double t, bool watch);
+int kt_formulation_factor(kt_constraint_formulation *formulation, double t, bool watch);
 
 /* Changes x (n) by the least step for which (factored matrix)' x = b (k), by its first `rank` pivots. */
-void kt_formulation_constrain(kt_constraint_formulation *set, int rank, const double *b, double *x);
+void kt_formulation_constrain(kt_constraint_formulation *formulation, int rank, const double *b, double *x);
 
 /* Computes a by Gauss' principle with A a = target; M is overwritten by its Cholesky factor. */
-KT_CHECKED kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double *a, kt_error *error);
+KT_CHECKED kt_status kt_formulation_gauss(kt_constraint_formulation *formulation, double t, double *a, kt_error *error);
 
 /* Computes a by penalties and multipliers with A a = target. */
-KT_CHECKED kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, double *a, kt_error *error);
+KT_CHECKED kt_status kt_formulation_augmented(kt_constraint_formulation *formulation, double t, double *a,
+                                              kt_error *error);
 
 /* velocity = v with the least change to A u' = b', at a state whose equations have been filled. */
-void kt_formulation_project_velocity(kt_constraint_formulation *set, double t, const double *v);
+void kt_formulation_project_velocity(kt_constraint_formulation *formulation, double t, const double *v);
 
 /* Eliminates the drift of positions in a simulation; `user` is the formulation. */
 int kt_formulation_project_positions(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error,

@@ -26,49 +26,49 @@
 #include <string.h>
 
 /* Factors M + s A' A (lower triangle). */
-static int factor(kt_constraint_formulation *set) {
-    const int n = set->n, k = set->k;
+static int factor(kt_constraint_formulation *formulation) {
+    const int n = formulation->n, k = formulation->k;
     for (int j = 0; j < n; j++) {
-        const double *right = set->jacobian + (size_t)j * (size_t)k;
+        const double *right = formulation->jacobian + (size_t)j * (size_t)k;
         for (int i = j; i < n; i++) {
-            const double *left = set->jacobian + (size_t)i * (size_t)k;
+            const double *left = formulation->jacobian + (size_t)i * (size_t)k;
             double sum = 0.0;
             for (int r = 0; r < k; r++)
                 sum += left[r] * right[r];
             const size_t at = (size_t)j * (size_t)n + (size_t)i;
-            set->factor[at] = set->mass[at] + set->penalty * sum;
+            formulation->factor[at] = formulation->mass[at] + formulation->penalty * sum;
         }
     }
-    return n > 0 ? kt_lapack_potrf(n, set->factor) : 0;
+    return n > 0 ? kt_lapack_potrf(n, formulation->factor) : 0;
 }
 
-static void solve(kt_constraint_formulation *set, double *a) {
-    const int n = set->n, k = set->k;
+static void solve(kt_constraint_formulation *formulation, double *a) {
+    const int n = formulation->n, k = formulation->k;
     for (int i = 0; i < n; i++) {
-        a[i] = set->force[i];
+        a[i] = formulation->force[i];
         for (int r = 0; r < k; r++)
-            a[i] +=
-                set->jacobian[(size_t)i * (size_t)k + (size_t)r] * (set->penalty * set->target[r] - set->multiplier[r]);
+            a[i] += formulation->jacobian[(size_t)i * (size_t)k + (size_t)r] *
+                    (formulation->penalty * formulation->target[r] - formulation->multiplier[r]);
     }
     if (n == 0)
         return;
-    (void)kt_lapack_trtrs('N', n, 1, set->factor, a);
-    (void)kt_lapack_trtrs('T', n, 1, set->factor, a);
+    (void)kt_lapack_trtrs('N', n, 1, formulation->factor, a);
+    (void)kt_lapack_trtrs('T', n, 1, formulation->factor, a);
 }
 
 /* l += s e; returns the largest |e| over the largest sum of the absolute terms of e. */
-static double take_up(kt_constraint_formulation *set, const double *a) {
-    const int n = set->n, k = set->k;
+static double take_up(kt_constraint_formulation *formulation, const double *a) {
+    const int n = formulation->n, k = formulation->k;
     double worst = 0.0, size = 0.0;
     for (int r = 0; r < k; r++) {
-        double e = -set->target[r], terms = fabs(set->target[r]);
+        double e = -formulation->target[r], terms = fabs(formulation->target[r]);
         for (int i = 0; i < n; i++) {
-            const double term = set->jacobian[(size_t)i * (size_t)k + (size_t)r] * a[i];
+            const double term = formulation->jacobian[(size_t)i * (size_t)k + (size_t)r] * a[i];
             e += term;
             terms += fabs(term);
         }
-        set->slip[r] = set->penalty * e;
-        set->multiplier[r] += set->slip[r];
+        formulation->slip[r] = formulation->penalty * e;
+        formulation->multiplier[r] += formulation->slip[r];
         worst = fmax(worst, fabs(e));
         size = fmax(size, terms);
     }
@@ -77,39 +77,39 @@ static double take_up(kt_constraint_formulation *set, const double *a) {
 
 /* s A' e relative to f and A' l: the error of the iterate's forces. Equations that contradict each other keep an e
  * without a force. */
-static double correction(const kt_constraint_formulation *set) {
-    const size_t n = (size_t)set->n, k = (size_t)set->k;
+static double correction(const kt_constraint_formulation *formulation) {
+    const size_t n = (size_t)formulation->n, k = (size_t)formulation->k;
     double most = 0.0, size = 0.0;
     for (size_t i = 0; i < n; i++) {
         double change = 0.0, reaction = 0.0;
         for (size_t r = 0; r < k; r++) {
-            change += set->jacobian[i * k + r] * set->slip[r];
-            reaction += set->jacobian[i * k + r] * set->multiplier[r];
+            change += formulation->jacobian[i * k + r] * formulation->slip[r];
+            reaction += formulation->jacobian[i * k + r] * formulation->multiplier[r];
         }
         most = fmax(most, fabs(change));
-        size = fmax(size, fmax(fabs(set->force[i]), fabs(reaction)));
+        size = fmax(size, fmax(fabs(formulation->force[i]), fabs(reaction)));
     }
     return most > 0.0 ? most / size : 0.0;
 }
 
-kt_status kt_formulation_augmented(kt_constraint_formulation *set, double t, double *a, kt_error *error) {
-    if (factor(set) != 0)
+kt_status kt_formulation_augmented(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {
+    if (factor(formulation) != 0)
         return kt_formulation_refuse(
             t, KT_ERROR_SINGULAR,
             "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty", error);
-    memset(set->multiplier, 0, (size_t)set->k * sizeof(double));
+    memset(formulation->multiplier, 0, (size_t)formulation->k * sizeof(double));
     int done = 0;
     double left, off = HUGE_VAL, before;
     do { /* until the error no longer decreases */
-        solve(set, a);
-        left = take_up(set, a);
+        solve(formulation, a);
+        left = take_up(formulation, a);
         before = off;
-        off = correction(set);
+        off = correction(formulation);
         done++;
-    } while (done < set->options.iterations && off > set->options.tolerance && off < 0.9 * before);
-    if (done > set->found.iterations)
-        set->found.iterations = done;
-    if (left > set->found.residual)
-        set->found.residual = left;
+    } while (done < formulation->options.iterations && off > formulation->options.tolerance && off < 0.9 * before);
+    if (done > formulation->found.iterations)
+        formulation->found.iterations = done;
+    if (left > formulation->found.residual)
+        formulation->found.residual = left;
     return KT_OK;
 }

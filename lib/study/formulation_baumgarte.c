@@ -16,7 +16,8 @@
  */
 #include "study/formulation.h"
 
-void kt_formulation_baumgarte(kt_constraint_formulation *set, double alpha, double beta) {
-    for (int r = 0; r < set->k; r++)
-        set->target[r] = set->drift[r] - 2.0 * alpha * set->slip[r] - beta * beta * set->phi[r];
+void kt_formulation_baumgarte(kt_constraint_formulation *formulation, double alpha, double beta) {
+    for (int r = 0; r < formulation->k; r++)
+        formulation->target[r] =
+            formulation->drift[r] - 2.0 * alpha * formulation->slip[r] - beta * beta * formulation->phi[r];
 }

@@ -16,73 +16,76 @@
 
 #include <math.h>
 
-static double diagonal(const kt_constraint_formulation *set, int i) {
-    return fabs(set->factor[(size_t)i * (size_t)set->n + (size_t)i]);
+static double diagonal(const kt_constraint_formulation *formulation, int i) {
+    return fabs(formulation->factor[(size_t)i * (size_t)formulation->n + (size_t)i]);
 }
 
 /* Updates the statistics of the last independent direction, relative to the first, and of the rank. */
-static void watch_rank(kt_constraint_formulation *set, double t, int rank) {
-    const double last = set->cap > 0 && set->cap <= set->n ? diagonal(set, set->cap - 1) : 1.0;
-    if (last > set->largest)
-        set->largest = last;
-    if (last < set->least) {
-        set->least = last;
-        set->found.least_time = t;
+static void watch_rank(kt_constraint_formulation *formulation, double t, int rank) {
+    const double last =
+        formulation->cap > 0 && formulation->cap <= formulation->n ? diagonal(formulation, formulation->cap - 1) : 1.0;
+    if (last > formulation->largest)
+        formulation->largest = last;
+    if (last < formulation->least) {
+        formulation->least = last;
+        formulation->found.least_time = t;
     }
-    set->found.least = set->largest > 0.0 ? set->least / set->largest : 1.0;
-    set->found.dropped += rank < set->cap;
-    set->found.trusted += rank > set->cap;
+    formulation->found.least = formulation->largest > 0.0 ? formulation->least / formulation->largest : 1.0;
+    formulation->found.dropped += rank < formulation->cap;
+    formulation->found.trusted += rank > formulation->cap;
 }
 
-int kt_formulation_factor(kt_constraint_formulation *set, double t, bool watch) {
-    const int n = set->n, k = set->k, most = n < k ? n : k;
+int kt_formulation_factor(kt_constraint_formulation *formulation, double t, bool watch) {
+    const int n = formulation->n, k = formulation->k, most = n < k ? n : k;
     int rank = 0;
     if (most == 0)
         return 0;
-    (void)kt_lapack_geqp3(n, k, set->factor, set->pivot, set->reflector, set->work, 34 * (n + k));
-    while (rank < most && diagonal(set, rank) > set->options.rank_tolerance * diagonal(set, 0))
+    (void)kt_lapack_geqp3(n, k, formulation->factor, formulation->pivot, formulation->reflector, formulation->work,
+                          34 * (n + k));
+    while (rank < most && diagonal(formulation, rank) > formulation->options.rank_tolerance * diagonal(formulation, 0))
         rank++;
-    if (!set->options.uncapped && rank > set->cap)
-        rank = set->cap;
+    if (!formulation->options.uncapped && rank > formulation->cap)
+        rank = formulation->cap;
     if (watch)
-        watch_rank(set, t, rank);
+        watch_rank(formulation, t, rank);
     return rank;
 }
 
-void kt_formulation_constrain(kt_constraint_formulation *set, int rank, const double *b, double *x) {
-    const int n = set->n, most = n < set->k ? n : set->k;
+void kt_formulation_constrain(kt_constraint_formulation *formulation, int rank, const double *b, double *x) {
+    const int n = formulation->n, most = n < formulation->k ? n : formulation->k;
     if (rank == 0)
         return;
-    (void)kt_lapack_ormqr('T', n, 1, most, set->factor, set->reflector, x, set->work, 1);
+    (void)kt_lapack_ormqr('T', n, 1, most, formulation->factor, formulation->reflector, x, formulation->work, 1);
     for (int i = 0; i < rank; i++) {
-        const double *column = set->factor + (size_t)i * (size_t)n;
-        double sum = b[set->pivot[i] - 1];
+        const double *column = formulation->factor + (size_t)i * (size_t)n;
+        double sum = b[formulation->pivot[i] - 1];
         for (int j = 0; j < i; j++)
             sum -= column[j] * x[j];
         x[i] = sum / column[i];
     }
-    (void)kt_lapack_ormqr('N', n, 1, most, set->factor, set->reflector, x, set->work, 1);
+    (void)kt_lapack_ormqr('N', n, 1, most, formulation->factor, formulation->reflector, x, formulation->work, 1);
 }
 
-kt_status kt_formulation_gauss(kt_constraint_formulation *set, double t, double *a, kt_error *error) {
-    const int n = set->n, k = set->k;
-    if (n > 0 && kt_lapack_potrf(n, set->mass) != 0)
+kt_status kt_formulation_gauss(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {
+    const int n = formulation->n, k = formulation->k;
+    if (n > 0 && kt_lapack_potrf(n, formulation->mass) != 0)
         return kt_formulation_refuse(
             t, KT_ERROR_SINGULAR,
-            "the mass matrix of the tree is singular: this set needs inertia along every joint, the "
+            "the mass matrix of the tree is singular: this formulation needs inertia along every joint, the "
             "reduction only along the degrees of freedom that loops leave",
             error);
     for (int r = 0; r < k; r++)
         for (int i = 0; i < n; i++)
-            set->factor[(size_t)r * (size_t)n + (size_t)i] = set->jacobian[(size_t)i * (size_t)k + (size_t)r];
+            formulation->factor[(size_t)r * (size_t)n + (size_t)i] =
+                formulation->jacobian[(size_t)i * (size_t)k + (size_t)r];
     for (int i = 0; i < n; i++)
-        a[i] = set->force[i];
+        a[i] = formulation->force[i];
     if (n == 0)
         return KT_OK;
-    (void)kt_lapack_trtrs('N', n, 1, set->mass, a);
+    (void)kt_lapack_trtrs('N', n, 1, formulation->mass, a);
     if (k > 0)
-        (void)kt_lapack_trtrs('N', n, k, set->mass, set->factor);
-    kt_formulation_constrain(set, kt_formulation_factor(set, t, true), set->target, a);
-    (void)kt_lapack_trtrs('T', n, 1, set->mass, a);
+        (void)kt_lapack_trtrs('N', n, k, formulation->mass, formulation->factor);
+    kt_formulation_constrain(formulation, kt_formulation_factor(formulation, t, true), formulation->target, a);
+    (void)kt_lapack_trtrs('T', n, 1, formulation->mass, a);
     return KT_OK;
 }

@@ -44,7 +44,7 @@ size_t kt_constraint_formulation_size(const kt_model *model) { return place(NULL
 
 static kt_status check(const kt_constraint_formulation_options *o, kt_error *error) {
     if (kt_constraint_formulation_name(o->type) == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "type", "%d is no coordinate set", (int)o->type);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "type", "%d is no constraint formulation", (int)o->type);
     const double numbers[] = {o->alpha, o->beta, o->tolerance, o->rank_tolerance};
     static const char *const names[] = {"alpha", "beta", "tolerance", "rank_tolerance"};
     for (int i = 0; i < 4; i++)
@@ -59,25 +59,26 @@ static kt_status check(const kt_constraint_formulation_options *o, kt_error *err
 
 /* Chooses the penalty by an evaluation of Gauss' principle at the assembled initial state: the square of R's last
  * independent diagonal entry stands for the smallest eigenvalue of A M^-1 A'. */
-static kt_status choose_penalty(kt_constraint_formulation *set, kt_data *data, kt_error *error) {
-    const kt_constraint_formulation_options wanted = set->options;
-    kt_model_initial(set->model, set->state_q, set->state_v);
-    kt_status status = kt_state_assemble(set->model, data, 0.0, set->state_q, set->state_v, error);
+static kt_status choose_penalty(kt_constraint_formulation *formulation, kt_data *data, kt_error *error) {
+    const kt_constraint_formulation_options wanted = formulation->options;
+    kt_model_initial(formulation->model, formulation->state_q, formulation->state_v);
+    kt_status status =
+        kt_state_assemble(formulation->model, data, 0.0, formulation->state_q, formulation->state_v, error);
     if (status != KT_OK)
         return status;
-    set->options.type = KT_CONSTRAINT_FORMULATION_GAUSS;
-    status = kt_constraint_formulation_evaluate(set, data, 0.0, set->state_q, set->state_v, NULL, NULL, NULL,
-                                                set->velocity, error);
-    set->options = wanted;
-    const double last = set->largest > 0.0 ? set->largest : 1.0;
-    set->penalty = wanted.penalty / (last * last);
-    kt_constraint_formulation_reset(set);
+    formulation->options.type = KT_CONSTRAINT_FORMULATION_GAUSS;
+    status = kt_constraint_formulation_evaluate(formulation, data, 0.0, formulation->state_q, formulation->state_v,
+                                                NULL, NULL, NULL, formulation->velocity, error);
+    formulation->options = wanted;
+    const double last = formulation->largest > 0.0 ? formulation->largest : 1.0;
+    formulation->penalty = wanted.penalty / (last * last);
+    kt_constraint_formulation_reset(formulation);
     return status;
 }
 
 kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                          const kt_constraint_formulation_options *options, void *memory, size_t size,
-                                         kt_constraint_formulation **set, kt_error *error) {
+                                         kt_constraint_formulation **formulation, kt_error *error) {
     kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
@@ -98,23 +99,23 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     kt_constraint_formulation_reset(made);
     status = choose_penalty(made, data, error);
     if (status == KT_OK)
-        *set = made;
+        *formulation = made;
     return status;
 }
 
 kt_status kt_constraint_formulation_create(const kt_model *model, const kt_constraint_formulation_options *options,
-                                           kt_constraint_formulation **set, kt_error *error) {
+                                           kt_constraint_formulation **formulation, kt_error *error) {
     const size_t size = place(NULL, model);
     kt_data *data = NULL;
     kt_status status = kt_data_create(model, &data, error);
     if (status != KT_OK)
         return status;
-    void *memory = kt_arena_allocate(size, "a coordinate set", error);
-    status = memory == NULL
-                 ? KT_ERROR_MEMORY
-                 : kt_arena_own(memory, kt_constraint_formulation_init(model, data, options, memory, size, set, error));
+    void *memory = kt_arena_allocate(size, "a constraint formulation", error);
+    status = memory == NULL ? KT_ERROR_MEMORY
+                            : kt_arena_own(memory, kt_constraint_formulation_init(model, data, options, memory, size,
+                                                                                  formulation, error));
     kt_data_free(data);
     return status;
 }
 
-void kt_constraint_formulation_free(kt_constraint_formulation *set) { kt_arena_free(set); }
+void kt_constraint_formulation_free(kt_constraint_formulation *formulation) { kt_arena_free(formulation); }

@@ -18,18 +18,19 @@
 
 #include <string.h>
 
-void kt_formulation_project_velocity(kt_constraint_formulation *set, double t, const double *v) {
-    const size_t n = (size_t)set->n, k = (size_t)set->k;
+void kt_formulation_project_velocity(kt_constraint_formulation *formulation, double t, const double *v) {
+    const size_t n = (size_t)formulation->n, k = (size_t)formulation->k;
     for (size_t r = 0; r < k; r++)
         for (size_t i = 0; i < n; i++)
-            set->factor[r * n + i] = set->jacobian[i * k + r];
-    memcpy(set->velocity, v, n * sizeof *v);
-    kt_formulation_constrain(set, kt_formulation_factor(set, t, false), set->rate, set->velocity);
+            formulation->factor[r * n + i] = formulation->jacobian[i * k + r];
+    memcpy(formulation->velocity, v, n * sizeof *v);
+    kt_formulation_constrain(formulation, kt_formulation_factor(formulation, t, false), formulation->rate,
+                             formulation->velocity);
 }
 
 int kt_formulation_project_positions(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error,
                                      void *user) {
-    kt_constraint_formulation *set = user;
-    memcpy(set->state_v, v, (size_t)set->n * sizeof *v);
-    return kt_state_project(at->model, at->data, at->t, q, set->state_v, changed, error) == KT_OK ? 0 : 1;
+    kt_constraint_formulation *formulation = user;
+    memcpy(formulation->state_v, v, (size_t)formulation->n * sizeof *v);
+    return kt_state_project(at->model, at->data, at->t, q, formulation->state_v, changed, error) == KT_OK ? 0 : 1;
 }

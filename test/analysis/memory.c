@@ -112,7 +112,7 @@ static kt_status study(bool finds, bool has_set, bool *is_whole, kt_error *error
     options.method_count = options.step_count = 1;
     options.steps = &step;
     kt_variant variant = kt_variant_default(&run);
-    variant.has_set = true;
+    variant.has_constraint_formulation = true;
     if (has_set) {
         options.variants = &variant;
         options.variant_count = 1;

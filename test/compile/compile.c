@@ -250,12 +250,12 @@ KT_TEST(a_level_that_there_is_not_is_refused) {
     kt_model *model = NULL;
     kt_model_options options = kt_model_options_default();
     load(add(&tree, "a", KT_JOINT_REVOLUTE, ez), 1.0, ex, 1.0);
-    options.level = (kt_isa)99;
+    options.isa = (kt_isa)99;
     kt_check_equal_int("status", kt_model_compile(&tree.description, &options, &model, &error), KT_ERROR_UNSUPPORTED);
-    kt_check_text("where", error.where, "options.level");
+    kt_check_text("where", error.where, "options.isa");
     kt_check_contains("message", error.message, "KT_ISA_AUTO");
     kt_check_true("no model", model == NULL);
-    options.level = KT_ISA_BASE;
+    options.isa = KT_ISA_BASE;
     kt_check_equal_int("baseline", kt_model_compile(&tree.description, &options, &model, &error), KT_OK);
     kt_check_equal_int("level", kt_model_isa(model), KT_ISA_BASE);
     kt_model_free(model);

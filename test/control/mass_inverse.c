@@ -156,7 +156,7 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
             return;
         for (int l = -1; l < 2; l++) {
             kt_tree_free(&tree);
-            options.level = l < 0 ? KT_ISA_BASE : levels[l];
+            options.isa = l < 0 ? KT_ISA_BASE : levels[l];
             tree.model = NULL;
             tree.data = NULL;
             if (kt_model_compile(&tree.description, &options, &tree.model, &e) == KT_ERROR_UNSUPPORTED) {

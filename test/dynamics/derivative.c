@@ -288,7 +288,7 @@ static bool grow_whip(kt_tree *tree, kt_isa level, double unit) {
     tree->description.bodies = tree->body;
     tree->description.body_count = 2;
     kt_model_options options = kt_model_options_default();
-    options.level = level;
+    options.isa = level;
     return kt_tree_compile(tree, &options);
 }
 

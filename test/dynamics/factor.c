@@ -152,7 +152,7 @@ static bool compute(factored *f, int n, kt_isa level, double x[2][KT_TREE_NV]) {
     kt_error e;
     snprintf(name, sizeof name, "tree %d", n);
     kt_random random = kt_random_named(name);
-    if (!draw(f, n, &random, &(kt_model_options){.level = level}))
+    if (!draw(f, n, &random, &(kt_model_options){.isa = level}))
         return false;
     memset(x, 0, 2 * sizeof *x);
     memcpy(x[0], f->s.v, (size_t)f->tree.nv * sizeof **x);

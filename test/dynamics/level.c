@@ -96,8 +96,8 @@ static void compare_levels(kt_isa level, const char *what) {
         kt_tree_describe(&tree, &plan, &random);
         memset(&again, 0, sizeof again);
         again.description = tree.description;
-        if (!kt_tree_compile(&tree, &(kt_model_options){.level = KT_ISA_BASE}) ||
-            !kt_tree_compile(&again, &(kt_model_options){.level = level}))
+        if (!kt_tree_compile(&tree, &(kt_model_options){.isa = KT_ISA_BASE}) ||
+            !kt_tree_compile(&again, &(kt_model_options){.isa = level}))
             return;
         compared += kt_model_isa(tree.model) == KT_ISA_BASE && kt_model_isa(again.model) == level;
         kt_tree_state_draw(&tree, &random, &s);

@@ -48,7 +48,7 @@ int main(int argc, char **argv) {
     d.body_count = RODS;
     d.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     options.plan = strcmp(argv[1], "spatial") == 0 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-    options.level = (kt_isa)strtol(argv[2], NULL, 10);
+    options.isa = (kt_isa)strtol(argv[2], NULL, 10);
     const kt_status status = kt_model_compile(&d, &options, &model, NULL);
     if (status == KT_ERROR_UNSUPPORTED)
         return 77; /* a level that this processor or build does not have */

@@ -76,7 +76,7 @@ kt_vec3 kt_bytes_vector(kt_bytes *bytes, kt_wildness wild) {
 kt_model_options kt_fuzz_options(kt_bytes *bytes, kt_formulation *formulation) {
     const unsigned chosen = kt_bytes_next(bytes);
     kt_model_options options = kt_model_options_default();
-    options.level = (chosen & 1U) != 0 ? KT_ISA_BASE : KT_ISA_AUTO;
+    options.isa = (chosen & 1U) != 0 ? KT_ISA_BASE : KT_ISA_AUTO;
     options.reduction = kt_reduction_method_of((kt_reduction)((chosen >> 1) % 3));
     options.metric = (chosen & 16U) != 0 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
     options.plan = (chosen & 64U) != 0 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;

@@ -105,7 +105,7 @@ KT_TEST(frictions_and_armatures_act_in_their_coordinates) {
 KT_TEST(regressor_has_the_same_bits_on_every_instruction_set) {
     static double baseline[COLUMNS_MOST * KT_TREE_NV];
     kt_random random = kt_random_of_test();
-    const kt_model_options base = {.level = KT_ISA_BASE};
+    const kt_model_options base = {.isa = KT_ISA_BASE};
     for (int n = 0; n < 6; n++) {
         kt_tree tree;
         kt_tree_state s;

@@ -62,7 +62,7 @@ KT_TEST(each_joint_type_has_the_coordinates_of_the_list) {
 /* A velocity of a motion with these facts is the rate of a length, of an angle, or a component of a rotation. */
 static bool measures(kt_motion_facts motion, int k, kt_coordinate_kind kind) {
     if (k < motion.lengths)
-        return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_PLACE;
+        return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
     return k < motion.plain ? kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS
                             : kind == KT_COORDINATE_ROTATION;
 }

@@ -21,7 +21,7 @@ static bool has_matrices(const char *what) { return strcmp(what, "stiffness") ==
 static int open_subject(subject *s, const char *what, const char *path) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    options.level = has_matrices(what) ? KT_ISA_V3 : KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.isa = has_matrices(what) ? KT_ISA_V3 : KT_ISA_BASE; /* valgrind knows no AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
     options.reduction = kt_reduction_method_of(s->scene.reduction);

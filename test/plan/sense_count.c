@@ -23,7 +23,7 @@ static kt_status open_subject(subject *s, const char *method, const char *path, 
     kt_model_options options = kt_model_options_default();
     kt_simulation_options extra = kt_simulation_options_default();
     kt_run run = kt_run_default();
-    options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.isa = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     kt_status status = kt_scene_read(path, &s->scene, NULL, NULL, error);
     if (status == KT_OK)
         status = kt_model_compile(&s->scene.description, &options, &s->model, error);

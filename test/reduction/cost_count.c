@@ -1,7 +1,5 @@
-/* cost_count WHAT N [spatial]: calls one thing once, on N four-bars that hang on a chain of N bodies, for cost.py to
- * count its instructions. WHAT: four-bars, derivatives (of the same), tree (the same without loops), or chain (N bodies alone, from nearly
- * horizontal, linearised and then brought to rest), or ladder (two chains of N bodies, rungs and loops between them), or row (N windows that share their cranks),
- * or open (N bodies alone), held (the same with the last tied up) or driven (and with the first moved). */
+/* cost_count WHAT N [spatial]: calls one thing once, on a mechanism of N parts, for cost.py to count its instructions.
+ * WHAT is in the table `scenes`. */
 #include "kinetree/analysis.h"
 #include "kinetree/reduction.h"
 
@@ -13,6 +11,7 @@ enum { MOST = 400 };
 
 static kt_body bodies[4 * MOST];
 static kt_loop loops[MOST];
+static int loop_count;
 static char names[4 * MOST][16], loop_names[MOST][16];
 
 static const char *add(int i, const char *kind, int n, const char *parent, double x, double length, double angle) {
@@ -36,7 +35,8 @@ static kt_end end_at(const char *body, double x) {
     return end;
 }
 
-static void close_loop(int i, const char *first, double x, const char *second, double y) {
+static void close_loop(const char *first, double x, const char *second, double y) {
+    const int i = loop_count++;
     snprintf(loop_names[i], sizeof loop_names[i], "loop%d", i);
     loops[i] = kt_loop_default();
     loops[i].name = loop_names[i];
@@ -45,24 +45,86 @@ static void close_loop(int i, const char *first, double x, const char *second, d
     loops[i].between[1] = end_at(second, y);
 }
 
-/* A rope of n bodies: its loops, none of them, the tie, or the tie and the motion of its first joint. */
-static int hang_rope(const char *kind, int n) {
-    static const double turns[] = {1.0, 0.5, 2.0};
+/* ---- mechanisms: each writes n of its parts and returns the number of bodies --------------------------------------- */
+
+/* N four-bars that hang on a chain of N bodies. */
+static int build_tree(int n) {
+    const char *link = NULL;
+    for (int i = 0; i < n; i++) {
+        link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
+        const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
+        (void)add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
+        (void)add(4 * i + 3, "rocker", i, link, 2.2, 1.8, 1.6);
+    }
+    return 4 * n;
+}
+
+static int build_four_bars(int n) {
+    const int bodies_built = build_tree(n);
+    for (int i = 0; i < n; i++)
+        close_loop(names[4 * i + 2], 2.0, names[4 * i + 3], 1.8);
+    return bodies_built;
+}
+
+/* Bodies alone, from nearly horizontal. */
+static int build_chain(int n) {
+    const char *link = NULL;
+    for (int i = 0; i < n; i++)
+        link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? 0.0 : 0.35);
+    return n;
+}
+
+/* Two chains, with rungs and loops between them. */
+static int build_ladder(int n) {
+    const char *left = NULL, *right = NULL;
+    for (int i = 0; i < n; i++) {
+        left = add(3 * i, "left", i, left, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
+        right = add(3 * i + 1, "right", i, right, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
+        bodies[3 * i + 1].joint.at.y = i ? 0.0 : 1.0;
+        close_loop(add(3 * i + 2, "rung", i, left, 0.3, 1.0, 1.5707963267948966 - 0.1), 1.0, right, 0.3);
+    }
+    return 3 * n;
+}
+
+/* Windows that share their cranks. */
+static int build_row(int n) {
+    for (int i = 0; i < n; i++) {
+        const char *crank = add(2 * i, "crank", i, NULL, i, 1.0, 1.0);
+        if (i > 0)
+            close_loop(names[2 * i - 1], 1.0, crank, 1.0);
+        if (i + 1 < n)
+            (void)add(2 * i + 1, "coupler", i, crank, 1.0, 1.0, -1.0);
+    }
+    return 2 * n - 1;
+}
+
+/* A rope; with its last body tied up; and with its first joint moved, too. */
+static int build_open(int n) {
     const char *link = NULL;
     for (int i = 0; i < n; i++)
         link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? -2.0 / n : 1.0);
-    if (strcmp(kind, "open") == 0)
-        return 0;
-    close_loop(0, link, 1.0, NULL, 0.8 * n);
-    if (strcmp(kind, "driven") != 0)
-        return 1;
-    loops[1] = kt_loop_default();
-    loops[1].name = "motion";
-    loops[1].type = KT_LOOP_MOTION;
-    loops[1].joint = names[0];
-    loops[1].function = kt_function_polynomial(turns, 3);
-    return 2;
+    return n;
 }
+
+static int build_held(int n) {
+    (void)build_open(n);
+    close_loop(names[n - 1], 1.0, NULL, 0.8 * n);
+    return n;
+}
+
+static int build_driven(int n) {
+    static const double turns[] = {1.0, 0.5, 2.0};
+    (void)build_held(n);
+    kt_loop *motion = &loops[loop_count++];
+    *motion = kt_loop_default();
+    motion->name = "motion";
+    motion->type = KT_LOOP_MOTION;
+    motion->joint = names[0];
+    motion->function = kt_function_polynomial(turns, 3);
+    return n;
+}
+
+/* ---- what is called ---------------------------------------------------------------------------------------------- */
 
 /* Linearisation at the start, and the equilibrium from there. */
 static bool come_to_rest(const kt_model *model, double *q, const double *v) {
@@ -88,66 +150,65 @@ static bool differentiate(const kt_model *model, kt_data *data, const double *q,
     return done;
 }
 
+static bool react(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    static kt_wrench joint[4 * MOST + 1], reaction[MOST];
+    kt_error error;
+    return kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joint, reaction, &error) == KT_OK;
+}
+
+typedef struct scene {
+    const char *name;
+    int (*build)(int n);
+    bool comes_to_rest; /* it is linearised and brought to rest first */
+    bool (*then)(const kt_model *model, kt_data *data, const double *q, const double *v); /* NULL: no more */
+} scene;
+
+static const scene scenes[] = {
+    {"four-bars", build_four_bars, false, NULL}, {"derivatives", build_four_bars, false, differentiate},
+    {"tree", build_tree, false, NULL},           {"chain", build_chain, true, NULL},
+    {"ladder", build_ladder, false, react},      {"row", build_row, false, NULL},
+    {"open", build_open, false, NULL},           {"held", build_held, false, NULL},
+    {"driven", build_driven, false, NULL},
+};
+
+/* Assembles, evaluates and projects once. */
+static bool call(const scene *s, const kt_model *model, kt_data *data) {
+    static double q[4 * MOST], v[4 * MOST], a[4 * MOST];
+    kt_error error;
+    kt_model_initial(model, q, v);
+    if ((s->comes_to_rest && !come_to_rest(model, q, v)) ||
+        kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
+        kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK)
+        return false;
+    if (s->then && !s->then(model, data, q, v))
+        return false;
+    for (int i = 0; i < kt_model_nq(model); i++)
+        q[i] += 1e-6;
+    return kt_state_project(model, data, 0.0, q, v, NULL, &error) == KT_OK;
+}
+
 int main(int argc, char **argv) {
     const int n = argc > 2 ? (int)strtol(argv[2], NULL, 10) : 0;
-    if (n < 1 || n > MOST)
+    const scene *s = scenes, *const end = scenes + sizeof scenes / sizeof scenes[0];
+    while (s < end && argc > 1 && strcmp(argv[1], s->name) != 0)
+        s++;
+    if (s == end || n < 1 || n > MOST)
         return 1;
     kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
-    const char *link = NULL;
-    const bool chain = strcmp(argv[1], "chain") == 0, ladder = strcmp(argv[1], "ladder") == 0;
-    const bool row = strcmp(argv[1], "row") == 0;
-    const bool rope = strcmp(argv[1], "open") == 0 || strcmp(argv[1], "held") == 0 || strcmp(argv[1], "driven") == 0;
-    const char *other = NULL;
-    for (int i = 0; i < n && ladder; i++) {
-        link = add(3 * i, "left", i, link, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
-        other = add(3 * i + 1, "right", i, other, i ? 0.3 : 0.0, 0.3, i ? 0.0 : 0.1);
-        bodies[3 * i + 1].joint.at.y = i ? 0.0 : 1.0;
-        const char *rung = add(3 * i + 2, "rung", i, link, 0.3, 1.0, 1.5707963267948966 - 0.1);
-        close_loop(i, rung, 1.0, other, 0.3);
-    }
-    for (int i = 0; i < n && chain; i++)
-        link = add(i, "link", i, link, i ? 1.0 : 0.0, 1.0, i ? 0.0 : 0.35);
-    for (int i = 0; i < n && row; i++) {
-        link = add(2 * i, "crank", i, NULL, i, 1.0, 1.0);
-        const char *coupler = i + 1 < n ? add(2 * i + 1, "coupler", i, link, 1.0, 1.0, -1.0) : NULL;
-        if (coupler)
-            close_loop(i, coupler, 1.0, names[2 * i + 2], 1.0);
-    }
-    const int tied = rope ? hang_rope(argv[1], n) : 0;
-    for (int i = 0; i < n && !chain && !ladder && !row && !rope; i++) {
-        link = add(4 * i, "link", i, link, i ? 0.3 : 0.0, 0.3, 0.1);
-        const char *crank = add(4 * i + 1, "crank", i, link, 0.0, 1.0, 1.0);
-        const char *coupler = add(4 * i + 2, "coupler", i, crank, 1.0, 2.0, -0.6);
-        const char *rocker = add(4 * i + 3, "rocker", i, link, 2.2, 1.8, 1.6);
-        close_loop(i, coupler, 2.0, rocker, 1.8);
-    }
-    d.bodies = bodies;
-    d.body_count = chain || rope ? n : ladder ? 3 * n : row ? 2 * n - 1 : 4 * n;
-    d.loops = loops;
-    d.loop_count = rope ? tied : chain || strcmp(argv[1], "tree") == 0 ? 0 : row ? n - 1 : n;
-    d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-    options.level = KT_ISA_BASE; /* valgrind knows no AVX-512 */
     kt_model *model = NULL;
     kt_data *data = NULL;
     kt_error error;
-    static double q[4 * MOST], v[4 * MOST], a[4 * MOST];
-    static kt_wrench joint[4 * MOST + 1], reaction[MOST];
-    if (kt_model_compile(&d, &options, &model, &error) != KT_OK || kt_data_create(model, &data, &error) != KT_OK)
-        return 1;
-    kt_model_initial(model, q, v);
-    if (chain && !come_to_rest(model, q, v))
-        return 1;
-    const int failed =
-        kt_state_assemble(model, data, 0.0, q, v, &error) != KT_OK ||
-        kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) != KT_OK ||
-        (ladder && kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joint, reaction, &error) != KT_OK);
-    for (int i = 0; i < 4 * n; i++)
-        q[i] += 1e-6;
-    const int open = kt_state_project(model, data, 0.0, q, v, NULL, &error) != KT_OK;
-    const bool derived = strcmp(argv[1], "derivatives") != 0 || differentiate(model, data, q, v);
+    d.body_count = s->build(n);
+    d.bodies = bodies;
+    d.loops = loops;
+    d.loop_count = loop_count;
+    d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
+    options.isa = KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    const bool done = kt_model_compile(&d, &options, &model, &error) == KT_OK &&
+                      kt_data_create(model, &data, &error) == KT_OK && call(s, model, data);
     kt_data_free(data);
     kt_model_free(model);
-    return failed || open || !derived;
+    return !done;
 }

@@ -90,7 +90,7 @@ static bool make_others(linkage *l, kt_model *model[WAYS], kt_data *data[WAYS]) 
     for (int k = 1; k < WAYS && fine; k++) {
         kt_model_options options = kt_model_options_default();
         options.plan = k == 1 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-        options.level = k == 2 ? KT_ISA_BASE : KT_ISA_AUTO;
+        options.isa = k == 2 ? KT_ISA_BASE : KT_ISA_AUTO;
         fine = linkage_fine("compiles", kt_model_compile(&l->description, &options, &model[k], &e), &e) &&
                linkage_fine("data", kt_data_create(model[k], &data[k], &e), &e);
     }

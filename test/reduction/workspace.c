@@ -145,7 +145,7 @@ static void compare_levels(kt_isa level, const char *what) {
             for (int k = 0; k < 2; k++) {
                 kt_tree_free(&g.tree);
                 const kt_model_options options = {
-                    .level = k ? level : KT_ISA_BASE,
+                    .isa = k ? level : KT_ISA_BASE,
                     .reduction = kt_reduction_method_of(i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION)};
                 if (!kt_tree_compile(&g.tree, &options))
                     break;
@@ -159,7 +159,7 @@ static void compare_levels(kt_isa level, const char *what) {
     }
     for (int k = 0; k < 2; k++) { /* and across a singular position */
         linkage_windows(&l, 4, 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
-        l.options.level = k ? level : KT_ISA_BASE;
+        l.options.isa = k ? level : KT_ISA_BASE;
         if (linkage_build(&l, 0.0)) {
             const question ask = ask_linkage(&l);
             ask_all(&ask, leave, k ? &other : &base);

@@ -125,8 +125,8 @@ static bool differentiate(const rollout_case *c, int checkpoints, double *value,
     void *work = take(size);
     weights costs = c->costs;
     const bool fine = kt_tree_fine("gradient",
-                                   kt_rollout_gradient(c->model, c->data, work, size, &rollout, c->q, c->v, cost_of,
-                                                       &costs, value, gradient, gradient + 2 * c->costs.nv, &error),
+                                   kt_rollout_gradient(c->model, c->data, work, size, &rollout, c->q, c->v, value,
+                                                       gradient, gradient + 2 * c->costs.nv, cost_of, &costs, &error),
                                    &error);
     free(work);
     return fine;
@@ -257,24 +257,24 @@ KT_TEST(failed_gradient_leaves_outputs_untouched) {
         const size_t size = kt_rollout_work_size(l.model, &rollout);
         void *work = take(size);
         kt_check_equal_int("stopped",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, stop, NULL, &value,
-                                               start, inputs, &error),
+                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
+                                               stop, NULL, &error),
                            KT_ERROR_CALLBACK);
         kt_check_contains("its words", error.message, "step 2 returned 7");
         kt_check_equal_int("memory",
-                           kt_rollout_gradient(l.model, l.data, work, size - 1, &rollout, l.q, l.v, stop, NULL, &value,
-                                               start, inputs, &error),
+                           kt_rollout_gradient(l.model, l.data, work, size - 1, &rollout, l.q, l.v, &value, start,
+                                               inputs, stop, NULL, &error),
                            KT_ERROR_MEMORY);
         rollout.steps = 0;
         kt_check_equal_int("no steps",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, stop, NULL, &value,
-                                               start, inputs, &error),
+                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
+                                               stop, NULL, &error),
                            KT_ERROR_ARGUMENT);
         rollout.steps = 4;
         rollout.method = kt_method_find("rkc2");
         kt_check_equal_int("stabilised",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, stop, NULL, &value,
-                                               start, inputs, &error),
+                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
+                                               stop, NULL, &error),
                            KT_ERROR_ARGUMENT);
         kt_check_true("untouched", value == 5.0 && start[0] == 6.0 && inputs[0] == 7.0);
         free(work);

@@ -88,12 +88,13 @@ static void mechanism_free(mechanism *m) {
     kt_model_free(m->model);
 }
 
-static bool mechanism_make(mechanism *m, const char *loops, kt_metric metric) {
+static bool mechanism_make(mechanism *m, const char *loops, kt_metric metric, kt_structure structure) {
     char text[TEXT];
     kt_scene scene;
     kt_error error;
     kt_model_options options = kt_model_options_default();
     options.metric = metric;
+    options.structure = structure;
     *m = (mechanism){.model = NULL};
     (void)snprintf(text, sizeof text, tree_text, loops);
     if (!kt_tree_fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &error), &error))
@@ -195,7 +196,7 @@ static void compare_all(const char *loops, kt_metric metric, double h, const cha
     int columns = 0;
     for (int i = 0; i < (closed ? NAMES : NAMES - 2); i++) {
         mechanism m;
-        if (mechanism_make(&m, loops, metric)) {
+        if (mechanism_make(&m, loops, metric, i % 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS)) {
             const kt_step step = {.method = explicit_method(i % 11), .t = 0.05, .h = h, .tau = m.tau};
             compare(&m, &step, names[i], &worst, &columns);
         }
@@ -277,7 +278,7 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
 
 KT_TEST(what_has_no_derivative_is_refused_and_leaves_the_output) {
     mechanism m;
-    if (mechanism_make(&m, "", KT_METRIC_IDENTITY)) {
+    if (mechanism_make(&m, "", KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {
         static const char *const given[] = {"crank.hold", "effect turn.torque", "load.mass", "load.mass"};
         static const char *const told[] = {"hold", "set it in a copy", "rkc2", "kt_step_parameter_work_size"};
         for (int i = 0; i < 4; i++) {

@@ -196,8 +196,8 @@ static kt_status differentiate(controls *c, double t, const double *q, const dou
     if (status == KT_OK)
         status = kt_step_adjoint(model, c->data, c->step_work, c->step_size, &step, q, v, A, by_state, by_tau, error);
     if (status == KT_OK)
-        status = kt_rollout_gradient(model, c->data, c->step_work, c->step_size, &rollout, q, v, kinetic, &nv, &value,
-                                     by_state, by_inputs, error);
+        status = kt_rollout_gradient(model, c->data, c->step_work, c->step_size, &rollout, q, v, &value, by_state,
+                                     by_inputs, kinetic, &nv, error);
     if (status == KT_OK)
         status = kt_step_parameter_derivatives(model, c->data, c->parameter_work, c->parameter_size, &step,
                                                &c->parameter, q, v, C, error);

@@ -321,7 +321,7 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
         return;
     const size_t size = kt_constraint_formulation_size(l.model);
     o.type = KT_CONSTRAINT_FORMULATION_COUNT;
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no coordinate set");
+    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no constraint formulation");
     o = fine;
     o.alpha = -1.0;
     check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "zero or more");

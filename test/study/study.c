@@ -233,14 +233,14 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     for (int i = 0; i < 4; i++)
         variants[i] = kt_variant_default(&b.run);
     variants[1].label = "gauss";
-    variants[1].has_set = true;
-    variants[1].set = KT_CONSTRAINT_FORMULATION_GAUSS;
+    variants[1].has_constraint_formulation = true;
+    variants[1].constraint_formulation = KT_CONSTRAINT_FORMULATION_GAUSS;
     variants[2].label = "half of Baumgarte's gains, with records";
-    variants[2].has_set = variants[2].records = true;
-    variants[2].set = KT_CONSTRAINT_FORMULATION_BAUMGARTE;
+    variants[2].has_constraint_formulation = variants[2].records = true;
+    variants[2].constraint_formulation = KT_CONSTRAINT_FORMULATION_BAUMGARTE;
     variants[2].gain = 0.5;
     variants[3].label = "gauss, of free bodies";
-    variants[3].has_set = true;
+    variants[3].has_constraint_formulation = true;
     variants[3].formulation = KT_FORMULATION_ABSOLUTE;
     b.options.variants = variants;
     b.options.variant_count = 4;
@@ -276,7 +276,7 @@ KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
     b.loop.between[1].body = "bob";
     kt_variant variant = kt_variant_default(&b.run);
     variant.label = "gauss";
-    variant.has_set = true;
+    variant.has_constraint_formulation = true;
     b.options.variants = &variant;
     b.options.variant_count = 1;
     if (!kt_check_equal_int("study", create(&b), KT_OK))
