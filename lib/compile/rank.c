@@ -163,6 +163,21 @@ static void keep_position(const kt_model *model, const kt_group *group, const do
     }
 }
 
+/* Whether all equations of all groups have a residual to be closed. */
+static bool all_close(const kt_model *model) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (model->group[g].count[KT_ROWS_CLOSED] < model->group[g].count[KT_ROWS_ALL])
+            return false;
+    return true;
+}
+
+/* Factors the equations; those that all close have been factored as all of them before. Returns false if a number is not
+ * finite. */
+static bool factor(const kt_model *model, kt_data *data, int rows) {
+    return (rows != KT_ROWS_ALL && all_close(model)) ||
+           kt_reduction_kernels_of(model)->factor(model, data, (kt_rows)rows, false);
+}
+
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
  * not close, which assembly reports later, and the given position is all that is known of them. */
 static void look_at(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
@@ -171,7 +186,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
     if (!kernels->look(model, data, 0.0, q, NULL, NULL, &violation))
         return;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
-        if (!kernels->factor(model, data, (kt_rows)rows, false))
+        if (!factor(model, data, rows))
             return;
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
@@ -396,7 +411,7 @@ static kt_status choose_among_passed(kt_model *model, samples *found, kt_error *
         model->weight[i] = 1.0;
     bool done = data && kernels->look(model, data, 0.0, q, NULL, NULL, &violation);
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0 && done; rows--) {
-        done = kernels->factor(model, data, (kt_rows)rows, false);
+        done = factor(model, data, rows);
         for (size_t g = 0; g < model->n.group && done; g++)
             if (model->group[g].front.pending && data->rank[g] == model->group[g].rank[rows])
                 note_steps(model, data, &model->group[g], rows, true, found);
