@@ -171,10 +171,9 @@ static bool all_close(const kt_model *model) {
     return true;
 }
 
-/* Factors the equations; those that all close have been factored as all of them before. Returns false if a number is not
- * finite. */
+/* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not finite. */
 static bool factor(const kt_model *model, kt_data *data, int rows) {
-    return (rows != KT_ROWS_ALL && all_close(model)) ||
+    return (rows == KT_ROWS_ALL && all_close(model)) ||
            kt_reduction_kernels_of(model)->factor(model, data, (kt_rows)rows, false);
 }
 
