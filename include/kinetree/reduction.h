@@ -106,8 +106,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  * here, too. Errors: as kt_acceleration_derivatives; the outputs are then untouched. Cost: without loops O(nv depth)
  * besides clearing and copying the matrices, and O(L^2) for each effect with L coordinates between its ends: 2.4
  * evaluations of the accelerations for the bundled governor, 8 for a chain of 20 links, 12 for one of 40
- * (meson test plan/plan). With loops O(nv^3), but where the loops leave few degrees of freedom and solutions take
- * O(bodies) (kt_acceleration_derivatives) O(nv^2 f). */
+ * (meson test plan/plan). With loops O(nv^2 depth) where solutions take O(bodies) (kt_acceleration_derivatives),
+ * otherwise O(nv^3). */
 KT_API size_t kt_stiffness_work_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                   double t, const double *q, const double *v, const double *tau,

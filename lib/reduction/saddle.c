@@ -64,3 +64,18 @@ kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double 
 void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b) {
     KT_BY_LEVEL(w->model->level, , kt_saddle_solve, (w, columns, f, b));
 }
+
+void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x) {
+    KT_BY_LEVEL(w->model->level, , kt_saddle_weigh, (w, columns, x));
+}
+
+size_t kt_saddle_dofs(const kt_saddle *w) {
+    size_t dofs = w->model->n.v;
+    for (size_t g = 0; g < w->model->n.group; g++)
+        dofs -= (size_t)w->data->rank[g];
+    return dofs;
+}
+
+void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z) {
+    KT_BY_LEVEL(w->model->level, , kt_saddle_restrict, (w, kt_saddle_dofs(w), columns, x, z));
+}

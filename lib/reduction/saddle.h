@@ -86,12 +86,21 @@ KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metr
  * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */
 void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b);
 
+/* After a factorisation with the metric of the coordinates (saddle_reduced.c): columns of x (nv) become M x, M being the
+ * mass matrix; and z = Z' x, as many numbers a column as kt_saddle_dofs, where the columns of Z are orthonormal and span
+ * the null space of the equations; z may be x. O(links) a column. */
+void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x);
+size_t kt_saddle_dofs(const kt_saddle *w);
+void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z);
+
 /* The kernels: kt_saddle_reduce returns false if there is no inertia along one of the degrees of freedom;
  * kt_saddle_reduce_front does this for one group, whose inertia it adds to that of the parent. */
 #define KT_SADDLE_DECLARE(level)                                                                                       \
     bool kt_saddle_reduce_##level(kt_saddle *);                                                                        \
     bool kt_saddle_reduce_front_##level(kt_saddle *, size_t, double *);                                                \
-    void kt_saddle_solve_##level(const kt_saddle *, size_t, double *, const double *);
+    void kt_saddle_solve_##level(const kt_saddle *, size_t, double *, const double *);                                 \
+    void kt_saddle_weigh_##level(const kt_saddle *, size_t, double *);                                                 \
+    void kt_saddle_restrict_##level(const kt_saddle *, size_t, size_t, const double *, double *);
 KT_SADDLE_DECLARE(baseline)
 KT_SADDLE_DECLARE(v3)
 KT_SADDLE_DECLARE(v4)

@@ -235,12 +235,15 @@ static void reduce_apart(kt_saddle *w, size_t g) {
 bool KT_KERNEL(kt_saddle_reduce)(kt_saddle *w) {
     const kt_model *model = w->model;
     w->mapped = 0;
-    for (size_t g = 0; g < model->n.group && w->metric != KT_METRIC_MASS; g++)
-        reduce_apart(w, g);
-    if (w->metric != KT_METRIC_MASS)
-        return true;
     for (size_t i = 1; i < model->n.link; i++)
         set_rigid(w, i, kt_saddle_components(model, i));
+    if (w->metric != KT_METRIC_MASS) {
+        for (size_t i = 1; i < model->n.link; i++)
+            (void)set_axes(w, i, kt_saddle_components(model, i));
+        for (size_t g = 0; g < model->n.group; g++)
+            reduce_apart(w, g);
+        return true;
+    }
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         const int c = kt_saddle_components(model, i), dofs = set_axes(w, i, c);

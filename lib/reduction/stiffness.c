@@ -14,8 +14,8 @@
  *     (Z' M Z) z = -Z' (D + M Q1 y)
  * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
  *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
- * and for dx = Z ds, which the loops allow, this times Z. Where Z has few columns, it is found from the accelerations
- * themselves instead, which the tree gives without a matrix for all loops (saddle.h).
+ * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E, the
+ * least solution of A w = E: all three along the tree, in O(bodies) a column (saddle.h).
  * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
  * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
  * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
@@ -221,28 +221,14 @@ kt_status kt_linearized_overflow(kt_error *error) {
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-/* What else is needed where the matrices come from accelerations along the tree: the memory of saddle.h, Z. */
-#define ALONG_FIELDS(X)                                                                                                \
-    X(char, terms, kt_saddle_init(NULL, NULL, model, NULL), "of `saddle`")                                             \
-    X(double, z, model->n.v * model->n.v, "the null space; the first columns")
-
-typedef struct along {
-    kt_saddle saddle;
-    KT_ARENA_DECLARE(ALONG_FIELDS)
-} along;
-
-KT_ARENA_ARRAYS(place_along, along, ALONG_FIELDS, const kt_model *model)
-
-/* With few degrees of freedom the matrices are found from Z' a_q and Z' a_v, along the tree, without Q. */
 static bool is_along_tree(const kt_model *model) {
-    return KT_HAS_LOOPS && model->n.row && !kt_linearized_is_dense(model) &&
-           4 * (size_t)kt_model_mobility(model).minimal <= model->n.v;
+    return KT_HAS_LOOPS && model->n.row && !kt_linearized_is_dense(model);
 }
 
 size_t kt_stiffness_work_size(const kt_model *model) {
     const bool by_tree = is_along_tree(model);
     return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
-           (KT_HAS_LOOPS && by_tree ? place_along(NULL, NULL, model) : 0);
+           (KT_HAS_LOOPS && by_tree ? kt_saddle_init(NULL, NULL, model, NULL) : 0);
 }
 
 static bool is_finite(const kt_linearized *w) {
@@ -277,47 +263,51 @@ static void write_closed(kt_linearized *w, double *basis, double *mass, double *
     write_reduced(w, w->d_v, w->e_v, damping);
 }
 
-/* out = -mass Z' a, f x n */
-static void write_product(const kt_linearized *w, const double *z, size_t f, const double *mass, const double *a,
-                          double *out) {
-    const size_t n = w->n;
-    double *y = w->change;
-    for (size_t c = 0; c < n; c++) {
-        for (size_t i = 0; i < f; i++)
-            y[i] = -kt_dense_dot(z + i * n, a + c * n, (int)n);
-        kt_dense_apply(mass, (int)f, (int)f, y, out + c * f);
-    }
+/* D + M w in place of D; `e` is E, `x` as much memory as D. */
+static void add_across(const kt_saddle *along, size_t n, const double *e, double *x, double *d) {
+    memset(x, 0, n * n * sizeof *x);
+    kt_saddle_solve(along, n, x, e);
+    kt_saddle_weigh(along, n, x);
+    for (size_t i = 0; i < n * n; i++)
+        d[i] += x[i];
 }
 
-/* D becomes da; then Z' M Z, and its products with Z' da. */
-static kt_status write_along(kt_linearized *w, along *x, const double *q, double *basis, double *mass,
+/* Z from Z' 1, n x f, and Z' M Z; x: n x n numbers. */
+static void write_basis(const kt_saddle *along, size_t n, size_t f, double *x, double *basis, double *mass) {
+    memset(x, 0, n * n * sizeof *x);
+    for (size_t i = 0; i < n; i++)
+        x[i * (n + 1)] = 1.0;
+    kt_saddle_restrict(along, n, x, x);
+    for (size_t j = 0; j < f; j++)
+        for (size_t i = 0; i < n; i++)
+            basis[j * n + i] = x[i * f + j];
+    memcpy(x, basis, n * f * sizeof *x);
+    kt_saddle_weigh(along, f, x);
+    kt_saddle_restrict(along, f, x, mass);
+}
+
+/* All of it along the tree. */
+static kt_status write_along(kt_linearized *w, void *memory, const double *q, double *basis, double *mass,
                              double *stiffness, double *damping, kt_error *error) {
-    const size_t n = w->n, square = n * n;
-    int columns = 0;
-    (void)kt_saddle_init(&x->saddle, x->terms, w->model, w->data);
-    kt_status status = kt_saddle_factor(&x->saddle, KT_ROWS_ALL, KT_METRIC_MASS, w->t, q, error);
+    const size_t n = w->n;
+    double *x = w->mass; /* M is not needed: it is applied along the tree, too */
+    kt_saddle along;
+    (void)kt_saddle_init(&along, memory, w->model, w->data);
+    const kt_status status = kt_saddle_factor(&along, KT_ROWS_ALL, KT_METRIC_IDENTITY, w->t, q, error);
     if (status != KT_OK)
         return status;
-    for (size_t i = 0; i < square; i++) {
-        w->d_q[i] = -w->d_q[i];
-        w->d_v[i] = -w->d_v[i];
-    }
-    kt_saddle_solve(&x->saddle, n, w->d_q, w->e_q);
-    kt_saddle_solve(&x->saddle, n, w->d_v, w->e_v);
-    if (!(kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square)))
+    const size_t f = kt_saddle_dofs(&along);
+    if (f != (size_t)kt_model_mobility(w->model).minimal)
+        return kt_jacobian_singular(error);
+    if (f == 0)
+        return KT_OK;
+    add_across(&along, n, w->e_q, x, w->d_q);
+    add_across(&along, n, w->e_v, x, w->d_v);
+    if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
         return kt_linearized_overflow(error);
-    status = kt_loop_nullspace(w->model, w->data, w->t, q, x->z, &columns, error);
-    const size_t f = (size_t)columns;
-    if (status != KT_OK || f == 0)
-        return status;
-    memcpy(basis, x->z, n * f * sizeof *basis);
-    for (size_t c = 0; c < f; c++) {
-        kt_dense_apply(w->mass, (int)n, (int)n, x->z + c * n, w->force);
-        for (size_t i = 0; i < f; i++)
-            mass[c * f + i] = kt_dense_dot(x->z + i * n, w->force, (int)n);
-    }
-    write_product(w, x->z, f, mass, w->d_q, stiffness);
-    write_product(w, x->z, f, mass, w->d_v, damping);
+    write_basis(&along, n, f, x, basis, mass);
+    kt_saddle_restrict(&along, n, w->d_q, stiffness);
+    kt_saddle_restrict(&along, n, w->d_v, damping);
     return KT_OK;
 }
 
@@ -348,11 +338,8 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         return status;
     if (!is_finite(&w))
         return kt_linearized_overflow(error);
-    if (KT_HAS_LOOPS && by_tree) {
-        along x;
-        (void)place_along(&x, (char *)memory + used, model);
-        return write_along(&w, &x, q, basis, mass, stiffness, damping, error);
-    }
+    if (KT_HAS_LOOPS && by_tree)
+        return write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, error);
     if (KT_HAS_LOOPS && w.p)
         write_closed(&w, basis, mass, stiffness, damping);
     else

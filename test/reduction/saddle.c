@@ -163,7 +163,42 @@ typedef struct derivatives {
     double q[MOST], v[MOST], tau[MOST];
 } derivatives;
 
-static bool derive(const tangle *g, kt_structure structure, derivatives *d, bool *dense) {
+/* Z x, x of f x n. */
+static void spread(const double *z, const double *x, int n, int f, double *to) {
+    memset(to, 0, sizeof(double) * (size_t)(n * n));
+    for (int c = 0; c < n; c++)
+        for (int j = 0; j < f; j++)
+            for (int i = 0; i < n; i++)
+                to[c * n + i] += z[j * n + i] * x[c * f + j];
+}
+
+/* Z stiffness, Z damping and Z mass Z', which do not depend on the choice of Z. */
+static bool derive_reduced(const tangle *g, const kt_model *model, kt_data *data, derivatives *d) {
+    static double z[MOST], mass[MOST], out[2][MOST], half[MOST];
+    const int n = kt_model_nv(model), f = kt_model_mobility(model).minimal;
+    const size_t size = kt_stiffness_work_size(model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    kt_error e = {0};
+    memset(work, 0xFF, size);
+    const bool fine = kt_stiffness_evaluate(model, data, work, size, g->t, g->q, g->v, g->tau, g->external, NULL, z,
+                                            mass, out[0], out[1], &e) == KT_OK;
+    free(work);
+    for (int c = 0; c < n && fine; c++) /* mass Z' */
+        for (int i = 0; i < f; i++) {
+            half[c * f + i] = 0.0;
+            for (int j = 0; j < f; j++)
+                half[c * f + i] += mass[j * f + i] * z[j * n + c];
+        }
+    if (fine) {
+        spread(z, half, n, f, d->tau);
+        spread(z, out[0], n, f, d->q);
+        spread(z, out[1], n, f, d->v);
+    }
+    return fine;
+}
+
+/* Derivatives of accelerations, or of them Z times the reduced matrices. */
+static bool derive(const tangle *g, kt_structure structure, bool reduced, derivatives *d, bool *dense) {
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_data *data = NULL;
@@ -172,11 +207,14 @@ static bool derive(const tangle *g, kt_structure structure, derivatives *d, bool
     options.structure = structure;
     bool fine = kt_tree_fine("compiles", kt_model_compile(&g->tree.description, &options, &model, &e), &e) &&
                 kt_tree_fine("data", kt_data_create(model, &data, &e), &e);
-    if (fine) {
+    if (fine)
+        *dense = kt_linearized_is_dense(model);
+    if (fine && reduced) {
+        fine = derive_reduced(g, model, data, d);
+    } else if (fine) {
         const size_t size = kt_acceleration_work_size(model);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
         memset(work, 0xFF, size);
-        *dense = kt_linearized_is_dense(model);
         fine = kt_acceleration_derivatives(model, data, work, size, g->t, g->q, g->v, g->tau, g->external, d->q, d->v,
                                            d->tau, &e) == KT_OK;
         free(work);
@@ -204,19 +242,19 @@ static bool is_plain(const kt_model *model) {
 }
 
 /* With redundant equations positions that violate the loops have the accelerations of those that are chosen: there only the
- * response to forces is compared. */
-KT_TEST(derivatives_along_the_tree_are_those_of_dense_factors) {
+ * response to forces, or the mass matrix, is compared. */
+static void compare_ways(bool reduced, const char *const name[3]) {
     enum { MECHANISMS = 60 };
     static tangle g;
     static derivatives along, dense;
     kt_random random = kt_random_of_test();
-    kt_worst worst[3] = {kt_worst_make("da/dq"), kt_worst_make("da/dv"), kt_worst_make("da/dtau")};
+    kt_worst worst[3] = {kt_worst_make(name[0]), kt_worst_make(name[1]), kt_worst_make(name[2])};
     int compared = 0, ways = 0;
     for (int n = 0; n < MECHANISMS; n++) {
         const tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
         bool first = true, second = false;
-        if (tangle_grow(&g, &plan, &random) && derive(&g, KT_STRUCTURE_FRONTS, &along, &first) &&
-            derive(&g, KT_STRUCTURE_DENSE, &dense, &second)) {
+        if (tangle_grow(&g, &plan, &random) && derive(&g, KT_STRUCTURE_FRONTS, reduced, &along, &first) &&
+            derive(&g, KT_STRUCTURE_DENSE, reduced, &dense, &second)) {
             const double *const to[3] = {along.q, along.v, along.tau}, *const of[3] = {dense.q, dense.v, dense.tau};
             const double rounding = fmax(1e-10, 32.0 * relative_rounding(&g));
             const int all = g.tree.nv * g.tree.nv;
@@ -233,6 +271,16 @@ KT_TEST(derivatives_along_the_tree_are_those_of_dense_factors) {
         kt_check_worst(&worst[k]);
     kt_check_above("compared", compared, 0.7 * MECHANISMS);
     kt_check_equal_int("in two ways", ways, compared);
+}
+
+KT_TEST(derivatives_along_the_tree_are_those_of_dense_factors) {
+    static const char *const name[3] = {"da/dq", "da/dv", "da/dtau"};
+    compare_ways(false, name);
+}
+
+KT_TEST(reduced_matrices_along_the_tree_are_those_of_dense_factors) {
+    static const char *const name[3] = {"Z stiffness", "Z damping", "Z mass Z'"};
+    compare_ways(true, name);
 }
 
 /* ---- stiffness ---------------------------------------------------------------------------------------------------- */
