@@ -33,6 +33,9 @@ typedef struct kt_system_arrays {
     KT_ARENA_DECLARE(KT_SYSTEM_FIELDS)
 } kt_system_arrays;
 
+/* Room for what is known of an equation in an elimination (independent_coordinates.c). */
+enum { KT_CANDIDATE_BYTES = 16 };
+
 /* Every other array: type, name, count, meaning. */
 #define KT_LINEARIZATION_FIELDS(X)                                                                                     \
     X(int, input_coordinate, s->inputs, "what is driven")                                                              \
@@ -48,6 +51,8 @@ typedef struct kt_system_arrays {
     X(double, direction, 2 * s->v, "direction of a derivative: dq, dv")                                                \
     X(double, equation, 2 * s->rows * s->v, "A and d(A v - b')/dq, eliminated")                                        \
     X(bool, holonomic, s->rows, "equations with a residual")                                                           \
+    X(char, candidate, KT_CANDIDATE_BYTES * s->rows, "of each equation for a pivot")                                   \
+    X(int32_t, filled, s->rows, "equations that a pivot changes")                                                      \
     X(int32_t, pivot_row, s->v, "row that a dependent coordinate is taken from, or -1")                                \
     X(double, free_position, s->v * s->v, "basis of allowed steps: nv x positions")                                    \
     X(double, free_velocity, s->v * s->v, "basis of allowed changes of velocity: nv x velocities")                     \

@@ -57,58 +57,71 @@ void kt_independent_coordinates_units(const kt_model *model, double *unit) {
 
 enum { UNUSED = -1 };
 
+/* A row's largest weighted entry in a column without a pivot: the first of equal ones. */
+typedef struct candidate {
+    double weighted; /* 0: none */
+    int32_t column;
+    bool taken; /* the row has a pivot */
+} candidate;
+_Static_assert(sizeof(candidate) <= KT_CANDIDATE_BYTES, "a linearisation has room for the candidates of its rows");
+
 typedef struct elimination {
     double *a; /* rows x width, column-major: `columns` of coordinates, then further columns that are transformed
                   along */
     size_t rows, columns, width;
     int32_t *pivot_row; /* pivot row of each column; UNUSED: the coordinate is independent */
     const double *weight;
-    double first, last; /* the first pivot and the smallest one */
+    candidate *candidate; /* of each row */
+    int32_t *filled;      /* rows with an entry in the pivot's column */
+    double first, last;   /* the first pivot and the smallest one */
 } elimination;
 
-static bool is_taken(const elimination *e, size_t row) {
-    for (size_t c = 0; c < e->columns; c++)
-        if (e->pivot_row[c] == (int32_t)row)
-            return true;
-    return false;
+static void find_candidate(const elimination *e, size_t row) {
+    candidate *best = &e->candidate[row];
+    best->weighted = 0.0;
+    for (size_t c = 0; c < e->columns && !best->taken; c++) {
+        const double x = fabs(e->a[c * e->rows + row]) * e->weight[c];
+        if (e->pivot_row[c] != UNUSED || !(x > best->weighted))
+            continue;
+        best->weighted = x;
+        best->column = (int32_t)c;
+    }
 }
 
 /* Finds the largest weighted entry in columns without a pivot, among the unused rows with holonomic[row] == kind;
  * returns its size, or 0 if there is none. */
 static double find_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row, size_t *column) {
-    double best = 0.0, size = 0.0;
+    double best = 0.0;
     for (size_t r = 0; r < e->rows; r++) {
-        if (holonomic[r] != kind || is_taken(e, r))
+        if (holonomic[r] != kind || !(e->candidate[r].weighted > best))
             continue;
-        for (size_t c = 0; c < e->columns; c++) {
-            const double x = fabs(e->a[c * e->rows + r]);
-            if (e->pivot_row[c] != UNUSED || !(x * e->weight[c] > best))
-                continue;
-            best = x * e->weight[c];
-            size = x;
-            *row = r;
-            *column = c;
-        }
+        best = e->candidate[r].weighted;
+        *row = r;
+        *column = (size_t)e->candidate[r].column;
     }
-    return size;
+    return best > 0.0 ? fabs(e->a[*column * e->rows + *row]) : 0.0;
 }
 
+/* Only rows and columns with entries in those of the pivot change. */
 static void eliminate(elimination *e, size_t row, size_t column) {
     double *pivot = e->a + column * e->rows;
     const double whole = pivot[row];
-    for (size_t c = 0; c < e->width; c++)
-        e->a[c * e->rows + row] /= whole;
+    size_t count = 0;
+    for (size_t r = 0; r < e->rows; r++)
+        if (r != row && pivot[r] != 0.0)
+            e->filled[count++] = (int32_t)r;
     for (size_t c = 0; c < e->width; c++) {
-        const double x = e->a[c * e->rows + row];
-        if (c == column || x == 0.0)
-            continue;
-        for (size_t r = 0; r < e->rows; r++)
-            if (r != row)
-                e->a[c * e->rows + r] -= x * pivot[r];
+        double *to = e->a + c * e->rows;
+        const double x = to[row] /= whole;
+        for (size_t i = 0; i < count && c != column && x != 0.0; i++)
+            to[e->filled[i]] -= x * pivot[e->filled[i]];
     }
     for (size_t r = 0; r < e->rows; r++)
         pivot[r] = r == row ? 1.0 : 0.0;
     e->pivot_row[column] = (int32_t)row;
+    e->candidate[row] = (candidate){.taken = true};
+    for (size_t i = 0; i < count; i++)
+        find_candidate(e, (size_t)e->filled[i]);
 }
 
 /* Eliminates `rank` dependent coordinates with rows of one kind; returns false if fewer rows are independent. */
@@ -144,15 +157,20 @@ static int write_basis(const elimination *e, const double *unit, int *coordinate
 /* dv = -T C dq of a position state in the dependent coordinates, and a bound of its rounding errors. */
 static void write_velocity(const elimination *e, const double *unit, const double *dq, double *dv, double *rounding) {
     const double *c_q = e->a + e->rows * e->columns, condition = e->last > 0.0 ? e->first / e->last : 1.0;
-    for (size_t d = 0; d < e->columns; d++) {
-        double sum = 0.0, size = 0.0;
-        for (size_t k = 0; k < e->columns && e->pivot_row[d] != UNUSED; k++) {
-            const double x = c_q[k * e->rows + (size_t)e->pivot_row[d]] * dq[k];
-            sum += x;
-            size += fabs(x);
+    memset(dv, 0, e->columns * sizeof *dv);
+    memset(rounding, 0, e->columns * sizeof *rounding);
+    for (size_t k = 0; k < e->columns; k++) {
+        if (dq[k] == 0.0)
+            continue;
+        for (size_t d = 0; d < e->columns; d++) {
+            const double x = e->pivot_row[d] == UNUSED ? 0.0 : c_q[k * e->rows + (size_t)e->pivot_row[d]] * dq[k];
+            dv[d] += x;
+            rounding[d] += fabs(x);
         }
-        dv[d] = sum != 0.0 ? -unit[d] * sum : 0.0;
-        rounding[d] = 4.0 * DBL_EPSILON * condition * unit[d] * size;
+    }
+    for (size_t d = 0; d < e->columns; d++) {
+        dv[d] = dv[d] != 0.0 ? -unit[d] * dv[d] : 0.0;
+        rounding[d] *= 4.0 * DBL_EPSILON * condition * unit[d];
     }
 }
 
@@ -257,6 +275,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
                      .columns = l->size.v,
                      .width = 2 * l->size.v,
                      .pivot_row = l->pivot_row,
+                     .candidate = (candidate *)(void *)l->candidate,
+                     .filled = l->filled,
                      .weight = l->direction};
     int rank[KT_ROWS_COUNT] = {0, 0};
     for (size_t c = 0; c < e.columns; c++)
@@ -275,6 +295,10 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
         find_holonomic(l);
     }
     fill_weights(l, l->direction);
+    for (size_t r = 0; r < e.rows && rank[KT_ROWS_ALL] > 0; r++) {
+        e.candidate[r] = (candidate){.taken = false};
+        find_candidate(&e, r);
+    }
     bool fine = reduce(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
     system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
     fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
