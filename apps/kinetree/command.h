@@ -4,7 +4,7 @@
 
 #include "arguments.h"
 #include "base/names.h"
-#include "kinetree/scene.h"
+#include "kinetree/import.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -36,6 +36,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(info, "what a scene consists of: the tree, its degrees of freedom and masses")                                   \
     X(check, "find every fault of scene files")                                                                        \
     X(demo, "run one of the bundled scenes, or list them")                                                             \
+    X(import, "read a robot in URDF and write it as a scene")                                                          \
     X(make, "write chains, pendulums and trees of any size as scenes")                                                 \
     X(stability, "the fastest modes, and the largest stable step of each method")                                      \
     X(integrators, "the integration methods and where they are published")                                             \
@@ -91,6 +92,13 @@ bool kt_speaks_utf8(int descriptor);
 /* Reads a scene ("-": standard input) and prints every error in it. Returns KT_EXIT_DONE, and then the caller releases
  * *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, kt_scene *scene);
+
+/* Reads a robot in URDF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf and where
+ * standard input begins with '<'. Prints what the scene has left out. */
+int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene);
+
+/* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
+kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);
 
 /* The options of a scene's `simulate` section for its compilation, and as a variant of an accuracy study. */
 kt_model_options kt_compile_options(const kt_scene *scene);

@@ -220,36 +220,6 @@ static void *copy_of(const void *array, int count, size_t size) {
     return copy;
 }
 
-static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
-    const kt_status status = kt_scene_write(scene, stream, error);
-    if (fflush(stream) != 0 && status == KT_OK)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    return status;
-}
-
-static kt_status write_named(const kt_scene *scene, const char *path, kt_error *error) {
-    FILE *file = fopen(path, "w");
-    if (file == NULL)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    const kt_status status = write_stream(scene, file, error);
-    if (fclose(file) != 0 && status == KT_OK)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    return status;
-}
-
-static kt_status write_file(const kt_scene *scene, const char *path, kt_error *error) {
-    kt_output output;
-    errno = 0;
-    if (strcmp(path, "-") == 0)
-        return write_stream(scene, stdout, error);
-    if (kt_output_start(&output, path) >= 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-    kt_status status = write_named(scene, kt_output_path(&output), error);
-    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
-    return status;
-}
-
 static void rest_bodies(const kt_small_motion *motion, kt_body *bodies) {
     for (int body = 1; body < kt_model_body_count(motion->model); body++) {
         const kt_coordinates at = kt_body_coordinates(motion->model, body);
@@ -278,7 +248,7 @@ static int write_scene(const kt_small_motion *motion, const char *path) {
         d->loops = loops;
         d->effects = effects;
         if (status == KT_OK)
-            status = write_file(&scene, path, &error);
+            status = kt_write_scene(&scene, path, &error);
     }
     free(bodies);
     free(loops);

@@ -438,9 +438,17 @@ static void warn_of_jumps(kt_outcome *outcome) {
         kt_warn(&outcome->warnings, &warning, "the speed of loop '%s' jumps at the rows of its table", loop);
 }
 
+/* What an import has left out was printed when the scene was read. */
+static void list_notes(kt_outcome *outcome) {
+    const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
+    for (int i = 0; i < outcome->scene->note_count; i++)
+        kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where, outcome->scene->notes[i].what);
+}
+
 static void report_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
+    list_notes(outcome);
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
     (void)kt_touch_warn(&outcome->warnings, outcome->scene, outcome->model, q);

@@ -1,12 +1,15 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
+#include "output.h"
 #include "start.h"
 
+#include "kinetree/import.h"
 #include "kinetree/study.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
@@ -49,10 +52,7 @@ static void report(void *user, const kt_error *error) {
     reported->faults++;
     /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
      * line. */
-    if (error->where[0] != '\0')
-        fprintf(stderr, "%s: %s\n", error->where, error->message);
-    else
-        fprintf(stderr, "%s\n", error->message);
+    fprintf(stderr, "%s%s%s\n", error->where, error->where[0] != '\0' ? ": " : "", error->message);
 }
 
 /* Suggests pendulum.yaml for 'run pendulum', if that file exists. */
@@ -63,7 +63,20 @@ static void suggest_ending(const char *path) {
         kt_say("did you mean '%s'?", whole);
 }
 
-int kt_read_scene(const char *path, kt_scene *scene) {
+/* Whether a file is a robot in URDF, by its name, or a text by its first character. */
+static bool is_urdf_name(const char *path) {
+    const char *dot = strrchr(path, '.');
+    return dot != NULL && strcasecmp(dot, ".urdf") == 0;
+}
+
+static bool is_xml(const char *text, size_t size) {
+    size_t i = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0; /* a byte order mark */
+    while (i < size && strchr(" \t\r\n", text[i]) != NULL && text[i] != '\0')
+        i++;
+    return i < size && text[i] == '<';
+}
+
+static int read_any(const char *path, bool is_robot, const kt_urdf_options *options, kt_scene *scene) {
     kt_reported reported = {0};
     kt_error error = {0};
     kt_status status;
@@ -75,16 +88,29 @@ int kt_read_scene(const char *path, kt_scene *scene) {
             kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
             return KT_EXIT_SCENE;
         }
-        status = kt_scene_parse("(standard input)", text, size, scene, report, &reported, &error);
+        static const char name[] = "(standard input)";
+        status = is_robot || is_xml(text, size)
+                     ? kt_urdf_parse(name, text, size, options, scene, report, &reported, &error)
+                     : kt_scene_parse(name, text, size, scene, report, &reported, &error);
         free(text);
+    } else if (is_robot) {
+        status = kt_urdf_read(path, options, scene, report, &reported, &error);
     } else {
         status = kt_scene_read(path, scene, report, &reported, &error);
     }
     if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
+    for (int i = 0; status == KT_OK && i < scene->note_count; i++)
+        fprintf(stderr, "%s: note: %s\n", scene->notes[i].where, scene->notes[i].what);
     if (status == KT_ERROR_FILE)
         suggest_ending(path);
     return kt_exit_code(status);
+}
+
+int kt_read_scene(const char *path, kt_scene *scene) { return read_any(path, is_urdf_name(path), NULL, scene); }
+
+int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene) {
+    return read_any(path, true, options, scene);
 }
 
 typedef struct kt_reported_at {
@@ -152,6 +178,40 @@ int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
         kt_scene_free(scene);
     return code;
 }
+
+/* ---- writing ----------------------------------------------------------------------------------------------------------- */
+
+static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
+    const kt_status status = kt_scene_write(scene, stream, error);
+    if (fflush(stream) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+static kt_status write_named(const kt_scene *scene, const char *path, kt_error *error) {
+    FILE *file = fopen(path, "w");
+    if (file == NULL)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    const kt_status status = write_stream(scene, file, error);
+    if (fclose(file) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error) {
+    kt_output output;
+    errno = 0;
+    if (strcmp(path, "-") == 0)
+        return write_stream(scene, stdout, error);
+    if (kt_output_start(&output, path) >= 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    kt_status status = write_named(scene, kt_output_path(&output), error);
+    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
+    return status;
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------------- */
 
 char *kt_base_name(const char *path) {
     if (strcmp(path, "-") == 0)

@@ -10,6 +10,7 @@
 #include "kinetree/dynamics.h"
 #include "kinetree/effect.h"
 #include "kinetree/identification.h"
+#include "kinetree/import.h"
 #include "kinetree/integrator.h"
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"

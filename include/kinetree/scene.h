@@ -47,6 +47,12 @@ extern "C" {
 /* Lines and columns of the items of a scene in its file. */
 typedef struct kt_scene_marks kt_scene_marks;
 
+/* Something that a file has and the scene has not, or has in another form. */
+typedef struct kt_scene_note {
+    const char *where; /* "FILE:LINE:COLUMN", of the first */
+    const char *what;  /* what, and how many */
+} kt_scene_note;
+
 /* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
     kt_description description; /* the mechanism */
@@ -57,6 +63,8 @@ typedef struct kt_scene {
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 
+    const kt_scene_note *notes;  /* what an import (import.h) has left out or changed, each kind once; NULL: nothing */
+    int note_count;              /* length of notes */
     void *memory;                /* where the arrays and strings live; for kt_scene_free */
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
 } kt_scene;

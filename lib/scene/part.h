@@ -35,6 +35,30 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
  * has been reported already are left out. */
 void kt_check_description(kt_reader *r, const kt_description *description);
 
+/* What reading a format is: it fills the scene, which holds the defaults, with what lives in reader->keep, and puts what
+ * is wrong into the reader. */
+typedef void kt_format(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                       kt_scene *scene);
+
+/* Reads a text, or a file, as kt_scene_parse and kt_scene_read say, in the C locale. `options` are the format's. */
+kt_status kt_format_parse(kt_format *format, const void *options, const char *path, const char *text, size_t size,
+                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error);
+kt_status kt_format_read(kt_format *format, const void *options, const char *path, kt_scene *scene,
+                         kt_scene_report *report, void *user, kt_error *error);
+
+/* Writes "FILE:LINE:COLUMN". */
+void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
+
+/* Where the items of a scene stand in its file: for each the place that faults of its compilation are about. */
+typedef struct kt_mark {
+    uint32_t line, column;
+} kt_mark;
+
+struct kt_scene_marks {
+    const char *path;
+    const kt_mark *bodies, *loops; /* as the arrays of the description */
+};
+
 /* Whether a run can be written and read again; says why not. */
 kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_error *error);
 

@@ -71,24 +71,10 @@ static bool check_version(kt_reader *r, kt_node *root) {
                        "there is no version '%.40s' of the format; write 'kinetree: 1'", version->of.text);
 }
 
-static void read_scene(kt_reader *r, const char *text, size_t size, kt_scene *scene) {
-    if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
-        return;
-    if (r->root->kind != KT_NODE_MAP) {
-        kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
-        return;
-    }
-    if (!check_version(r, r->root))
-        return;
-    (void)kt_table_read(r, NULL, r->root, &table, scene);
-    if (!r->out_of_memory)
-        kt_check_description(r, &scene->description);
-}
-
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* "FILE:LINE:COLUMN". The beginning of a long file name is cut, since its end identifies the file better. */
-static void make_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
+/* The beginning of a long file name is cut, since its end identifies the file better. */
+void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
     enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
     size_t length = strlen(path);
     const char *dots = "";
@@ -108,18 +94,18 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
     kt_error one;
     for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
         const kt_fault *fault = &r->faults[i];
-        make_where(where, path, fault->line, fault->column);
+        kt_scene_where(where, path, fault->line, fault->column);
         (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
         report(user, &one);
     }
     if (report != NULL && r->fault_dropped > 0) {
         const kt_fault *last = &r->faults[r->fault_count - 1];
-        make_where(where, path, last->line, last->column);
+        kt_scene_where(where, path, last->line, last->column);
         (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
                            r->fault_dropped);
         report(user, &one);
     }
-    make_where(where, path, r->faults[0].line, r->faults[0].column);
+    kt_scene_where(where, path, r->faults[0].line, r->faults[0].column);
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 
@@ -127,15 +113,6 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
  *
  * Some faults are found only when the scene is compiled. The nodes are freed by then, so the line and column of each
  * body and loop are stored. */
-
-typedef struct kt_mark {
-    uint32_t line, column;
-} kt_mark;
-
-struct kt_scene_marks {
-    const char *path;
-    const kt_mark *bodies, *loops; /* as the arrays of the description */
-};
 
 /* For each item, the position of the key that the faults are about, or of the item if the key is missing. */
 static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count, const char *key) {
@@ -182,12 +159,30 @@ bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
         return false;
     const kt_error plain = *error;
     char where[KT_WHERE_SIZE];
-    make_where(where, scene->marks->path, mark->line, mark->column);
+    kt_scene_where(where, scene->marks->path, mark->line, mark->column);
     (void)kt_error_set(error, plain.code, where, "%s: %s", plain.where, plain.message);
     return true;
 }
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
+
+static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                       kt_scene *scene) {
+    (void)options;
+    if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
+        return;
+    if (r->root->kind != KT_NODE_MAP) {
+        kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
+        return;
+    }
+    if (!check_version(r, r->root))
+        return;
+    (void)kt_table_read(r, NULL, r->root, &table, scene);
+    if (!r->out_of_memory)
+        kt_check_description(r, &scene->description);
+    if (!r->out_of_memory && r->fault_count == 0)
+        (void)mark_scene(r, path, scene);
+}
 
 kt_scene kt_scene_default(void) {
     kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
@@ -197,8 +192,8 @@ kt_scene kt_scene_default(void) {
 
 enum { EFFORT = 50000000 }; /* operations on suggestions: about a tenth of a second */
 
-kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
-                         void *user, kt_error *error) {
+kt_status kt_format_parse(kt_format *format, const void *options, const char *path, const char *text, size_t size,
+                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
     if (path == NULL)
         path = "scene";
     if (scene == NULL || (text == NULL && size > 0))
@@ -212,9 +207,7 @@ kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_sce
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
     kt_reader r = {.effort = EFFORT, .names_are_known = true};
-    read_scene(&r, text == NULL ? "" : text, size, &read);
-    if (!r.out_of_memory && r.fault_count == 0)
-        (void)mark_scene(&r, path, &read);
+    format(&r, path, text == NULL ? "" : text, size, options, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);
@@ -234,16 +227,26 @@ kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_sce
     return status;
 }
 
-kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+kt_status kt_format_read(kt_format *format, const void *options, const char *path, kt_scene *scene,
+                         kt_scene_report *report, void *user, kt_error *error) {
     char *text = NULL;
     size_t size = 0;
     if (path == NULL || scene == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, path, "path and scene cannot be NULL");
     kt_status status = kt_file_read(path, &text, &size, error);
     if (status == KT_OK)
-        status = kt_scene_parse(path, text, size, scene, report, user, error);
+        status = kt_format_parse(format, options, path, text, size, scene, report, user, error);
     free(text);
     return status;
+}
+
+kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
+                         void *user, kt_error *error) {
+    return kt_format_parse(read_scene, NULL, path, text, size, scene, report, user, error);
+}
+
+kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    return kt_format_read(read_scene, NULL, path, scene, report, user, error);
 }
 
 void kt_scene_free(kt_scene *scene) {

@@ -2,8 +2,8 @@
  *
  * The inputs run in a process of their own, and the one at work stands in memory that both share: where that process
  * ends, the input is written into a file. Time is the processor's, so that a busy machine changes nothing but how many
- * mutations there are; these depend on KT_SEED alone. KT_FUZZ_SECONDS says for how long (default 20, which is a minute
- * for the three targets; 0: none), and KT_FUZZ_INPUT names a file that is run alone, here, without a process of its
+ * mutations there are; these depend on KT_SEED alone. KT_FUZZ_SECONDS says for how long (default 15, which is a minute
+ * for the four targets; 0: none), and KT_FUZZ_INPUT names a file that is run alone, here, without a process of its
  * own: for debuggers.
  */
 #include <dirent.h>
@@ -208,7 +208,7 @@ static double processor_seconds(void) {
 
 static double wanted_seconds(void) {
     const char *text = getenv("KT_FUZZ_SECONDS");
-    return text != NULL && *text != '\0' ? strtod(text, NULL) : 20.0;
+    return text != NULL && *text != '\0' ? strtod(text, NULL) : 15.0;
 }
 
 static void run_corpus(void) {

@@ -1,6 +1,7 @@
-/* The reader of scenes, for any text: it says what is wrong, or reads a scene which, written, reads as the same. */
-#include "kinetree/scene.h"
+/* The readers of scenes and of robots in URDF (FUZZ_URDF), for any text: each says what is wrong, or reads a scene which,
+ * written, reads as the same. */
 #include "fuzz.h"
+#include "kinetree/import.h"
 
 #include "../scene/collect.h"
 #include "../scene/difference.h"
@@ -62,13 +63,25 @@ static void write_and_read(kt_scene *scene) {
     kt_scene_free(&again);
 }
 
+#ifdef FUZZ_URDF
+static kt_status read_robot(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
+                            void *user, kt_error *error) {
+    static const kt_urdf_options options = {.floating = true, .stop_stiffness = 1e4, .stop_damping = 1.0};
+    const bool is_odd = size % 2 != 0;
+    return kt_urdf_parse(path, text, size, is_odd ? &options : NULL, scene, report, user, error);
+}
+#define READ read_robot
+#else
+#define READ kt_scene_parse
+#endif
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     kt_scene scene, untouched;
     kt_error error = {KT_OK, "", ""};
     heard faults = {0};
     memset(&scene, 0x5A, sizeof scene);
     memcpy(&untouched, &scene, sizeof scene);
-    const kt_status status = kt_scene_parse("x.yaml", (const char *)data, size, &scene, listen, &faults, &error);
+    const kt_status status = READ("x.yaml", (const char *)data, size, &scene, listen, &faults, &error);
     if (status != KT_OK) {
         kt_fuzz_must(memcmp(&scene, &untouched, sizeof scene) == 0, "a failure leaves the scene untouched");
         kt_fuzz_must(faults.count > 0 && error.code == status && faults.first.code == status, "a failure is told");

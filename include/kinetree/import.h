@@ -1,0 +1,50 @@
+/* Mechanisms that other programs have described, read into a scene. Part of libkinetree-scene.
+ *
+ *     kt_scene scene;
+ *     status = kt_urdf_read("arm.urdf", NULL, &scene, NULL, NULL, &error);
+ *     for (int i = 0; status == KT_OK && i < scene.note_count; i++)
+ *         printf("%s: %s\n", scene.notes[i].where, scene.notes[i].what);
+ *
+ * The scene can be compiled as it is, or written as a scene file (kt_scene_write), to which loops, effects and a `simulate`
+ * section are then added.
+ */
+#ifndef KINETREE_IMPORT_H
+#define KINETREE_IMPORT_H
+
+#include "kinetree/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
+typedef struct kt_urdf_options {
+    bool floating;         /* the root link moves freely; default: it is fixed to the world */
+    double stop_stiffness; /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_damping;   /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+} kt_urdf_options;
+
+/* Reads a robot in the Unified Robot Description Format (the XML of ROS' package `urdf`) from a file (`path`), or from
+ * `size` bytes of text (`path` is then only its name in messages; NULL: "scene").
+ *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
+ *     become '_'. A root link named `world` without inertia is the world; any other root is fixed to it, or `floating`.
+ *   - revolute, continuous, prismatic, fixed, floating and planar joints are taken with origin and axis. A joint starts
+ *     at zero, or at the limit nearest to zero where zero is outside its limits.
+ *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
+ *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
+ *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded.
+ * All else is left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators. scene->notes
+ * tells it, each kind once, with the number and the place of the first. Faults are reported as
+ * kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released with
+ * kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to the
+ * size of the file. */
+KT_API KT_CHECKED kt_status kt_urdf_read(const char *path, const kt_urdf_options *options, kt_scene *scene,
+                                         kt_scene_report *report, void *user, kt_error *error);
+KT_API KT_CHECKED kt_status kt_urdf_parse(const char *path, const char *text, size_t size,
+                                          const kt_urdf_options *options, kt_scene *scene, kt_scene_report *report,
+                                          void *user, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,185 @@
+/* Robots in the Unified Robot Description Format: links and joints of XML to bodies of a description.
+ *
+ * A link of URDF is a body of ours, and the joint that has it as child is that body's joint: both frames are the same. URDF
+ * gives the joint's frame by `origin` in the parent link, and the axis in the joint's frame, as we do.
+ */
+#include "import/urdf.h"
+
+#include "scene/part.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- what is left out ---------------------------------------------------------------------------------------------- */
+
+/* Adds a note at the first place where something was counted, if it was. */
+static void note(kt_urdf *u, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+static void note(kt_urdf *u, const kt_left *left, const char *format, ...) {
+    char what[KT_MESSAGE_SIZE], where[KT_WHERE_SIZE];
+    va_list arguments;
+    if (left->count == 0)
+        return;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    kt_scene_where(where, u->path, left->first->line, left->first->column);
+    kt_scene_note *to = &u->notes[u->note_count++];
+    to->where = kt_pool_text(&u->r->keep, where, strlen(where));
+    to->what = kt_pool_text(&u->r->keep, what, strlen(what));
+    if (to->where == NULL || to->what == NULL)
+        (void)kt_reader_out_of_memory(u->r);
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static bool take_memory(kt_urdf *u) {
+    kt_pool *keep = &u->r->keep, *scratch = &u->r->scratch;
+    const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
+    u->bodies = kt_pool_take(keep, links + 1, sizeof *u->bodies);
+    u->loops = kt_pool_take(keep, joints + 1, sizeof *u->loops);
+    u->effects = kt_pool_take(keep, 3 * joints + 1, sizeof *u->effects);
+    u->body_elements = kt_pool_take(scratch, links + 1, sizeof *u->body_elements);
+    u->loop_elements = kt_pool_take(scratch, joints + 1, sizeof *u->loop_elements);
+    u->effect_elements = kt_pool_take(scratch, 3 * joints + 1, sizeof *u->effect_elements);
+    return (u->bodies != NULL && u->loops != NULL && u->effects != NULL && u->body_elements != NULL &&
+            u->loop_elements != NULL && u->effect_elements != NULL) ||
+           kt_reader_out_of_memory(u->r);
+}
+
+/* The faults that the description's own check finds, at the element that each comes from. */
+static void take_fault(void *user, const kt_place *place, const kt_error *error) {
+    const kt_urdf *u = user;
+    const kt_element *e = u->robot;
+    if (place->item == KT_ITEM_BODY)
+        e = u->body_elements[place->index];
+    else if (place->item == KT_ITEM_LOOP)
+        e = u->loop_elements[place->index];
+    else if (place->item == KT_ITEM_EFFECT)
+        e = u->effect_elements[place->index];
+    (void)kt_fault_put(u->r, error->code, e->line, e->column, "%s%s%s", error->where,
+                       error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+/* Tells what was changed or left out, each kind once. */
+static void make_notes(kt_urdf *u, int root, kt_scene *scene) {
+    const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
+    kt_phrase unknown = {.length = 0};
+    u->notes = kt_pool_take(&u->r->keep, NOTES, sizeof *u->notes);
+    if (u->notes == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    note(u, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
+         kt_name_quote(kt_xml_attribute(base.first, "name")).text,
+         u->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
+    note(u, &u->renamed, "names of links that names of bodies cannot be, with '_' in place of what is not allowed: %d",
+         u->renamed.count);
+    note(u, &u->starts, "joints that start at a limit, since zero is outside their limits: %d", u->starts.count);
+    if (u->options->stop_stiffness == 0.0)
+        note(u, &u->limits, "joints whose limits of position are left out (--stops makes effects of them): %d",
+             u->limits.count);
+    note(u, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
+    note(u, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
+    note(u, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d", u->shapes.count);
+    note(u, &u->contacts, "collision shapes that are left out, since contacts are effects: %d", u->contacts.count);
+    for (int i = 0; i < u->left_count; i++)
+        kt_phrase_add(&unknown, "%s%s (%d)", i > 0 ? ", " : "", u->left[i].what, u->left[i].count);
+    if (u->left_count > 0)
+        note(u, &u->left[0],
+             "elements and attributes that do not concern the motion, or are not known, are left out: %s",
+             unknown.text);
+    scene->notes = u->notes;
+    scene->note_count = u->note_count;
+}
+
+static bool mark_scene(const kt_urdf *u, kt_scene *scene) {
+    kt_pool *keep = &u->r->keep;
+    kt_scene_marks *marks = kt_pool_take(keep, 1, sizeof *marks);
+    kt_mark *bodies = kt_pool_take(keep, (size_t)u->link_count + 1, sizeof *bodies);
+    kt_mark *loops = kt_pool_take(keep, (size_t)u->joint_count + 1, sizeof *loops);
+    char *name = kt_pool_text(keep, u->path, strlen(u->path));
+    if (marks == NULL || bodies == NULL || loops == NULL || name == NULL)
+        return kt_reader_out_of_memory(u->r);
+    for (int i = 0; i < scene->description.body_count; i++)
+        bodies[i] = (kt_mark){u->body_elements[i]->line, u->body_elements[i]->column};
+    for (int i = 0; i < scene->description.loop_count; i++)
+        loops[i] = (kt_mark){u->loop_elements[i]->line, u->loop_elements[i]->column};
+    *marks = (kt_scene_marks){.path = name, .bodies = bodies, .loops = loops};
+    scene->marks = marks;
+    return true;
+}
+
+static void make_scene(kt_urdf *u, kt_scene *scene) {
+    kt_error error;
+    if (!kt_urdf_collect(u))
+        return;
+    const int root = kt_urdf_root(u);
+    if (!take_memory(u))
+        return;
+    u->description = &scene->description;
+    kt_urdf_names(u, root);
+    kt_urdf_bodies(u);
+    scene->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    scene->description.inertia_check = KT_INERTIA_WARN;
+    const char *name = kt_xml_attribute(u->robot, "name");
+    if (name != NULL) {
+        scene->description.name = kt_pool_text(&u->r->keep, name, strlen(name));
+        if (scene->description.name == NULL)
+            (void)kt_reader_out_of_memory(u->r);
+    }
+    if (u->r->out_of_memory || u->r->fault_count > 0)
+        return;
+    if (kt_description_check(&scene->description, take_fault, u, &error) == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(u->r);
+    if (u->r->out_of_memory || u->r->fault_count > 0 || !mark_scene(u, scene))
+        return;
+    make_notes(u, root, scene);
+}
+
+static bool is_robot(kt_reader *r, const kt_element *root) {
+    if (strcmp(root->name, "robot") != 0)
+        return kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
+                            "a robot in URDF begins with <robot name=\"...\">, not with <%.40s>", root->name);
+    for (const kt_element *e = root->first; e != NULL; e = e->next)
+        if (strncmp(e->name, "xacro:", 6) == 0)
+            return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column,
+                                "<%.40s> is for the macro processor xacro; run it first, and read what it writes",
+                                e->name);
+    return true;
+}
+
+static void read_robot(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                       kt_scene *scene) {
+    static const kt_urdf_options standard;
+    kt_element *root = NULL;
+    if (!kt_xml_parse(r, text, size, &root) || !is_robot(r, root))
+        return;
+    kt_urdf u = {.r = r, .options = options != NULL ? options : &standard, .robot = root, .path = path};
+    make_scene(&u, scene);
+}
+
+static kt_status check_options(const kt_urdf_options *o, kt_error *error) {
+    if (o == NULL || (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) &&
+                      o->stop_damping >= 0.0))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "",
+                        "stiffness and damping of stops cannot be %g and %g; give finite "
+                        "numbers, zero or above",
+                        o->stop_stiffness, o->stop_damping);
+}
+
+kt_status kt_urdf_parse(const char *path, const char *text, size_t size, const kt_urdf_options *options,
+                        kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    const kt_status status = check_options(options, error);
+    return status != KT_OK ? status
+                           : kt_format_parse(read_robot, options, path, text, size, scene, report, user, error);
+}
+
+kt_status kt_urdf_read(const char *path, const kt_urdf_options *options, kt_scene *scene, kt_scene_report *report,
+                       void *user, kt_error *error) {
+    const kt_status status = check_options(options, error);
+    return status != KT_OK ? status : kt_format_read(read_robot, options, path, scene, report, user, error);
+}

@@ -1,0 +1,98 @@
+/* A robot in URDF while it is read: its links and joints, and what is left out of them. */
+#ifndef KT_IMPORT_URDF_H
+#define KT_IMPORT_URDF_H
+
+#include "kinetree/import.h"
+
+#include "import/xml.h"
+
+/* The kinds of joints. A scalar one has one coordinate, which may have limits, damping and friction. */
+typedef struct kt_urdf_kind {
+    const char *name;
+    kt_joint_type type;
+    bool is_scalar, is_limited;
+} kt_urdf_kind;
+
+typedef struct kt_urdf_joint {
+    const kt_element *element;
+    const kt_urdf_kind *kind; /* NULL: it could not be read */
+    int parent, child;        /* links; -1: not found */
+    double lower, upper;      /* infinite where there are none */
+    double start;             /* initial position of a scalar joint */
+} kt_urdf_joint;
+
+typedef struct kt_urdf_link {
+    const kt_element *element;
+    const char *body; /* its name in the scene; NULL: it is the world */
+    int carrier;      /* the joint that has it as child; -1: none */
+} kt_urdf_link;
+
+/* What is left out, or changed, how often, and where first. */
+typedef struct kt_left {
+    const char *what;
+    const kt_element *first;
+    int count;
+} kt_left;
+
+enum { LEFT_MOST = 24 /* kinds of what is not known */, NOTES = 9 };
+enum { LINKS = 0, JOINTS = 1, BODIES = 2 }; /* scopes of names */
+
+typedef struct kt_urdf {
+    kt_reader *r;
+    const kt_urdf_options *options;
+    const kt_element *robot;
+    const char *path;
+    kt_urdf_link *links;
+    kt_urdf_joint *joints;
+    int link_count, joint_count;
+    kt_names names;
+    kt_left left[LEFT_MOST];
+    int left_count;
+    kt_left meshes, shapes, contacts, limits, rates, starts, renamed;
+    kt_body *bodies;
+    kt_loop *loops;
+    kt_effect *effects;
+    const kt_element **body_elements, **loop_elements, **effect_elements; /* that they come from */
+    kt_description *description;
+    kt_scene_note *notes;
+    int note_count;
+} kt_urdf;
+
+/* ---- urdf_attribute.c: faults, counts, numbers ------------------------------------------------------------------- */
+
+/* Reports a fault at an element: "joint 'elbow': limit: " and the format. Returns false. */
+bool kt_urdf_fault(kt_reader *r, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Count what is left out: of a kind, or by the name of what this reader does not know. */
+void kt_urdf_count(kt_left *left, const kt_element *e);
+void kt_urdf_count_unknown(kt_urdf *u, const char *what, const kt_element *e);
+
+/* Reads an attribute of one or three numbers; without it, or where e is NULL, values stay as they are. Returns whether
+ * there were numbers; what is no number is reported. */
+bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values);
+void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
+kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
+
+/* The place and the rotation of an element's `origin`. */
+void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy);
+
+/* ---- urdf_tree.c: links and joints ------------------------------------------------------------------------------- */
+
+/* Numbers what is below <robot>, in the order of the file. Returns false where there is no memory. */
+bool kt_urdf_collect(kt_urdf *u);
+
+/* The link that no joint carries; -1 after reporting that there is not one. */
+int kt_urdf_root(kt_urdf *u);
+
+/* A link or joint that an attribute of a child element names; -1 after reporting. */
+int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope);
+
+/* Gives each link the name of its body, or NULL where it is the world. */
+void kt_urdf_names(kt_urdf *u, int root);
+
+/* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
+
+/* Bodies, loops and effects of the description, in memory that has been taken. */
+void kt_urdf_bodies(kt_urdf *u);
+
+#endif

@@ -1,0 +1,204 @@
+/* Links and joints of URDF as bodies, effects and loops of a description. */
+#include "import/urdf.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+static kt_rotation rotation_of(kt_vec3 rpy) {
+    const kt_rotation none = {.type = KT_ROTATION_NONE};
+    return rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? kt_rotation_rpy(rpy.x, rpy.y, rpy.z) : none;
+}
+
+/* I = R I' R' takes an inertia from the axes of `inertial` to those of the link. */
+static kt_sym3 turn_inertia(kt_sym3 s, kt_vec3 rpy) {
+    kt_mat3 inertia;
+    inertia.x = kt_vec3_make(s.xx, s.xy, s.xz);
+    inertia.y = kt_vec3_make(s.xy, s.yy, s.yz);
+    inertia.z = kt_vec3_make(s.xz, s.yz, s.zz);
+    const kt_mat3 turn = kt_matrix_from_rpy(rpy);
+    const kt_mat3 m = kt_mat3_multiply(kt_mat3_multiply(turn, inertia), kt_mat3_transpose(turn));
+    return kt_sym3_make(m.x.x, m.y.y, m.z.z, 0.5 * (m.x.y + m.y.x), 0.5 * (m.x.z + m.z.x), 0.5 * (m.y.z + m.z.y));
+}
+
+static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
+    const kt_element *e = kt_xml_child(link, "inertial");
+    kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    kt_vec3 rpy;
+    if (e == NULL)
+        return;
+    kt_urdf_origin(r, e, &body->com, &rpy);
+    const kt_element *mass = kt_xml_child(e, "mass"), *inertia = kt_xml_child(e, "inertia");
+    if (mass == NULL || inertia == NULL) {
+        (void)kt_urdf_fault(r, e, "<%s/> is missing", mass == NULL ? "mass" : "inertia");
+        return;
+    }
+    kt_urdf_need_number(r, mass, "value", &body->mass);
+    const struct {
+        const char *name;
+        double *value;
+    } entries[] = {{"ixx", &s.xx}, {"iyy", &s.yy}, {"izz", &s.zz}, {"ixy", &s.xy}, {"ixz", &s.xz}, {"iyz", &s.yz}};
+    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
+        kt_urdf_need_number(r, inertia, entries[i].name, entries[i].value);
+    body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_inertia(s, rpy) : s;
+}
+
+/* A shape of a visual or collision; false where it is none that a scene has. */
+static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    kt_vec3 rpy;
+    if (geometry == NULL || geometry->first == NULL)
+        return false;
+    const kt_element *solid = geometry->first;
+    if (strcmp(solid->name, "box") == 0) {
+        shape->type = KT_SHAPE_BOX;
+        shape->size = kt_urdf_vector(r, solid, "size", kt_vec3_make(0.0, 0.0, 0.0));
+    } else if (strcmp(solid->name, "cylinder") == 0) {
+        shape->type = KT_SHAPE_CYLINDER;
+        shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
+        kt_urdf_need_number(r, solid, "length", &shape->length);
+        kt_urdf_need_number(r, solid, "radius", &shape->radius);
+    } else if (strcmp(solid->name, "sphere") == 0) {
+        shape->type = KT_SHAPE_SPHERE;
+        kt_urdf_need_number(r, solid, "radius", &shape->radius);
+    } else {
+        return false;
+    }
+    kt_urdf_origin(r, e, &shape->at, &rpy);
+    if (shape->type != KT_SHAPE_SPHERE)
+        shape->rotation = rotation_of(rpy);
+    return true;
+}
+
+/* The picture: the first solid of the visuals, else of the collisions. */
+static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
+    static const char *const sources[] = {"visual", "collision"};
+    for (int k = 0; k < 2; k++)
+        for (const kt_element *e = kt_xml_child(link, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
+            if (k == 1)
+                kt_urdf_count(&u->contacts, e);
+            if (body->shape.type == KT_SHAPE_NONE && read_shape(u->r, e, &body->shape))
+                continue;
+            if (k == 0)
+                kt_urdf_count(kt_xml_child(e, "geometry") != NULL &&
+                                      kt_xml_child(kt_xml_child(e, "geometry"), "mesh") != NULL
+                                  ? &u->meshes
+                                  : &u->shapes,
+                              e);
+        }
+}
+
+static void make_body(kt_urdf *u, int index, kt_body *body) {
+    const kt_urdf_link *link = &u->links[index];
+    const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
+    *body = kt_body_default();
+    body->name = link->body;
+    read_inertial(u->r, link->element, body);
+    read_picture(u, link->element, body);
+    if (j == NULL) {
+        body->joint.type = u->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
+        return;
+    }
+    kt_vec3 rpy;
+    body->parent = j->parent >= 0 ? u->links[j->parent].body : NULL;
+    kt_urdf_origin(u->r, j->element, &body->joint.at, &rpy);
+    body->joint.rotation = rotation_of(rpy);
+    if (j->kind == NULL)
+        return;
+    body->joint.type = j->kind->type;
+    if (j->kind->type != KT_JOINT_FIXED && j->kind->type != KT_JOINT_FREE)
+        body->joint.axis = kt_urdf_vector(u->r, kt_xml_child(j->element, "axis"), "xyz", kt_vec3_make(1.0, 0.0, 0.0));
+    if (j->kind->is_scalar)
+        body->joint.position[0] = j->start;
+}
+
+/* ---- effects and couplings --------------------------------------------------------------------------------------- */
+
+static kt_effect *next_effect(kt_urdf *u, kt_effect_type type, const kt_urdf_joint *j) {
+    const int index = u->description->effect_count++;
+    u->effects[index] = kt_effect_default();
+    u->effects[index].type = type;
+    u->effects[index].joint = u->links[j->child].body;
+    u->effect_elements[index] = j->element;
+    return &u->effects[index];
+}
+
+static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
+    const kt_element *dynamics = kt_xml_child(j->element, "dynamics");
+    double damping = 0.0, friction = 0.0;
+    (void)kt_urdf_numbers(u->r, dynamics, "damping", 1, &damping);
+    (void)kt_urdf_numbers(u->r, dynamics, "friction", 1, &friction);
+    if (!j->kind->is_scalar) {
+        if (damping != 0.0 || friction != 0.0)
+            kt_urdf_count_unknown(u, "dynamics", dynamics);
+        return;
+    }
+    if (damping != 0.0)
+        next_effect(u, KT_EFFECT_JOINT_DAMPER, j)->damping = damping;
+    if (friction != 0.0)
+        next_effect(u, KT_EFFECT_JOINT_FRICTION, j)->coulomb = friction;
+    if (u->options->stop_stiffness != 0.0 && isfinite(j->lower)) {
+        kt_effect *stop = next_effect(u, KT_EFFECT_JOINT_LIMIT, j);
+        stop->stiffness = u->options->stop_stiffness;
+        stop->damping = u->options->stop_damping;
+        stop->lower = j->lower;
+        stop->upper = j->upper;
+    }
+}
+
+/* q = multiplier q' + offset. */
+static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
+    const kt_element *e = kt_xml_child(j->element, "mimic");
+    if (e == NULL)
+        return;
+    double multiplier = 1.0, offset = 0.0;
+    const int other = kt_urdf_find(u, j->element, "mimic", "joint", JOINTS);
+    (void)kt_urdf_numbers(u->r, e, "multiplier", 1, &multiplier);
+    (void)kt_urdf_numbers(u->r, e, "offset", 1, &offset);
+    if (other < 0 || u->joints[other].kind == NULL || u->joints[other].child < 0)
+        return;
+    if (!j->kind->is_scalar || !u->joints[other].kind->is_scalar) {
+        (void)kt_urdf_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
+        return;
+    }
+    kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
+    char *name = kt_pool_take(&u->r->keep, strlen(u->links[j->child].body) + 16, 1);
+    if (terms == NULL || name == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    (void)snprintf(name, strlen(u->links[j->child].body) + 16, "mimic_%s", u->links[j->child].body);
+    terms[0] = (kt_term){.joint = u->links[j->child].body, .coefficient = 1.0};
+    terms[1] = (kt_term){.joint = u->links[u->joints[other].child].body, .coefficient = -multiplier};
+    const int index = u->description->loop_count++;
+    u->loops[index] = kt_loop_default();
+    u->loops[index].name = name;
+    u->loops[index].type = KT_LOOP_COUPLING;
+    u->loops[index].terms = terms;
+    u->loops[index].term_count = 2;
+    u->loops[index].offset = offset;
+    u->loop_elements[index] = e;
+}
+
+/* ---- all of them ---------------------------------------------------------------------------------------------------- */
+
+void kt_urdf_bodies(kt_urdf *u) {
+    kt_description *d = u->description;
+    for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++) {
+        if (u->links[i].body == NULL)
+            continue;
+        u->body_elements[d->body_count] =
+            u->links[i].carrier >= 0 ? u->joints[u->links[i].carrier].element : u->links[i].element;
+        make_body(u, i, &u->bodies[d->body_count++]);
+    }
+    for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
+        if (u->joints[i].kind != NULL && u->joints[i].child >= 0) {
+            make_effects(u, &u->joints[i]);
+            make_coupling(u, &u->joints[i]);
+        }
+    d->bodies = u->bodies;
+    d->loops = u->loops;
+    d->effects = u->effects;
+}

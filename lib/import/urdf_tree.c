@@ -1,0 +1,254 @@
+/* Links and joints of URDF: who carries whom, and by which name. */
+#include "import/urdf.h"
+
+#include <math.h>
+#include <string.h>
+
+static const kt_urdf_kind kinds[] = {
+    {"revolute", KT_JOINT_REVOLUTE, true, true},   {"continuous", KT_JOINT_REVOLUTE, true, false},
+    {"prismatic", KT_JOINT_PRISMATIC, true, true}, {"fixed", KT_JOINT_FIXED, false, false},
+    {"floating", KT_JOINT_FREE, false, false},     {"planar", KT_JOINT_PLANAR, false, false},
+};
+
+/* The attributes that elements have; of those that are not here nothing is read. */
+static const char *const known[][2] = {
+    {"link", " name "},
+    {"joint", " name type "},
+    {"origin", " xyz rpy "},
+    {"axis", " xyz "},
+    {"parent", " link "},
+    {"child", " link "},
+    {"inertial", " "},
+    {"mass", " value "},
+    {"visual", " name "},
+    {"inertia", " ixx ixy ixz iyy iyz izz "},
+    {"geometry", " "},
+    {"limit", " lower upper effort velocity "},
+    {"dynamics", " damping friction "},
+    {"mimic", " joint multiplier offset "},
+    {"box", " size "},
+    {"cylinder", " radius length "},
+    {"sphere", " radius "},
+    {"mesh", " filename scale "},
+    {"collision", " name "},
+    {"material", " name "},
+};
+
+static bool has_word(const char *words, const char *word) {
+    const size_t length = strlen(word);
+    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+/* Counts attributes and elements that are not known, so that a misspelt one is told. */
+static void count_strange(kt_urdf *u, const kt_element *e) {
+    size_t i = 0;
+    const size_t most = sizeof known / sizeof *known;
+    while (i < most && strcmp(known[i][0], e->name) != 0)
+        i++;
+    if (i == most) {
+        kt_urdf_count_unknown(u, e->name, e);
+        return;
+    }
+    for (const char **a = e->attributes; *a != NULL; a += 2)
+        if (!has_word(known[i][1], *a))
+            kt_urdf_count_unknown(u, *a, e);
+    if (strcmp(e->name, "material") != 0)
+        for (const kt_element *child = e->first; child != NULL; child = child->next)
+            count_strange(u, child);
+}
+
+/* ---- links and joints -------------------------------------------------------------------------------------------- */
+
+static const char *name_of(kt_reader *r, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name");
+    if (name == NULL || *name == '\0')
+        (void)kt_urdf_fault(r, e, "the attribute 'name' is missing");
+    return name != NULL && *name != '\0' ? name : NULL;
+}
+
+/* Adds the name of a link or joint; reports one that is there already. */
+static void add_name(kt_urdf *u, int scope, const kt_element *e, int index) {
+    const char *name = name_of(u->r, e);
+    const int other = name != NULL ? kt_names_add(&u->names, scope, name, index) : -1;
+    if (other >= 0)
+        (void)kt_urdf_fault(u->r, e, "the name is that of the %s in line %u, too; each needs one of its own",
+                            scope == LINKS ? "link" : "joint",
+                            (unsigned)(scope == LINKS ? u->links[other].element : u->joints[other].element)->line);
+}
+
+/* A link or joint that an attribute of a child element names; -1 after reporting. */
+int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope) {
+    const kt_element *e = kt_xml_child(joint, child);
+    const char *name = e != NULL ? kt_xml_attribute(e, attribute) : NULL;
+    if (name == NULL) {
+        (void)kt_urdf_fault(u->r, e != NULL ? e : joint, "<%s %s=\"...\"/> is missing", child, attribute);
+        return -1;
+    }
+    const int found = kt_names_find(&u->names, scope, name);
+    if (found >= 0)
+        return found;
+    kt_nearest nearest = kt_nearest_make(name, &u->r->effort);
+    const int most = scope == LINKS ? u->link_count : u->joint_count;
+    for (int i = 0; i < most; i++)
+        if (!kt_nearest_try(&nearest,
+                            kt_xml_attribute(scope == LINKS ? u->links[i].element : u->joints[i].element, "name")))
+            break;
+    (void)kt_urdf_fault(u->r, e, "%s %s does not exist%s%s%s", attribute, kt_name_quote(name).text,
+                        nearest.best != NULL ? "; did you mean " : "",
+                        nearest.best != NULL ? kt_name_quote(nearest.best).text : "", nearest.best != NULL ? "?" : "");
+    return -1;
+}
+
+static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
+    const char *type = kt_xml_attribute(e, "type");
+    if (type == NULL) {
+        (void)kt_urdf_fault(u->r, e, "the attribute 'type' is missing");
+        return NULL;
+    }
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strcmp(kinds[i].name, type) == 0)
+            return &kinds[i];
+    (void)kt_urdf_fault(
+        u->r, e, "there is no type '%.40s'; it is revolute, continuous, prismatic, fixed, floating or planar", type);
+    return NULL;
+}
+
+/* Limits of position, and the start: zero, or the limit nearest to it. URDF's default for one that is not given is 0. */
+static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
+    const kt_element *limit = kt_xml_child(j->element, "limit");
+    double lower = 0.0, upper = 0.0;
+    j->lower = -INFINITY;
+    j->upper = INFINITY;
+    j->start = 0.0;
+    if (limit == NULL)
+        return;
+    if (kt_xml_attribute(limit, "effort") != NULL || kt_xml_attribute(limit, "velocity") != NULL)
+        kt_urdf_count(&u->rates, limit);
+    const bool has_lower = kt_urdf_numbers(u->r, limit, "lower", 1, &lower);
+    const bool has_upper = kt_urdf_numbers(u->r, limit, "upper", 1, &upper);
+    if (!j->kind->is_limited || (!has_lower && !has_upper))
+        return;
+    if (lower > upper) {
+        (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g", lower, upper);
+        return;
+    }
+    j->lower = lower;
+    j->upper = upper;
+    j->start = fmin(fmax(0.0, lower), upper);
+    kt_urdf_count(&u->limits, limit);
+    if (j->start != 0.0)
+        kt_urdf_count(&u->starts, limit);
+}
+
+static void read_joint(kt_urdf *u, int index) {
+    kt_urdf_joint *j = &u->joints[index];
+    j->kind = find_kind(u, j->element);
+    j->parent = kt_urdf_find(u, j->element, "parent", "link", LINKS);
+    j->child = kt_urdf_find(u, j->element, "child", "link", LINKS);
+    if (j->kind != NULL)
+        read_limits(u, j);
+    if (j->child < 0)
+        return;
+    kt_urdf_link *child = &u->links[j->child];
+    if (child->carrier >= 0)
+        (void)kt_urdf_fault(
+            u->r, j->element,
+            "link %s is the child of the joint in line %u, too; a link has one joint to its parent: close loops "
+            "in the scene, by 'loops'",
+            kt_name_quote(kt_xml_attribute(child->element, "name")).text,
+            (unsigned)u->joints[child->carrier].element->line);
+    else
+        child->carrier = index;
+}
+
+/* Numbers what is below <robot>, in the order of the file. */
+bool kt_urdf_collect(kt_urdf *u) {
+    kt_pool *pool = &u->r->scratch;
+    for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
+        u->link_count += strcmp(e->name, "link") == 0;
+        u->joint_count += strcmp(e->name, "joint") == 0;
+        count_strange(u, e);
+    }
+    const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
+    const size_t names = 2 * links + joints;
+    void *memory = kt_pool_take(pool, 1, kt_names_size(names));
+    u->links = kt_pool_take(pool, links + 1, sizeof *u->links);
+    u->joints = kt_pool_take(pool, joints + 1, sizeof *u->joints);
+    if (memory == NULL || u->links == NULL || u->joints == NULL)
+        return kt_reader_out_of_memory(u->r);
+    kt_names_init(&u->names, names, memory);
+    u->link_count = u->joint_count = 0;
+    for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
+        if (strcmp(e->name, "link") == 0) {
+            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1};
+            add_name(u, LINKS, e, u->link_count++);
+        } else if (strcmp(e->name, "joint") == 0) {
+            u->joints[u->joint_count] = (kt_urdf_joint){.element = e};
+            add_name(u, JOINTS, e, u->joint_count++);
+        }
+    }
+    for (int i = 0; i < u->joint_count; i++)
+        read_joint(u, i);
+    return true;
+}
+
+/* The link that no joint carries; -1 after reporting that there is not one. */
+int kt_urdf_root(kt_urdf *u) {
+    int root = -1;
+    for (int i = 0; i < u->link_count; i++) {
+        if (u->links[i].carrier >= 0)
+            continue;
+        if (root < 0)
+            root = i;
+        else
+            (void)kt_urdf_fault(u->r, u->links[i].element,
+                                "no joint has this link as child, nor the one in line %u; only one can be the root",
+                                (unsigned)u->links[root].element->line);
+    }
+    if (root < 0)
+        (void)kt_urdf_fault(u->r, u->robot,
+                            u->link_count == 0 ? "there is no link" : "no link is the root: each is a child");
+    return root;
+}
+
+/* ---- names of bodies --------------------------------------------------------------------------------------------- */
+
+/* A link's name with '_' in place of what a scene's names cannot have, and a number where that is taken. */
+static const char *make_name(kt_urdf *u, int index) {
+    const char *link = kt_xml_attribute(u->links[index].element, "name");
+    const size_t length = link != NULL ? strlen(link) : 0;
+    char *name = kt_pool_take(&u->r->keep, length + 16, 1);
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(u->r);
+    if (name == NULL || length == 0)
+        return "";                                        /* without a name, which has been reported */
+    size_t at = link[0] >= '0' && link[0] <= '9' ? 1 : 0; /* '7th' becomes '_7th' */
+    name[0] = '_';
+    memcpy(name + at, link, length);
+    for (size_t i = 0; i < at + length; i++) {
+        const char test[] = {'_', name[i], '\0'};
+        if (!kt_name_is_valid(i == 0 ? test + 1 : test))
+            name[i] = '_';
+    }
+    at += length;
+    for (int n = 2; strcmp(name, "world") == 0 || kt_names_add(&u->names, BODIES, name, index) >= 0; n++)
+        (void)snprintf(name + at, 16, "_%d", n);
+    if (strcmp(name, link) != 0)
+        kt_urdf_count(&u->renamed, u->links[index].element);
+    return name;
+}
+
+/* Whether the root link (-1: none) stands for the world. */
+static bool is_world(const kt_urdf *u, int root) {
+    const kt_element *e = root >= 0 ? u->links[root].element : NULL;
+    const char *name = e != NULL ? kt_xml_attribute(e, "name") : NULL;
+    return name != NULL && strcmp(name, "world") == 0 && kt_xml_child(e, "inertial") == NULL;
+}
+
+void kt_urdf_names(kt_urdf *u, int root) {
+    for (int i = 0; i < u->link_count; i++)
+        u->links[i].body = i == root && is_world(u, root) ? NULL : make_name(u, i);
+}

@@ -1,0 +1,131 @@
+/* Reads XML by expat into a tree of elements. */
+#include "import/xml.h"
+
+#include <expat.h>
+#include <limits.h>
+#include <string.h>
+
+typedef struct kt_xml {
+    kt_reader *reader;
+    XML_Parser parser;
+    kt_element *at, *root;
+    int depth;
+} kt_xml;
+
+static uint32_t line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
+static uint32_t column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentColumnNumber(parser) + 1; }
+
+/* Ends the reading after a fault or for want of memory. */
+static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
+
+static const char *keep_text(kt_xml *x, const char *text) {
+    const char *copy = kt_pool_text(&x->reader->scratch, text, strlen(text));
+    if (copy == NULL)
+        (void)kt_reader_out_of_memory(x->reader);
+    return copy;
+}
+
+/* Copies names and values, which expat frees. */
+static bool keep_attributes(kt_xml *x, kt_element *element, const XML_Char **attributes) {
+    size_t count = 0;
+    while (attributes[count] != NULL)
+        count++;
+    element->attributes = kt_pool_take(&x->reader->scratch, count + 1, sizeof *element->attributes);
+    if (element->attributes == NULL)
+        return kt_reader_out_of_memory(x->reader);
+    for (size_t i = 0; i < count; i++)
+        element->attributes[i] = keep_text(x, attributes[i]);
+    return !x->reader->out_of_memory;
+}
+
+static void hang_below(kt_element *parent, kt_element *element) {
+    element->parent = parent;
+    if (parent->last == NULL)
+        parent->first = element;
+    else
+        parent->last->next = element;
+    parent->last = element;
+}
+
+static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **attributes) {
+    kt_xml *x = user;
+    const uint32_t line = line_of(x->parser), column = column_of(x->parser);
+    if (x->reader->out_of_memory)
+        return;
+    if (++x->depth > KT_XML_DEPTH_MAX) {
+        (void)kt_fault_put(x->reader, KT_ERROR_SCENE, line, column, "elements are nested more than %d deep",
+                           (int)KT_XML_DEPTH_MAX);
+        stop(x);
+        return;
+    }
+    kt_element *element = kt_pool_take(&x->reader->scratch, 1, sizeof *element);
+    if (element == NULL || !keep_attributes(x, element, attributes)) {
+        (void)kt_reader_out_of_memory(x->reader);
+        stop(x);
+        return;
+    }
+    element->name = keep_text(x, name);
+    element->line = line;
+    element->column = column;
+    if (x->at != NULL)
+        hang_below(x->at, element);
+    else
+        x->root = element;
+    x->at = element;
+}
+
+static void XMLCALL end(void *user, const XML_Char *name) {
+    kt_xml *x = user;
+    (void)name;
+    x->depth--;
+    if (x->at != NULL)
+        x->at = x->at->parent;
+}
+
+static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
+                                int internal) {
+    kt_xml *x = user;
+    (void)name;
+    (void)system;
+    (void)public;
+    (void)internal;
+    (void)kt_fault_put(x->reader, KT_ERROR_SCENE, line_of(x->parser), column_of(x->parser),
+                       "a document type (<!DOCTYPE ...>) is not read; leave it out");
+    stop(x);
+}
+
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root) {
+    kt_xml x = {.reader = reader, .parser = XML_ParserCreate(NULL)};
+    if (x.parser == NULL)
+        return kt_reader_out_of_memory(reader);
+    XML_SetUserData(x.parser, &x);
+    XML_SetElementHandler(x.parser, start, end);
+    XML_SetStartDoctypeDeclHandler(x.parser, refuse_type);
+    const bool done = XML_Parse(x.parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
+    const enum XML_Error code = XML_GetErrorCode(x.parser);
+    if (!done && code == XML_ERROR_NO_MEMORY)
+        (void)kt_reader_out_of_memory(reader);
+    else if (!done && code != XML_ERROR_ABORTED)
+        (void)kt_fault_put(reader, KT_ERROR_SCENE, line_of(x.parser), column_of(x.parser),
+                           "this is no well-formed XML: %s", XML_ErrorString(code));
+    XML_ParserFree(x.parser);
+    *root = x.root;
+    return done && !reader->out_of_memory;
+}
+
+const char *kt_xml_attribute(const kt_element *element, const char *name) {
+    for (const char **a = element->attributes; *a != NULL; a += 2)
+        if (strcmp(*a, name) == 0)
+            return a[1];
+    return NULL;
+}
+
+static kt_element *named(kt_element *element, const char *name) {
+    while (element != NULL && strcmp(element->name, name) != 0)
+        element = element->next;
+    return element;
+}
+
+kt_element *kt_xml_child(const kt_element *element, const char *name) { return named(element->first, name); }
+
+kt_element *kt_xml_next(const kt_element *element, const char *name) { return named(element->next, name); }

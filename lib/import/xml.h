@@ -1,0 +1,26 @@
+/* An XML file as a tree of elements, each with its line and column. */
+#ifndef KT_IMPORT_XML_H
+#define KT_IMPORT_XML_H
+
+#include "scene/reader.h"
+
+/* Children are chained by `next`. Text between tags is not kept. */
+typedef struct kt_element {
+    const char *name;
+    const char **attributes; /* name, value, name, value, ..., NULL */
+    struct kt_element *first, *last, *next, *parent;
+    uint32_t line, column; /* of its tag, from 1, in characters */
+} kt_element;
+
+enum { KT_XML_DEPTH_MAX = 64 /* elements within one another */ };
+
+/* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A document
+ * type is refused: with entities of its own, a small file can stand for a large one. */
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root);
+
+/* The value of an attribute, and the first child or the next sibling of a name; NULL if there is none. */
+const char *kt_xml_attribute(const kt_element *element, const char *name);
+kt_element *kt_xml_child(const kt_element *element, const char *name);
+kt_element *kt_xml_next(const kt_element *element, const char *name);
+
+#endif

@@ -1,0 +1,382 @@
+/* Robots in URDF: what each element becomes, what is left out and told, and faults at their places. */
+#include "../scene/collect.h"
+#include "check.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+
+static kt_collected faults;
+
+/* Reads a text that begins with a <robot>. */
+static kt_status parse(const char *text, const kt_urdf_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    memset(&faults, 0, sizeof faults);
+    (void)snprintf(faults.path, sizeof faults.path, "r.urdf");
+    return kt_urdf_parse("r.urdf", text, strlen(text), options, scene, kt_collect, &faults, &error);
+}
+
+static bool parse_right(const char *text, const kt_urdf_options *options, kt_scene *scene) {
+    const kt_status status = parse(text, options, scene);
+    if (status != KT_OK)
+        kt_note("%s", faults.text);
+    return status == KT_OK || kt_check_true("it is read", false);
+}
+
+static const kt_body *find_body(const kt_scene *scene, const char *name) {
+    for (int i = 0; i < scene->description.body_count; i++)
+        if (strcmp(scene->description.bodies[i].name, name) == 0)
+            return &scene->description.bodies[i];
+    (void)kt_check_true(name, false);
+    return &scene->description.bodies[0];
+}
+
+/* ---- the mechanism ----------------------------------------------------------------------------------------------- */
+
+KT_TEST(joint_types_are_ours) {
+    static const struct {
+        const char *type;
+        kt_joint_type ours;
+    } table[] = {{"revolute", KT_JOINT_REVOLUTE}, {"continuous", KT_JOINT_REVOLUTE}, {"prismatic", KT_JOINT_PRISMATIC},
+                 {"fixed", KT_JOINT_FIXED},       {"floating", KT_JOINT_FREE},       {"planar", KT_JOINT_PLANAR}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<robot name='r'><link name='a'/><link name='b'>" MASS "</link><joint name='j' type='%s'>"
+                       "<parent link='a'/><child link='b'/><origin xyz='1 2 3' rpy='0.1 0.2 0.3'/></joint></robot>",
+                       table[i].type);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        const kt_joint *joint = &find_body(&scene, "b")->joint;
+        kt_check_equal_int(table[i].type, joint->type, table[i].ours);
+        kt_check_equal_bits("place", &joint->at.x, (const double[]){1.0, 2.0, 3.0}, 3);
+        kt_check_equal_bits("roll, pitch, yaw", joint->rotation.value, (const double[]){0.1, 0.2, 0.3}, 3);
+        if (table[i].ours != KT_JOINT_FIXED && table[i].ours != KT_JOINT_FREE)
+            kt_check_equal_bits("axis that is not given", &joint->axis.x, (const double[]){1.0, 0.0, 0.0}, 3);
+        kt_scene_free(&scene);
+    }
+}
+
+/* Axes turned by 90 degrees about z: x' = y and y' = -x. */
+KT_TEST(inertia_is_turned_to_the_axes_of_the_link) {
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='a'><inertial><origin xyz='0 0.5 0' rpy='0 0 1.5707963267948966'/>"
+                     "<mass value='2'/><inertia ixx='2' iyy='3' izz='4' ixy='0.2' ixz='0.3' iyz='0.4'/></inertial>"
+                     "</link></robot>",
+                     NULL, &scene))
+        return;
+    const kt_body *body = find_body(&scene, "a");
+    const double seen[] = {body->inertia.xx, body->inertia.yy, body->inertia.zz,
+                           body->inertia.xy, body->inertia.xz, body->inertia.yz};
+    const double expected[] = {3.0, 2.0, 4.0, -0.2, -0.4, 0.3};
+    for (int i = 0; i < 6; i++)
+        kt_check_near("entry", seen[i], expected[i], 8.0 * DBL_EPSILON);
+    kt_check_equal_bits("mass", &body->mass, &(double){2.0}, 1);
+    kt_check_equal_bits("com", &body->com.x, (const double[]){0.0, 0.5, 0.0}, 3);
+    kt_scene_free(&scene);
+}
+
+#define PAIR(limit, rest)                                                                                              \
+    "<robot name='r'><link name='a'/><link name='b'>" MASS "</link><joint name='j' type='revolute'><parent link='a'/>" \
+    "<child link='b'/>" limit "</joint>" rest "</robot>"
+
+KT_TEST(limits_become_stops_where_a_stiffness_is_given) {
+    const kt_urdf_options options = {.stop_stiffness = 1e4, .stop_damping = 5.0};
+    kt_scene scene;
+    if (!parse_right(PAIR("<limit lower='-2' upper='-0.5' effort='1' velocity='1'/>", ""), &options, &scene))
+        return;
+    const kt_effect *stop = &scene.description.effects[0];
+    kt_check_equal_int("effects", scene.description.effect_count, 1);
+    kt_check_equal_int("type", stop->type, KT_EFFECT_JOINT_LIMIT);
+    kt_check_equal_bits("numbers", (const double[]){stop->lower, stop->upper, stop->stiffness, stop->damping},
+                        (const double[]){-2.0, -0.5, 1e4, 5.0}, 4);
+    kt_check_equal_bits("start at the limit next to zero", &find_body(&scene, "b")->joint.position[0], &(double){-0.5},
+                        1);
+    kt_scene_free(&scene);
+    if (!parse_right(PAIR("<limit effort='1' velocity='1'/>", ""), &options, &scene))
+        return;
+    kt_check_equal_int("no limits of position, no stops", scene.description.effect_count, 0);
+    kt_scene_free(&scene);
+}
+
+/* The motion of a damped pendulum read from URDF is, to the bit, that of the description written by hand. */
+KT_TEST(damped_pendulum_swings_as_described_by_hand) {
+    kt_scene scene;
+    double q[2];
+    kt_error error = {0};
+    if (!parse_right(
+            "<robot name='p'><link name='world'/><link name='bob'><inertial><origin xyz='0 0 -1'/><mass value='2'/>"
+            "<inertia ixx='0.1' iyy='0.2' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+            "<joint name='pivot' type='revolute'><parent link='world'/><child link='bob'/><axis xyz='0 1 0'/>"
+            "<limit lower='0.7' upper='3' effort='0' velocity='0'/><dynamics damping='0.3' friction='0.1'/></joint>"
+            "</robot>",
+            NULL, &scene))
+        return;
+    kt_body bob = kt_body_default();
+    bob.name = "bob";
+    bob.joint.type = KT_JOINT_REVOLUTE;
+    bob.joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    bob.joint.position[0] = 0.7;
+    bob.mass = 2.0;
+    bob.com = kt_vec3_make(0.0, 0.0, -1.0);
+    bob.inertia = kt_sym3_make(0.1, 0.2, 0.1, 0.0, 0.0, 0.0);
+    kt_effect effects[] = {kt_effect_default(), kt_effect_default()};
+    effects[0].type = KT_EFFECT_JOINT_DAMPER;
+    effects[0].damping = 0.3;
+    effects[1].type = KT_EFFECT_JOINT_FRICTION;
+    effects[1].coulomb = 0.1;
+    effects[0].joint = effects[1].joint = "bob";
+    kt_description by_hand = kt_description_default();
+    by_hand.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    by_hand.bodies = &bob;
+    by_hand.body_count = 1;
+    by_hand.effects = effects;
+    by_hand.effect_count = 2;
+    const kt_description *descriptions[] = {&scene.description, &by_hand};
+    for (int i = 0; i < 2; i++) {
+        kt_model *model = NULL;
+        kt_simulation *simulation = NULL;
+        q[i] = NAN;
+        if (kt_model_compile(descriptions[i], NULL, &model, &error) == KT_OK &&
+            kt_simulation_create(model, NULL, NULL, &simulation, &error) == KT_OK &&
+            kt_simulation_advance(simulation, 2.0, &error) == KT_OK)
+            q[i] = kt_simulation_positions(simulation)[0];
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_equal_bits("angle after 2 s", &q[0], &q[1], 1);
+    kt_check_below("it has swung", q[0], 0.65);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(mimic_joint_is_a_coupling) {
+    kt_scene scene;
+    if (!parse_right(PAIR("", "<link name='c'>" MASS "</link><joint name='k' type='prismatic'><parent link='a'/>"
+                              "<child link='c'/><mimic joint='j' multiplier='-2' offset='0.25'/></joint>"),
+                     NULL, &scene))
+        return;
+    const kt_loop *loop = &scene.description.loops[0];
+    if (kt_check_equal_int("loops", scene.description.loop_count, 1)) {
+        kt_check_text("name", loop->name, "mimic_c");
+        kt_check_text("joint", loop->terms[0].joint, "c");
+        kt_check_text("the other", loop->terms[1].joint, "b");
+        kt_check_equal_bits("q - multiplier q' = offset",
+                            (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
+                            (const double[]){1.0, 2.0, 0.25}, 3);
+    }
+    kt_scene_free(&scene);
+}
+
+KT_TEST(root_is_the_world_or_fixed_or_free) {
+    const kt_urdf_options floats = {.floating = true};
+    kt_scene scene;
+    if (parse_right("<robot name='r'><link name='base'>" MASS "</link></robot>", NULL, &scene)) {
+        kt_check_equal_int("fixed", find_body(&scene, "base")->joint.type, KT_JOINT_FIXED);
+        kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){0.0, 0.0, -9.81}, 3);
+        kt_scene_free(&scene);
+    }
+    if (parse_right("<robot name='r'><link name='base'>" MASS "</link></robot>", &floats, &scene)) {
+        kt_check_equal_int("free", find_body(&scene, "base")->joint.type, KT_JOINT_FREE);
+        kt_scene_free(&scene);
+    }
+    if (parse_right("<robot name='r'><link name='world'/><link name='b'>" MASS "</link><joint name='j' type='fixed'>"
+                    "<parent link='world'/><child link='b'/></joint></robot>",
+                    NULL, &scene)) {
+        kt_check_equal_int("bodies beside the world", scene.description.body_count, 1);
+        kt_check_true("on the world", find_body(&scene, "b")->parent == NULL);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
+    static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
+    kt_scene scene;
+    if (!parse_right(
+            "<robot name='r'><link name='left arm'/><link name='left/arm'/><link name='7th'/><link name='world'/>"
+            "<link name='h&#228;b'/>"
+            "<joint name='1' type='fixed'><parent link='left arm'/><child link='left/arm'/></joint>"
+            "<joint name='2' type='fixed'><parent link='left arm'/><child link='7th'/></joint>"
+            "<joint name='3' type='fixed'><parent link='left arm'/><child link='world'/></joint>"
+            "<joint name='4' type='fixed'><parent link='world'/><child link='h&#228;b'/></joint></robot>",
+            NULL, &scene))
+        return;
+    for (int i = 0; i < 4; i++)
+        kt_check_text("name", scene.description.bodies[i].name, expected[i]);
+    kt_check_equal_int("notes: of the root, and of names", scene.note_count, 2);
+    kt_check_text("what", scene.notes[1].what,
+                  "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
+    kt_check_text("a name in UTF-8: a byte, a '_'", scene.description.bodies[4].name, "h__b");
+    kt_check_text("parent", scene.description.bodies[4].parent, "world_2");
+    kt_scene_free(&scene);
+}
+
+KT_TEST(picture_is_the_first_solid_of_visuals_or_collisions) {
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='a'><visual><geometry><mesh filename='m.dae'/></geometry></visual>"
+                     "<visual><origin xyz='0 0 1' rpy='0.5 0 0'/><geometry><box size='1 2 3'/></geometry></visual>"
+                     "<collision><geometry><sphere radius='1'/></geometry></collision></link>"
+                     "<link name='b'><collision><origin xyz='1 0 0'/><geometry><cylinder radius='0.1' length='2'/>"
+                     "</geometry></collision></link>"
+                     "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
+                     NULL, &scene))
+        return;
+    const kt_shape *box = &find_body(&scene, "a")->shape, *cylinder = &find_body(&scene, "b")->shape;
+    kt_check_equal_int("box", box->type, KT_SHAPE_BOX);
+    kt_check_equal_bits("edges", &box->size.x, (const double[]){1.0, 2.0, 3.0}, 3);
+    kt_check_equal_bits("place", &box->at.x, (const double[]){0.0, 0.0, 1.0}, 3);
+    kt_check_equal_bits("roll", box->rotation.value, (const double[]){0.5}, 1);
+    kt_check_equal_int("cylinder", cylinder->type, KT_SHAPE_CYLINDER);
+    kt_check_equal_bits("radius, length", (const double[]){cylinder->radius, cylinder->length},
+                        (const double[]){0.1, 2.0}, 2);
+    kt_scene_free(&scene);
+}
+
+/* ---- what is left out -------------------------------------------------------------------------------------------- */
+
+KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
+    static const char *const expected[][2] = {
+        {"r.urdf:1:17", "link 'a' is fixed to the world (--floating lets it move); gravity is 9.81 m/s^2 along -z"},
+        {"r.urdf:5:1", "joints that start at a limit, since zero is outside their limits: 1"},
+        {"r.urdf:5:1", "joints whose limits of position are left out (--stops makes effects of them): 1"},
+        {"r.urdf:5:1", "joints whose limits of effort and speed are left out: 1"},
+        {"r.urdf:2:1", "meshes that are left out of pictures: 1"},
+        {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
+        {"r.urdf:6:1",
+         "elements and attributes that do not concern the motion, or are not known, are left out: ryp (1), "
+         "gazebo (2)"},
+    };
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='a'>\n"
+                     "<visual><geometry><mesh filename='m.dae'/></geometry></visual></link>\n"
+                     "<link name='b'><collision><geometry><sphere radius='1'/></geometry></collision></link>\n"
+                     "<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n"
+                     "<limit lower='1' upper='2' effort='1' velocity='1'/>\n"
+                     "<origin xyz='0 0 1' ryp='1 0 0'/></joint><gazebo/><gazebo/></robot>",
+                     NULL, &scene))
+        return;
+    const int count = (int)(sizeof expected / sizeof *expected);
+    kt_check_equal_int("notes", scene.note_count, count);
+    for (int i = 0; i < count && i < scene.note_count; i++) {
+        kt_check_text("where", scene.notes[i].where, expected[i][0]);
+        kt_check_text("what", scene.notes[i].what, expected[i][1]);
+    }
+    kt_scene_free(&scene);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(faults_are_told_at_their_places) {
+    static const struct {
+        const char *text, *fault;
+    } table[] = {
+        {"", "1:1: this is no well-formed XML: no element found\n"},
+        {"<robot>\n<link name='a'>\n</robot>", "3:3: this is no well-formed XML: mismatched tag\n"},
+        {"<!DOCTYPE robot [<!ENTITY a 'b'>]><robot/>",
+         "1:17: a document type (<!DOCTYPE ...>) is not read; leave it out\n"},
+        {"<mujoco/>", "1:1: a robot in URDF begins with <robot name=\"...\">, not with <mujoco>\n"},
+        {"<robot name='r'/>", "1:1: there is no link\n"},
+        {"<robot name='r'><xacro:macro/></robot>",
+         "1:17: <xacro:macro> is for the macro processor xacro; run it first, and read what it writes\n"},
+        {"<robot name='r'><link/></robot>", "1:17: link: the attribute 'name' is missing\n"},
+        {"<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>",
+         "3:1: link 'a': the name is that of the link in line 2, too; each needs one of its own\n"
+         "3:1: link 'a': no joint has this link as child, nor the one in line 2; only one can be the root\n"},
+        {PAIR("<limit lower='2' upper='1'/>", ""), "1:218: joint 'j': limit: lower, 2, is above upper, 1\n"},
+        {PAIR("<axis xyz='0 0'/>", ""), "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0'\n"},
+        {PAIR("<axis xyz='0 0 nan'/>", ""), "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0 nan'\n"},
+        {PAIR("<axis xyz='0 0 1e999'/>", ""),
+         "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0 1e999'\n"},
+        {PAIR("<dynamics damping='0x10'/>", ""),
+         "1:218: joint 'j': dynamics: damping: expected a number, found '0x10'\n"},
+        {PAIR("<mimic joint='jj'/>", ""), "1:218: joint 'j': mimic: joint 'jj' does not exist; did you mean 'j'?\n"},
+        {PAIR("", "<link name='b2'/><joint name='k' type='hinge'><parent link='b'/><child link='b2'/></joint>"),
+         "1:243: joint 'k': there is no type 'hinge'; it is revolute, continuous, prismatic, fixed, floating or "
+         "planar\n"},
+        {PAIR("", "<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>"),
+         "1:226: joint 'k': link 'b' is the child of the joint in line 1, too; a link has one joint to its parent: "
+         "close "
+         "loops in the scene, by 'loops'\n"},
+        {"<robot name='r'><link name='a'><inertial><mass value='1'/></inertial></link></robot>",
+         "1:32: link 'a': inertial: <inertia/> is missing\n"},
+        {PAIR("<axis xyz='0 0 0'/>", ""), "1:151: body 'b': joint.axis is zero"},
+        {PAIR("<dynamics damping='-1'/>", ""), "1:151: effects[0]: damping is -1"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        const kt_status status = parse(table[i].text, NULL, &scene);
+        kt_check_true("it is refused", status == KT_ERROR_SCENE || status == KT_ERROR_MODEL);
+        faults.text[strlen(table[i].fault)] = '\0'; /* the last two go on in words of the description's check */
+        kt_check_text(table[i].text, faults.text, table[i].fault);
+        kt_check_equal_int("places out of order", faults.strange, 0);
+    }
+}
+
+KT_TEST(nesting_ends_at_a_depth) {
+    static char text[8000];
+    kt_scene scene;
+    size_t length = 0;
+    for (int i = 0; i < 100; i++)
+        length += (size_t)snprintf(text + length, sizeof text - length, "<robot>");
+    kt_check_equal_int("status", parse(text, NULL, &scene), KT_ERROR_SCENE);
+    kt_check_text("fault", faults.text, "1:449: elements are nested more than 64 deep\n");
+}
+
+KT_TEST(stops_of_negative_or_endless_stiffness_are_refused) {
+    const kt_urdf_options wrong[] = {{.stop_stiffness = -1.0}, {.stop_stiffness = INFINITY}, {.stop_damping = NAN}};
+    kt_error error;
+    kt_scene scene;
+    for (int i = 0; i < 3; i++)
+        kt_check_equal_int("status", kt_urdf_parse("r", "<robot/>", 8, &wrong[i], &scene, NULL, NULL, &error),
+                           KT_ERROR_ARGUMENT);
+}
+
+/* ---- whole robots ------------------------------------------------------------------------------------------------ */
+
+KT_TEST(robot_that_is_written_as_a_scene_reads_back_the_same) {
+    kt_scene robot, again;
+    kt_error error = {0};
+    if (kt_urdf_read(ARM, NULL, &robot, NULL, NULL, &error) != KT_OK) {
+        kt_note("%s: %s", error.where, error.message);
+        kt_check_true("it is read", false);
+        return;
+    }
+    char *text = kt_write_text(&robot);
+    if (text != NULL && kt_parse_right(text, &again)) {
+        char *twice = kt_write_text(&again);
+        kt_check_text("the same scene", twice, text);
+        free(twice);
+        kt_scene_free(&again);
+    }
+    free(text);
+    kt_scene_free(&robot);
+}
+
+/* Time and memory in proportion: the second half of the links costs what the first did. */
+KT_TEST(robot_of_many_links_is_read) {
+    enum { LINKS = 20000 };
+    char *text = malloc((size_t)LINKS * 400);
+    size_t n = 0;
+    kt_scene scene;
+    if (!kt_check_true("memory", text != NULL))
+        return;
+    n += (size_t)sprintf(text, "<robot name='chain'><link name='l0'/>");
+    for (int i = 1; i < LINKS; i++)
+        n += (size_t)sprintf(text + n,
+                             "<link name='l%d'>" MASS "</link><joint name='j%d' type='continuous'><parent link='l%d'/>"
+                             "<child link='l%d'/></joint>",
+                             i, i, i - 1, i);
+    (void)sprintf(text + n, "</robot>");
+    if (parse_right(text, NULL, &scene)) {
+        kt_check_equal_int("bodies", scene.description.body_count, LINKS);
+        kt_scene_free(&scene);
+    }
+    free(text);
+}
