@@ -1,7 +1,7 @@
 /* Completion scripts for bash, zsh and fish, generated from the tables of options.
  *
  * The kind of an argument follows from the words that the help shows for it: FILE is any file, SCENE a *.yaml file,
- * RESULT a *.csv file, NAME of demo a bundled scene, a|b|c one of these words. */
+ * ROBOT a *.urdf file, RESULT a *.csv file, NAME of demo a bundled scene, a|b|c one of these words. */
 #include "reference.h"
 
 #include <stdio.h>
@@ -33,7 +33,10 @@ static void put_subcommands(const kt_overview *all) {
 
 /* Extension of the files that are operands; NULL: the operands are not files. */
 static const char *operand_ending(const kt_usage *usage) {
-    return begins(usage->operands, "SCENE") ? "yaml" : begins(usage->operands, "RESULT") ? "csv" : NULL;
+    return begins(usage->operands, "SCENE")    ? "yaml"
+           : begins(usage->operands, "ROBOT")  ? "urdf"
+           : begins(usage->operands, "RESULT") ? "csv"
+                                               : NULL;
 }
 
 static bool takes_bundled_scene(const kt_usage *usage) { return begins(usage->operands, "[NAME"); }
