@@ -120,8 +120,8 @@ static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
 static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     const kt_element *limit = kt_xml_child(j->element, "limit");
     double lower = 0.0, upper = 0.0;
-    j->lower = -INFINITY;
-    j->upper = INFINITY;
+    j->lower = -(double)INFINITY;
+    j->upper = (double)INFINITY;
     j->start = 0.0;
     if (limit == NULL)
         return;

@@ -144,7 +144,7 @@ KT_TEST(damped_pendulum_swings_as_described_by_hand) {
     for (int i = 0; i < 2; i++) {
         kt_model *model = NULL;
         kt_simulation *simulation = NULL;
-        q[i] = NAN;
+        q[i] = (double)NAN;
         if (kt_model_compile(descriptions[i], NULL, &model, &error) == KT_OK &&
             kt_simulation_create(model, NULL, NULL, &simulation, &error) == KT_OK &&
             kt_simulation_advance(simulation, 2.0, &error) == KT_OK)
@@ -330,7 +330,8 @@ KT_TEST(nesting_ends_at_a_depth) {
 }
 
 KT_TEST(stops_of_negative_or_endless_stiffness_are_refused) {
-    const kt_urdf_options wrong[] = {{.stop_stiffness = -1.0}, {.stop_stiffness = INFINITY}, {.stop_damping = NAN}};
+    const kt_urdf_options wrong[] = {
+        {.stop_stiffness = -1.0}, {.stop_stiffness = (double)INFINITY}, {.stop_damping = (double)NAN}};
     kt_error error;
     kt_scene scene;
     for (int i = 0; i < 3; i++)
