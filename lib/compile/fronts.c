@@ -399,7 +399,7 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
         step[l].at = used;
         used += kt_front_step_count(&s);
     }
-    plan->width = (int32_t)width;
+    plan->width = kt_front_padded((int32_t)width);
     plan->count = used + kt_front_running_count(plan);
 }
 

@@ -32,7 +32,7 @@ typedef struct kt_front_plan {
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
     int32_t pending;          /* and equations that a step passes on: KT_FRONT_PENDING or none */
-    int32_t width;            /* the largest number of parameters */
+    int32_t width;            /* the largest number of parameters, in whole lanes */
     size_t count;             /* of the numbers that it needs in the data */
 } kt_front_plan;
 
@@ -46,21 +46,31 @@ typedef struct kt_front_size {
     size_t params, rows, kept, touch;
 } kt_front_size;
 
+/* A number of entries, rounded up to whole lanes (reduction/front_lanes.h). */
+enum { KT_FRONT_LANES = 4 };
+static inline int kt_front_padded(int n) { return (n + KT_FRONT_LANES - 1) / KT_FRONT_LANES * KT_FRONT_LANES; }
+
 /* The count of numbers that a step keeps for the substitution back (reduction/front.h). */
 static inline size_t kt_front_step_count(const kt_front_size *s) {
-    const size_t base = KT_FRONT_SPACE, n = s->params, k = s->rows;
-    return base * n + k * (n + 1) + k + k * s->touch + k + s->kept * (n + 1) + n * (s->kept + base + 1);
+    const size_t base = KT_FRONT_SPACE, n = s->params, k = s->rows, half = n / 2, more = KT_FRONT_LANES - 1;
+    const size_t reflectors = s->kept < half ? s->kept : half;
+    return base * n + k * (n + 1) + k + k * s->touch + k + reflectors * (n + more + 1) +
+           n * (s->kept + base + more + 1);
 }
 
-/* The arrays that all steps of a group share: what slots hold, by parameters and constant; the energy, its linear part,
- * and the size of its terms; a solution; the sizes of speeds; what else is computed on the way. */
+/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is seen of
+ * it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is computed on
+ * the way. */
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
     return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->pending;
 }
-static inline size_t kt_front_level(const kt_front_plan *plan) { return (size_t)plan->width + KT_FRONT_SPACE; }
+static inline size_t kt_front_level(const kt_front_plan *plan) {
+    return (size_t)kt_front_padded(plan->width + KT_FRONT_SPACE);
+}
 static inline size_t kt_front_running_count(const kt_front_plan *plan) {
     const size_t level = kt_front_level(plan);
-    return kt_front_vectors(plan) * ((size_t)plan->width + 1) + 2 * (size_t)plan->slots + level * level +
+    const size_t width = (size_t)plan->width;
+    return kt_front_vectors(plan) * (width + 1) + width * width + 2 * (size_t)plan->slots + level * level +
            (4 + KT_FRONT_SPACE) * level;
 }
 

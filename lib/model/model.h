@@ -184,9 +184,10 @@ typedef struct kt_front_motion {
 } kt_front_motion;
 
 /* What the last factorisation found at a step: parameters, the new ones included; equations, those that earlier steps
- * have passed on included; of them, independent ones; parameters afterwards, and of these those that are kept; vectors in slots. */
+ * have passed on included; of them, independent ones; parameters afterwards, and of these those that are kept;
+ * reflectors that part these from the others; vectors in slots. */
 typedef struct kt_front_count {
-    int32_t params, rows, rank, left, kept, vectors;
+    int32_t params, rows, rank, left, kept, reflectors, vectors;
     int32_t first;                                          /* the equations' place among the group's pivots */
     int32_t waiting, passed;                                /* equations passed on to this step, and by it */
     int32_t wait[KT_FRONT_PENDING], pass[KT_FRONT_PENDING]; /* which */

@@ -10,7 +10,8 @@
  *   closes its loops    D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
  *   keeps what is seen  with T' = Q [R; 0] of all open links, the last parameters of Q'p are not seen by any link or loop
- *                       still to come, and are those of least energy: p_u = H_uu^-1 (g_u - H_ut p_t)
+ *                       still to come, and are those of least energy: p_u = H_uu^-1 (g_u - H_ut p_t). Where they are
+ *                       few, Q is replaced by as few reflectors that part the same spaces
  * After the last link nothing is kept, and a backward pass through the steps gives x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
@@ -28,6 +29,7 @@
 #ifndef KT_REDUCTION_FRONT_H
 #define KT_REDUCTION_FRONT_H
 
+#include "reduction/front_lanes.h"
 #include "reduction/reduce.h"
 
 /* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the coordinates,
@@ -88,6 +90,7 @@ typedef struct kt_front {
     int components;            /* of an acceleration: 3 or 6 */
     int width, level;          /* strides: of what slots hold, of the energy */
     double *touch, *constant;  /* T' and t: a vector of `width` and a number a component */
+    double *copy;              /* of T', as many vectors as there are parameters */
     double *speed;             /* two a slot */
     double *energy, *pull, *size, *z, *spare, *product;
     double **kept; /* of kt_front_aim */
@@ -112,6 +115,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
     double *at = f->w.front + plan->count - kt_front_running_count(plan);
     f->touch = at, at += vectors * (size_t)plan->width;
     f->constant = at, at += vectors;
+    f->copy = at, at += (size_t)plan->width * (size_t)plan->width;
     f->speed = at, at += 2 * (size_t)plan->slots;
     f->energy = at, at += level * level;
     f->pull = at, at += level;
@@ -127,14 +131,15 @@ typedef struct kt_front_factor {
     double *rows, *scale, *y;  /* D', rows of `params`, factored; reflectors; y */
     double *early;             /* the first `rank` entries of Q' T', a vector */
     double *force;             /* what its equations exert on y (multipliers) */
-    double *seen, *seen_scale; /* reflectors of what is kept, of `left` */
-    double *gain;              /* p_u = gain (1, -A, -p_t), rows of 1 + components + kept */
+    double *seen, *seen_scale; /* reflectors Q' that part p_t, which is kept, from p_u: vectors of `left`, padded */
+    double *free;              /* p_u = free - gain (A, p_t): */
+    double *gain;              /* rows of components + kept, padded */
 } kt_front_factor;
 
 static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_factor *x) {
     const kt_front_count *c = &f->count[s];
     const size_t n = (size_t)c->params, k = (size_t)c->rows, v = (size_t)c->vectors, base = KT_FRONT_SPACE;
-    const size_t kept = n < v ? n : v;
+    const size_t reflectors = (size_t)c->reflectors, left = (size_t)kt_front_padded(c->left);
     double *at = f->w.front + f->step[s].at;
     x->motion = at, at += base * n;
     x->rows = at, at += k * n;
@@ -142,8 +147,9 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
     x->y = at, at += k;
     x->early = at, at += k * v;
     x->force = at, at += k;
-    x->seen = at, at += kept * n;
-    x->seen_scale = at, at += kept;
+    x->seen = at, at += reflectors * left;
+    x->seen_scale = at, at += reflectors;
+    x->free = at, at += c->left - c->kept;
     x->gain = at;
 }
 

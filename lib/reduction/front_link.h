@@ -26,6 +26,19 @@ KT_INLINE void kt_front_shift(int components, kt_v4 r, double *x) {
     x[5] += x[0] * r[1] - x[1] * r[0];
 }
 
+/* The same of four motions, one a lane. */
+KT_INLINE void kt_front_shift_lanes(int components, kt_v4 r, kt_v4 *x) {
+    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
+    if (components == KT_FRONT_SPACE / 2) {
+        x[1] -= x[0] * ry;
+        x[2] += x[0] * rx;
+        return;
+    }
+    x[3] += x[1] * rz - x[2] * ry;
+    x[4] += x[2] * rx - x[0] * rz;
+    x[5] += x[0] * ry - x[1] * rx;
+}
+
 /* The wrench at the end of r, about its beginning. */
 KT_INLINE void kt_front_shift_wrench(int components, kt_v4 r, double *w) {
     if (components == KT_FRONT_SPACE / 2) {
@@ -95,6 +108,15 @@ static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_ste
     while (f->model->front_term[i].loop != loop)
         i++;
     return f->group->link_count + f->model->front_term[i].slot;
+}
+
+/* Releases the slots of relations that are complete and of links on which nothing depends any more. */
+static inline void kt_front_leave(kt_front *f, const kt_front_step *step) {
+    for (int i = step->loop; i < step->loop + step->loop_count; i++)
+        if (f->model->loop[f->model->front_loop[i]].term_count)
+            kt_front_release(f, kt_front_relation_of(f, step, f->model->front_loop[i]));
+    for (int i = step->leave; i < step->leave + step->leave_count; i++)
+        kt_front_release(f, f->model->front_leave[i]);
 }
 
 /* Takes the coordinates of a step's link from its parameters; returns how many others there are. */

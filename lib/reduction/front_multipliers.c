@@ -60,6 +60,7 @@ static void find_forces(const kt_front *f, const double *a) {
 static void find_covectors(const kt_front *f) {
     double *c = f->z;
     int params = 0;
+    memset(c, 0, (size_t)f->level * sizeof *c);
     for (int s = 0; s < f->group->link_count; s++) {
         const kt_front_count *at = &f->count[s];
         const int32_t local = f->model->link[f->step[s].link].local;
@@ -72,8 +73,8 @@ static void find_covectors(const kt_front *f) {
         memcpy(x.force, c, (size_t)at->rank * sizeof *c);
         for (int i = at->rank; i < at->params; i++)
             c[i - at->rank] = c[i];
-        for (int j = 0; j < at->kept && at->kept < at->left; j++)
-            kt_reflect(x.seen + j * at->left, x.seen_scale[j], j, at->left, c);
+        for (int j = 0; j < at->reflectors; j++)
+            kt_front_reflect(x.seen + j * kt_front_padded(at->left), x.seen_scale[j], at->left, c);
         params = at->kept;
     }
 }

@@ -15,7 +15,7 @@ void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t 
     for (; column >= f.count[s].left - f.count[s].kept; s++)
         column -= f.count[s].left - f.count[s].kept;
     double *p = f.z;
-    for (int i = 0; i < f.count[s].left; i++)
+    for (int i = 0; i < f.level; i++)
         p[i] = 0.0;
     p[f.count[s].kept + column] = 1.0;
     for (; s >= 0; s--) {
@@ -24,8 +24,8 @@ void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t 
         kt_front_factor_find(&f, s, &factor);
         for (int i = n ? at->kept : at->left; i < at->left; i++)
             p[i] = 0.0;
-        for (int j = at->kept - 1; j >= 0 && at->kept < at->left; j--)
-            kt_reflect(factor.seen + j * at->left, factor.seen_scale[j], j, at->left, p);
+        for (int j = at->reflectors - 1; j >= 0; j--)
+            kt_front_reflect(factor.seen + j * kt_front_padded(at->left), factor.seen_scale[j], at->left, p);
         for (int i = at->left - 1; i >= 0; i--)
             p[at->rank + i] = p[i];
         for (int i = 0; i < at->rank; i++)

@@ -27,14 +27,21 @@ static void find_step(const kt_front *f, int s, int base, const double **kept, d
     *kept += (size_t)o->free * (size_t)o->free;
 }
 
+/* As kt_front_reflect, of exactly so many numbers. */
+static void reflect(const double *u, double t, int n, double *x) {
+    const double sum = t * kt_dense_dot(u, x, n);
+    for (int i = 0; i < n; i++)
+        x[i] -= sum * u[i];
+}
+
 /* The c-th column of C = Q2 Qs. */
 static void set_column(const step *o, int c, double *column) {
     const int n = o->params;
     double *p = column + o->rank;
     memset(column, 0, (size_t)n * sizeof *column);
     p[c] = 1.0;
-    for (int j = o->kept - 1; j >= 0 && o->free; j--)
-        kt_reflect(o->x.seen + j * o->left, o->x.seen_scale[j], j, o->left, p);
+    for (int j = o->count->reflectors - 1; j >= 0; j--)
+        reflect(o->x.seen + j * kt_front_padded(o->left), o->x.seen_scale[j], o->left, p);
     for (int j = o->rank - 1; j >= 0; j--)
         kt_reflect(o->x.rows + j * n, o->x.scale[j], j, n, column);
 }
@@ -49,8 +56,7 @@ static void divide(double *x, int n, double by) {
         x[i] /= by;
 }
 
-/* G = C_t - C_u H_uu^-1 H_ut, -G_A = -C_u H_uu^-1 H_uA, and N: N L' = C_u. The gains of fronts begin with those of the
- * forces. */
+/* G = C_t - C_u H_uu^-1 H_ut, -G_A = -C_u H_uu^-1 H_uA, and N: N L' = C_u. */
 static void set_back(const step *o) {
     const int n = o->params, u = o->free;
     for (int c = 0; c < u; c++)
@@ -62,7 +68,7 @@ static void set_back(const step *o) {
         else
             memset(to, 0, (size_t)n * sizeof *to);
         for (int i = 0; i < u && o->lower; i++)
-            subtract(o->map.free + i * n, o->x.gain[(c + 1) * u + i], n, to);
+            subtract(o->map.free + i * n, o->x.gain[i * kt_front_padded(o->base + o->kept) + c], n, to);
     }
     for (int j = 0; j < u && o->lower; j++) {
         double *column = o->map.free + j * n;
