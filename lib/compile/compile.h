@@ -28,6 +28,9 @@ void kt_articulated_number(kt_model *model);
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
+/* Leaves groups of few equations to the fronts where their own form would lose digits (few.c). */
+kt_status kt_few_measure(kt_model *model, kt_error *error);
+
 /* Gives the groups' matrices their places in the data (gather.c). */
 void kt_groups_place_matrices(kt_model *model);
 

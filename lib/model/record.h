@@ -129,6 +129,7 @@ typedef struct kt_group {
     bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
     bool few;                     /* few loops on many links: damped steps are those of reduction/delassus.h */
     bool delassus;                /* few independent equations on many links: dynamics, too */
+    bool inexact;                 /* dynamics so would lose digits, and is left to the fronts (compile/few.c) */
     bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
     bool fits_pin;                /* `pin`, were there no armature (dynamics/armature.c) */
     size_t dense;                 /* first number in data->dense */

@@ -86,6 +86,14 @@ static size_t few_loops(const kt_model *model) {
     return count;
 }
 
+/* Why there are none, or fewer than there might be. */
+static const char *why_not_few(const kt_model *model) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (model->group[g].inexact)
+            return "it would lose digits where heavy links hang on light ones";
+    return model->n.loop == 0 ? "no loops" : "no loops of one to four equations hold a long chain on the ground";
+}
+
 static size_t outside_groups(const kt_model *model, bool planar) {
     size_t count = 0;
     for (size_t i = 1; i < model->n.link; i++)
@@ -108,7 +116,7 @@ static void add_dynamics(list *l, const kt_model *model) {
     add_or_drop(l, KT_PHASE_EVALUATION, "loops reduced link by link", front_loops(model), "loops",
                 model->n.loop == 0 ? "no loops" : "dense matrices take less time");
     add_or_drop(l, KT_PHASE_EVALUATION, "loops of few equations on many links", few_loops(model), "loops",
-                model->n.loop == 0 ? "no loops" : "no loops of one to four equations hold a long chain on the ground");
+                why_not_few(model));
     add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
                 model->n.loop == 0 ? "no loops" : "no dense group of loops has 40 coordinates");
     add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",
