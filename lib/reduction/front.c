@@ -209,6 +209,13 @@ KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n,
     }
 }
 
+static bool is_zero(const double *x, int n) {
+    int i = 0;
+    while (i < n && x[i] == 0.0)
+        i++;
+    return i == n;
+}
+
 /* Copies the vectors in slots that are not zero, one after the other; returns their number, or n if it is not less. */
 KT_INLINE int copy_seen(const kt_front *f, int n) {
     const int end = kt_front_padded(n);
@@ -217,10 +224,7 @@ KT_INLINE int copy_seen(const kt_front *f, int n) {
         const double *t = kt_front_vector(f, f->live[l]);
         for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width) {
             double *to = f->copy + count * end;
-            bool any = false;
-            for (int i = 0; i < n; i++)
-                any |= t[i] != 0.0;
-            if (!any)
+            if (is_zero(t, n))
                 continue;
             if (++count >= n)
                 return n;
