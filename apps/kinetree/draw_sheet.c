@@ -38,3 +38,13 @@ kt_colour kt_sheet_colour(const kt_sheet *sheet, int body) {
     const kt_colour soft = kt_colour_mix(own, white, sheet->drawing->is_dark ? 0.05 : series < 0 ? 0.45 : 0.22);
     return kt_colour_mix(soft, sheet->palette->paper, 0.85 * sheet->fade);
 }
+
+kt_spot kt_sheet_frame(const kt_sheet *sheet, const kt_body_frame *frame) {
+    return kt_sheet_place(sheet, kt_body_frame_pose(frame, sheet->poses).position);
+}
+
+bool kt_sheet_is_ground(const kt_sheet *sheet, int body) { return sheet->drawing->picture->part[body] == 0; }
+
+kt_colour kt_sheet_faded(const kt_sheet *sheet, kt_colour colour) {
+    return kt_colour_mix(colour, sheet->palette->paper, 0.85 * sheet->fade);
+}
