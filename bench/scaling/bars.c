@@ -456,3 +456,19 @@ void kt_bars_assemble(void *bars, long repetitions) {
             return;
     }
 }
+
+double kt_bars_idle_work(kt_bars *b) {
+    const size_t n = (size_t)kt_model_nv(b->stepped);
+    double *tau = calloc(2 * n, sizeof *tau), *bias = tau + n, work = 0.0, size = 0.0;
+    kt_bars_accelerate(b, 1);
+    if (!tau || b->error.code != KT_OK ||
+        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, b->a, NULL, tau, &b->error) != KT_OK ||
+        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, NULL, NULL, bias, &b->error) != KT_OK)
+        size = (double)NAN;
+    for (size_t i = 0; i < n && !isnan(size); i++) {
+        work += b->v[i] * tau[i];
+        size += fabs(b->v[i] * bias[i]);
+    }
+    free(tau);
+    return fabs(work) / size;
+}

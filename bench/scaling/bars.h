@@ -57,4 +57,7 @@ void kt_bars_accelerate(void *bars, long repetitions);
 void kt_bars_project(void *bars, long repetitions);
 void kt_bars_assemble(void *bars, long repetitions);
 
+/* What loops that rest do, as a part of what moves: |v . tau| / sum |v_i h_i| with tau = RNEA(a); NaN where a call fails. */
+double kt_bars_idle_work(kt_bars *bars);
+
 #endif

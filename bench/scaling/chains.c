@@ -52,23 +52,6 @@ typedef struct line {
     long allocations;
 } line;
 
-/* |v . tau| / sum |v_i h_i| with tau = RNEA(a); NaN where a call fails */
-static double idle_work(kt_bars *b) {
-    const size_t n = (size_t)kt_model_nv(b->stepped);
-    double *tau = calloc(2 * n, sizeof *tau), *bias = tau + n, work = 0.0, size = 0.0;
-    kt_bars_accelerate(b, 1);
-    if (!tau || b->error.code != KT_OK ||
-        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, b->a, NULL, tau, &b->error) != KT_OK ||
-        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, NULL, NULL, bias, &b->error) != KT_OK)
-        size = (double)NAN;
-    for (size_t i = 0; i < n && !isnan(size); i++) {
-        work += b->v[i] * tau[i];
-        size += fabs(b->v[i] * bias[i]);
-    }
-    free(tau);
-    return fabs(work) / size;
-}
-
 static kt_status measure(const chain *c, int n, const kt_bench_options *options, line *out, kt_error *error) {
     kt_bars bars[2];
     kt_status status = KT_OK;
@@ -87,7 +70,7 @@ static kt_status measure(const chain *c, int n, const kt_bench_options *options,
                                             {kt_bars_assemble, &bars[LOOPS]}};
         out->level = kt_model_isa(bars[LOOPS].stepped);
         out->set_up = bars[LOOPS].set_up;
-        out->error = idle_work(&bars[LOOPS]);
+        out->error = kt_bars_idle_work(&bars[LOOPS]);
         kt_interpose_start();
         kt_bars_accelerate(&bars[LOOPS], 2);
         kt_bars_project(&bars[LOOPS], 2);

@@ -41,23 +41,6 @@ static const char columns[] = "n,shape,call," KT_CSV_TIMES ",set_up_s,allocation
 
 /* ---- measuring --------------------------------------------------------------------------------------------------- */
 
-/* |v . tau| / sum |v_i h_i|; NaN where a call fails */
-static double idle_work(kt_bars *b) {
-    const size_t n = (size_t)kt_model_nv(b->stepped);
-    double *tau = calloc(2 * n, sizeof *tau), *bias = tau + n, work = 0.0, size = 0.0;
-    kt_bars_accelerate(b, 1);
-    if (!tau || b->error.code != KT_OK ||
-        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, b->a, NULL, tau, &b->error) != KT_OK ||
-        kt_dynamics_inverse(b->stepped, b->data, b->q, b->v, NULL, NULL, bias, &b->error) != KT_OK)
-        size = (double)NAN;
-    for (size_t i = 0; i < n && !isnan(size); i++) {
-        work += b->v[i] * tau[i];
-        size += fabs(b->v[i] * bias[i]);
-    }
-    free(tau);
-    return fabs(work) / size;
-}
-
 static kt_status time_all(kt_bars bars[WAYS], int ways, double seconds, line *out, kt_error *error) {
     kt_bench_task tasks[WAYS];
     out->allocations = 0;
@@ -65,7 +48,7 @@ static kt_status time_all(kt_bars bars[WAYS], int ways, double seconds, line *ou
         tasks[k] = (kt_bench_task){kt_bars_accelerate, &bars[k]};
         out->measured[k] = true;
         out->set_up[k] = bars[k].set_up;
-        out->error[k] = idle_work(&bars[k]);
+        out->error[k] = kt_bars_idle_work(&bars[k]);
         kt_interpose_start();
         kt_bars_accelerate(&bars[k], 2);
         out->allocations += kt_interpose_stop();

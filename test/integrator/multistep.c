@@ -191,12 +191,6 @@ KT_TEST(the_first_step_of_an_implicit_one_has_the_order_and_damps) {
 /* ---- stiff equations --------------------------------------------------------------------------------------------- */
 
 /* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
-static int forced(double t, const double *y, double *dydt, void *user) {
-    const double lambda = *(const double *)user;
-    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
-    return 0;
-}
-
 /* A multistep method has no stages of lower order: its error is that of its weights over lambda, some h^2 / |lambda|.
  * The method that starts it has: the error of the first step is some h / |lambda|, and decays by the spectral radius a
  * step; from t = 1 on it has gone. The one-step methods of one implicit stage are alike: their weights' error over lambda. */

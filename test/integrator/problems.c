@@ -63,6 +63,20 @@ const problem problem_kepler = {"kepler", 4, 0.0, 9.0, kepler, kepler_solution};
 
 bool goes_by_its_table(const kt_method *m) { return strcmp(kt_method_family_name(m), "explicit") == 0; }
 
+int van_der_pol(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
+    return 0;
+}
+
+int forced(double t, const double *y, double *dydt, void *user) {
+    const double lambda = *(const double *)user;
+    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
+    return 0;
+}
+
 bool is_ok(const char *what, kt_status status, const kt_error *error) {
     if (status == KT_OK)
         return true;

@@ -14,12 +14,6 @@ static const kt_method *radau(void) { return kt_method_find("radau5"); }
 /* ---- stiff equations --------------------------------------------------------------------------------------------- */
 
 /* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
-static int forced(double t, const double *y, double *dydt, void *user) {
-    const double lambda = *(const double *)user;
-    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
-    return 0;
-}
-
 static double forced_error(double lambda, int steps) {
     kt_error error;
     const kt_integrator_options options = fixed_step(1.5 / steps);
@@ -53,14 +47,6 @@ KT_TEST(the_order_falls_to_that_of_the_stages_where_the_equation_is_stiff) {
 
 /* Van der Pol's oscillator, mu = 1e6: y1' = y2, y2' = mu ((1 - y1^2) y2 - y1); y(2) = 1.7061677321702..., published in
  * E. Hairer, G. Wanner, Solving ODE II, IV.10, (10.3). */
-static int van_der_pol(double t, const double *y, double *dydt, void *user) {
-    (void)t;
-    (void)user;
-    dydt[0] = y[1];
-    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
-    return 0;
-}
-
 static const kt_integrator_callbacks oscillation = {van_der_pol, NULL, NULL};
 
 KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps) {

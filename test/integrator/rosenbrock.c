@@ -101,12 +101,6 @@ KT_TEST(any_change_of_gamma_is_refused) {
 /* ---- stiff equations --------------------------------------------------------------------------------------------- */
 
 /* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
-static int forced(double t, const double *y, double *dydt, void *user) {
-    const double lambda = *(const double *)user;
-    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
-    return 0;
-}
-
 static double forced_error(double lambda, int steps) {
     kt_error error;
     const kt_integrator_options options = fixed_step(1.5 / steps);
@@ -138,14 +132,6 @@ KT_TEST(the_order_falls_by_one_where_the_equation_is_stiff) {
 }
 
 /* Van der Pol's oscillator, mu = 1e6; y(2) = 1.7061677321702..., published in Hairer and Wanner IV.10, (10.3). */
-static int van_der_pol(double t, const double *y, double *dydt, void *user) {
-    (void)t;
-    (void)user;
-    dydt[0] = y[1];
-    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
-    return 0;
-}
-
 KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps) {
     static const double tolerances[] = {1e-4, 1e-6};
     for (int i = 0; i < 2; i++) {

@@ -113,14 +113,6 @@ KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
 }
 
 /* Van der Pol's oscillator, mu = 1e6 (radau.c has the source of y(2)). */
-static int van_der_pol(double t, const double *y, double *dydt, void *user) {
-    (void)t;
-    (void)user;
-    dydt[0] = y[1];
-    dydt[1] = 1e6 * ((1.0 - y[0] * y[0]) * y[1] - y[0]);
-    return 0;
-}
-
 KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps_and_no_allocation) {
     kt_error error;
     const kt_integrator_options options = tolerance(1e-6, 1e-6);

@@ -1,11 +1,11 @@
 /* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
 #include "check.h"
+#include "scene_files.h"
 
 #include "kinetree/reduction.h"
 #include "kinetree/scene.h"
 #include "model/model.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,11 +16,6 @@ static bool fine(const char *what, kt_status status, const kt_error *error) {
     if (status != KT_OK)
         kt_note("%s: %s", error->where, error->message);
     return kt_check_equal_int(what, status, KT_OK);
-}
-
-static int is_scene(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
 typedef struct motion {
@@ -92,7 +87,7 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
 
 KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
     struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     int compared = 0;
     for (int i = 0; i < count; i++) {
         char path[1024];

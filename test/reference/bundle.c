@@ -1,23 +1,18 @@
 /* Every bundled scene: that it is there, described, and runs in a blink. */
 #include "scene.h"
+#include "scene_files.h"
 
-#include <dirent.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int is_scene(const struct dirent *entry) {
-    size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
 
 typedef void kt_visit(const char *name);
 
 /* Calls visit for each scene, in alphabetical order. */
 static void visit_all(kt_visit *visit) {
     struct dirent **entries = NULL;
-    int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_check_above("scenes", count, 36);
     for (int i = 0; i < count; i++) {
         entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';

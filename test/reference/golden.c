@@ -14,8 +14,8 @@
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 #include "../formulation.h"
 #include "scene.h"
+#include "scene_files.h"
 
-#include <dirent.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -263,14 +263,9 @@ static void run_scene(const char *name) {
     kt_case_close(&c);
 }
 
-static int is_scene(const struct dirent *entry) {
-    size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
 static void run_scenes(void) {
     struct dirent **entries = NULL;
-    int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     for (int i = 0; i < count; i++) {
         entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
         run_scene(entries[i]->d_name);

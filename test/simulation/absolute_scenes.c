@@ -4,10 +4,10 @@
  * must be the same to rounding. And where it can be had in a blink, the motion from the start is followed as well.
  */
 #include "both.h"
+#include "scene_files.h"
 
 #include "kinetree/scene.h"
 
-#include <dirent.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -16,16 +16,11 @@
 
 enum { INSTANTS = 6, NUMBERS = 160 };
 
-static int is_scene(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
 /* Calls visit with each scene that has no more bodies than that, compiled for both formulations. */
 static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
                                               const kt_absolute *absolute)) {
     struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_check_above("scenes", count, 18);
     for (int i = 0; i < count; i++) {
         char path[1024];

@@ -2,11 +2,11 @@
  * counts always.
  */
 #include "../reduction/linkage.h"
+#include "scene_files.h"
 #include "scenes.h"
 
 #include "kinetree/scene.h"
 
-#include <dirent.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -107,16 +107,11 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     linkage_free(&l);
 }
 
-static int is_scene(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
 /* The steps of a projection after a usual step: rk4, a ten thousandth of the scene's duration. The rope of 100 links,
  * reduced link by link, takes a second one of the velocities. */
 KT_TEST(bundled_scenes_stay_far_from_all_caps) {
     struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     int looped = 0;
     unsigned position = 0, velocity = 0, capped = 0;
     for (int i = 0; i < count; i++) {

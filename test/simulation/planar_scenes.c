@@ -2,19 +2,14 @@
  * record, with energies and all reactions.
  */
 #include "both.h"
+#include "scene_files.h"
 
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int is_scene(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
 
 static kt_model *compile(const kt_scene *scene, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
@@ -40,7 +35,7 @@ static void compare(kt_both_worst *worst, const char *name, const kt_scene *scen
 
 KT_TEST(planar_scenes_move_in_the_plane_as_in_space) {
     struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_both_worst worst = kt_both_worst_make();
     int compared = 0;
     for (int i = 0; i < count; i++) {

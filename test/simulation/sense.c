@@ -2,13 +2,13 @@
  * and showing it costs no evaluation and moves no bit. Every bundled scene is held to that.
  */
 #include "../formulation.h"
+#include "scene_files.h"
 #include "scenes.h"
 
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 #include "model/model.h"
 
-#include <dirent.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,18 +18,13 @@ enum { STEPS = 12, MOST = 4096, TREE = 60, FREE = 16 }; /* bodies: more take lon
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
-static int is_scene(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
 typedef void visitor(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *run,
                      void *user);
 
 /* Every bundled scene, one after the other; `absolute` is NULL in the tree formulation, run is the scene's own. */
 static void for_each_scene(kt_formulation formulation, visitor *visit, void *user) {
     struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, is_scene, alphasort);
+    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_check_above("scenes", count, 40);
     for (int i = 0; i < count; i++) {
         char path[1024];
