@@ -18,15 +18,13 @@ bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external) {
     return sum == 0.0;
 }
 
-static const char *name_of(const kt_model *model, size_t body) { return model->text + model->body[body].name; }
-
 static kt_status refuse(const kt_model *model, size_t body, const char *what, const double *x, int count,
                         kt_error *error) {
     char where[KT_WHERE_SIZE];
     int k = 0;
     while (k + 1 < count && isfinite(x[k]))
         k++;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
+    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_body_name(model, (int)body));
     if (count == 1)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s is %g; give a finite number", what, x[k]);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s[%d] is %g; give a finite number", what, k, x[k]);
@@ -44,7 +42,7 @@ static kt_status check_quaternion(const kt_model *model, size_t body, const doub
     char where[KT_WHERE_SIZE];
     if (!quaternion_is_zero(&model->body[body], q))
         return KT_OK;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", name_of(model, body));
+    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_body_name(model, (int)body));
     return kt_error_set(error, KT_ERROR_ARGUMENT, where,
                         "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
 }
@@ -65,7 +63,7 @@ static kt_status blame(const kt_model *model, const kt_input *in, kt_error *erro
             return status;
         if (in->external && !wrench_is_finite(&in->external[i])) {
             char where[KT_WHERE_SIZE];
-            (void)snprintf(where, sizeof where, "body '%.100s'", name_of(model, i));
+            (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(model, (int)i));
             return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
                                 "the external wrench on it is not finite; give finite numbers");
         }

@@ -12,13 +12,12 @@ static kt_status refuse_overflow(kt_error *error) {
                         "the loops' equations overflow: look for a position that is huge");
 }
 
-static kt_status refuse_singular(const kt_model *model, const kt_data *data, kt_error *error) {
-    for (size_t g = 0; g < model->n.group; g++)
-        if (data->near[g])
-            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                                "the loops are at a singular position, or next to one, where accelerations have no "
-                                "defined derivative; take a neighbouring one");
-    return KT_OK;
+kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error) {
+    return !kt_is_near_singular(model, data)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                              "the loops are at a singular position, or next to one, where accelerations have no "
+                              "defined derivative; take a neighbouring one");
 }
 
 kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
@@ -30,7 +29,7 @@ kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const 
 }
 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
-    return kt_reduction_kernels_of(model)->ready(model, data, rows, true) ? refuse_singular(model, data, error)
+    return kt_reduction_kernels_of(model)->ready(model, data, rows, true) ? kt_loops_refuse_singular(model, data, error)
                                                                           : refuse_overflow(error);
 }
 
@@ -80,7 +79,7 @@ static kt_status unsolve(const kt_model *model, kt_data *data, kt_error *error) 
     if (!some)
         return KT_OK;
     KT_BY_LEVEL(model->level, fine =, kt_groups_unsolve, (model, data));
-    return fine ? refuse_singular(model, data, error) : refuse_overflow(error);
+    return fine ? kt_loops_refuse_singular(model, data, error) : refuse_overflow(error);
 }
 
 kt_status kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda, kt_error *error) {

@@ -32,13 +32,6 @@
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
 
-static bool is_near_singular(const kt_model *model, const kt_data *data) {
-    for (size_t g = 0; g < model->n.group; g++)
-        if (data->near[g])
-            return true;
-    return false;
-}
-
 static bool is_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->near[g] && data->rank[g] < model->group[g].rank[KT_ROWS_ALL])
@@ -190,7 +183,7 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
     tau = tau ? tau : model->zero;
     data->interpolated = false;
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
-    if (is_near_singular(model, data) && (!failed || is_singular(model, data))) {
+    if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
         failed = kernels->forward(model, data, t, q, v, tau, external, true, data->scratch);
         data->interpolated = !failed && cross(&c, data->scratch);

@@ -29,7 +29,7 @@ void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data,
     }
 }
 
-static bool is_near_singular(const kt_model *model, const kt_data *data) {
+bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->near[g])
             return true;
@@ -59,7 +59,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         kt_residuals_to_right_hand_side(model, data, goal);
         if (!kernels->close(model, data, model->metric, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
-        near = is_near_singular(model, data);
+        near = kt_is_near_singular(model, data);
         kt_move(model, NULL, q, data->delta, data->moved_q);
         memcpy(q, data->moved_q, model->n.q * sizeof *q);
         *changed = true;
@@ -119,7 +119,7 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     if (violation->slip <= KT_CLOSED * violation->speed)
         return KT_CLOSURE_DONE;
     kt_closure closure = push_velocities(model, data, true, v, changed, violation);
-    if (closure == KT_CLOSURE_DONE && is_near_singular(model, data) &&
+    if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) &&
         violation->slip > 0.1 * KT_CLOSED_STEP * violation->speed)
         closure = push_velocities(model, data, false, v, changed, violation);
     return closure;
@@ -193,7 +193,7 @@ static bool is_dead_point(const kt_model *model, kt_data *data) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     bool lost = false, dead = false;
-    if (!model->driven || !is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
+    if (!model->driven || !kt_is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
         return false;
     for (size_t g = 0; g < model->n.group; g++)
         lost |= data->lost[g] = is_lost(model, data, g);
@@ -225,7 +225,7 @@ static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_r
     double largest = 0.0;
     *relative = 0.0;
     for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = model->slot[group->row + loop->row + r];
+        const int32_t k = kt_rows_slots(model, group, loop)[r];
         const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
         if (k < 0 || !(x / w.scale[k] > *relative))
             continue;
@@ -246,7 +246,7 @@ static gap_text describe_gap(const kt_model *model, const kt_data *data, int ind
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double most[KT_MEASURE_NONE + 1] = {0.0};
     for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = model->slot[group->row + loop->row + r];
+        const int32_t k = kt_rows_slots(model, group, loop)[r];
         double *of = &most[kt_loop_measure_of(model, index, r)];
         *of = k < 0 ? *of : fmax(*of, fabs(w.residual[k]));
     }

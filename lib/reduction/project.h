@@ -30,6 +30,9 @@ typedef enum kt_closure {
     KT_CLOSURE_DEAD
 } kt_closure;
 
+/* Whether a group was near a singular position when it was last factored. */
+bool kt_is_near_singular(const kt_model *model, const kt_data *data);
+
 /* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
  * drift). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);

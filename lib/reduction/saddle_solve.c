@@ -341,11 +341,10 @@ static void place_right(const columns *k, const double *b, int lane) {
         const kt_group *group = &model->group[g];
         for (int i = 0; i < group->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            for (int r = 0; r < loop->row_count; r++) {
-                const int32_t slot = model->slot[group->row + loop->row + r];
-                if (slot >= 0)
-                    k->b[group->row + slot][lane] = b[loop->equation + r];
-            }
+            const int32_t *slot = kt_rows_slots(model, group, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] >= 0)
+                    k->b[group->row + slot[r]][lane] = b[loop->equation + r];
         }
     }
 }

@@ -138,12 +138,7 @@ static kt_status refuse_singular(const kt_linearized *w, const double *q, const 
     kt_violation violation;
     (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
            kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
-    for (size_t g = 0; g < w->model->n.group; g++)
-        if (w->data->near[g])
-            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                                "the loops are at a singular position, or next to one, where accelerations have no "
-                                "defined derivative; take a neighbouring one");
-    return KT_OK;
+    return kt_loops_refuse_singular(w->model, w->data, error);
 }
 
 /* The tree's part of M and D, at the accelerations of the motion. */

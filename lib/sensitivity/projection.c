@@ -272,12 +272,11 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
 
 /* Refuses singular positions, next to which the projection leaves a direction out. */
 static kt_status refuse_singular(const kt_projection_work *w, kt_error *error) {
-    for (size_t g = 0; g < w->model->n.group; g++)
-        if (w->data->near[g])
-            return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                                "the loops are at a singular position, or next to one, after the step; take a shorter "
-                                "or a longer one");
-    return KT_OK;
+    return !kt_is_near_singular(w->model, w->data)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                              "the loops are at a singular position, or next to one, after the step; take a shorter "
+                              "or a longer one");
 }
 
 kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
