@@ -69,7 +69,7 @@ static void solve_closed(work *w, double *d, const double *e) {
     double *y = w->solution, *z = y + rank;
     memset(y, 0, rank * sizeof *y);
     if (e)
-        kt_jacobian_qr_across(&w->of.qr, e, y);
+        kt_jacobian_qr_solve_lower(&w->of.qr, e, y);
     for (size_t k = rank; k < n; k++) {
         z[k - rank] = -kt_dense_dot(w->of.qr.basis + k * n, d, (int)n);
         for (size_t l = 0; l < rank; l++)

@@ -78,7 +78,7 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
     return KT_OK;
 }
 
-void kt_jacobian_qr_across(const kt_jacobian_qr *w, const double *e, double *y) {
+void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y) {
     for (size_t k = 0; k < (size_t)w->rank; k++) {
         y[k] = e[w->pivot[k]];
         for (size_t l = 0; l < k; l++)
@@ -87,7 +87,7 @@ void kt_jacobian_qr_across(const kt_jacobian_qr *w, const double *e, double *y) 
     }
 }
 
-void kt_jacobian_qr_share(const kt_jacobian_qr *w, const double *f, double *lambda) {
+void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda) {
     memset(lambda, 0, w->p * sizeof *lambda);
     for (int k = w->rank - 1; k >= 0; k--) {
         double sum = kt_dense_dot(w->basis + (size_t)k * w->n, f, (int)w->n);

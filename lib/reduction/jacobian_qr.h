@@ -31,10 +31,10 @@ KT_CHECKED kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *mo
                                            kt_error *error);
 
 /* y = R1^-T e of the p numbers e: those of the independent equations in the order of the pivots. */
-void kt_jacobian_qr_across(const kt_jacobian_qr *w, const double *e, double *y);
+void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y);
 
 /* The p multipliers with A' lambda = f of the independent equations, zeros of others: R1 lambda = Q1' f. */
-void kt_jacobian_qr_share(const kt_jacobian_qr *w, const double *f, double *lambda);
+void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda);
 
 /* The error of kt_jacobian_qr_factor. */
 kt_status kt_jacobian_singular(kt_error *error);

@@ -335,7 +335,7 @@ static void solve_strip(const columns *k) {
 }
 
 /* b of one column, by groups and slots. */
-static void place_right(const columns *k, const double *b, int lane) {
+static void load_equations(const columns *k, const double *b, int lane) {
     const kt_model *model = k->model;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -360,7 +360,7 @@ void KT_KERNEL(kt_saddle_solve)(const kt_saddle *w, size_t count, double *f, con
             for (size_t i = 0; i < n; i++)
                 k.x[i][lane] = f[(from + (size_t)lane) * n + i];
             if (b)
-                place_right(&k, b + (from + (size_t)lane) * p, lane);
+                load_equations(&k, b + (from + (size_t)lane) * p, lane);
         }
         solve_strip(&k);
         for (int lane = 0; lane < lanes; lane++)

@@ -178,7 +178,7 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     for (size_t i = 0; i < w->n; i++)
         w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
     if (w->dense)
-        kt_jacobian_qr_share(&w->qr, w->change, w->lambda);
+        kt_jacobian_qr_multipliers(&w->qr, w->change, w->lambda);
     else
         status = kt_loops_share(w->model, w->data, w->change, w->lambda, error);
     if (status != KT_OK)
@@ -237,7 +237,7 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     double *y = w->change;
     for (size_t c = 0; c < n; c++) {
-        kt_jacobian_qr_across(&w->qr, e + c * w->p, y);
+        kt_jacobian_qr_solve_lower(&w->qr, e + c * w->p, y);
         for (size_t i = 0; i < f; i++) {
             double sum = kt_dense_dot(w->qr.basis + (r + i) * n, d + c * n, (int)n);
             for (size_t k = 0; k < r; k++)

@@ -23,7 +23,7 @@
     X(double, weight, n, "joint forces of external wrenches")                                                          \
     X(double, change, n, "differences, and a right-hand side")                                                         \
     X(double, jacobian, m *k, "A, p x n")                                                                              \
-    X(char, factors, m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                                         \
+    X(char, factors, KT_HAS_LOOPS &&m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                          \
     X(double, product, m, "a column of M Z")                                                                           \
     X(double, half, m *m, "Q' M Z, n x f")                                                                             \
     X(kt_effect_dof, path, n, "of an effect")                                                                          \

@@ -83,7 +83,7 @@ static kt_status factor(kt_projection_work *w, kt_rows rows, const double *q, bo
 static void solve_dense(const kt_projection_work *w, bool mass, const double *e, double *x) {
     const size_t n = w->n, r = (size_t)w->qr.rank;
     double *y = w->work, *z = y + r, *across = w->work + n;
-    kt_jacobian_qr_across(&w->qr, e, y);
+    kt_jacobian_qr_solve_lower(&w->qr, e, y);
     kt_dense_apply(w->qr.basis, (int)n, (int)r, y, across);
     for (size_t k = 0; k < n - r; k++) {
         z[k] = kt_dense_dot(w->qr.basis + (r + k) * n, x, (int)n);
@@ -107,7 +107,7 @@ static void solve(const kt_projection_work *w, bool mass, size_t columns, const 
 static kt_status find_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
     if (!w->dense)
         return kt_loops_share(w->model, w->data, momentum, w->lambda, error);
-    kt_jacobian_qr_share(&w->qr, momentum, w->lambda);
+    kt_jacobian_qr_multipliers(&w->qr, momentum, w->lambda);
     return KT_OK;
 }
 
