@@ -115,8 +115,11 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
 /* Zeros: the wrench of a link, and where several children add theirs, the sum of what they pass on. */
 KT_INLINE void kt_articulated_clear(const kt_link *link, kt_link_motion *m, kt_articulated *sum) {
     m->moment = m->force = kt_v4_splat(0.0);
-    if (link->branches)
-        memset(sum, 0, sizeof *sum);
+    if (!link->branches)
+        return;
+    for (int k = 0; k < 3; k++) /* not by memset, for which compilers take a string instruction: slow to begin */
+        sum->j[k] = sum->g[k] = sum->h[k] = sum->m[k] = kt_v4_splat(0.0);
+    sum->moment = sum->force = kt_v4_splat(0.0);
 }
 
 /* From the child's origin to the parent's. */
