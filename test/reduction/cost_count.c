@@ -1,7 +1,8 @@
 /* cost_count WHAT N [spatial]: calls one thing once, on a mechanism of N parts, for cost.py to count its instructions.
  * WHAT is in the table `scenes`. */
 #include "kinetree/analysis.h"
-#include "kinetree/reduction.h"
+#include "kinetree/control.h"
+#include "kinetree/sensitivity.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -150,6 +151,49 @@ static bool differentiate(const kt_model *model, kt_data *data, const double *q,
     return done;
 }
 
+/* Matrices of f x nv and of f x f, f <= nv. */
+static bool stiffen(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    const size_t nv = (size_t)kt_model_nv(model), size = kt_stiffness_work_size(model);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    double *out = calloc(4 * nv * nv, sizeof *out);
+    kt_error error;
+    const bool done = work && out &&
+                      kt_stiffness_evaluate(model, data, work, size, 0.0, q, v, NULL, NULL, NULL, out, out + nv * nv,
+                                            out + 2 * nv * nv, out + 3 * nv * nv, &error) == KT_OK;
+    free(work);
+    free(out);
+    return done;
+}
+
+/* The terms, and eight columns. */
+static bool invert(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    double *x = calloc(8 * (size_t)kt_model_nv(model), sizeof *x);
+    kt_mass_inverse *inverse = NULL;
+    kt_error error;
+    (void)v;
+    const bool done = x && kt_mass_inverse_create(model, 0, &inverse, &error) == KT_OK &&
+                      kt_mass_inverse_compute(inverse, data, 0.0, q, &error) == KT_OK &&
+                      kt_mass_inverse_apply(inverse, 8, x, &error) == KT_OK;
+    kt_mass_inverse_free(inverse);
+    free(x);
+    return done;
+}
+
+/* A and B of a step. */
+static bool step(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    const kt_step one = {.method = kt_method_find("rk4"), .h = 1e-4};
+    const size_t nv = (size_t)kt_model_nv(model), size = kt_step_work_size(model, one.method);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    double *out = calloc(6 * nv * nv, sizeof *out);
+    kt_error error;
+    const bool done =
+        work && out &&
+        kt_step_derivatives(model, data, work, size, &one, q, v, NULL, NULL, out, out + 4 * nv * nv, &error) == KT_OK;
+    free(work);
+    free(out);
+    return done;
+}
+
 static bool react(const kt_model *model, kt_data *data, const double *q, const double *v) {
     static kt_wrench joint[4 * MOST + 1], reaction[MOST];
     kt_error error;
@@ -164,10 +208,17 @@ typedef struct scene {
 } scene;
 
 static const scene scenes[] = {
-    {"four-bars", build_four_bars, false, NULL}, {"derivatives", build_four_bars, false, differentiate},
-    {"tree", build_tree, false, NULL},           {"chain", build_chain, true, NULL},
-    {"ladder", build_ladder, false, react},      {"row", build_row, false, NULL},
-    {"open", build_open, false, NULL},           {"held", build_held, false, NULL},
+    {"four-bars", build_four_bars, false, NULL},
+    {"derivatives", build_four_bars, false, differentiate},
+    {"stiffness", build_four_bars, false, stiffen},
+    {"inverse", build_four_bars, false, invert},
+    {"step", build_four_bars, false, step},
+    {"tree", build_tree, false, NULL},
+    {"chain", build_chain, true, NULL},
+    {"ladder", build_ladder, false, react},
+    {"row", build_row, false, NULL},
+    {"open", build_open, false, NULL},
+    {"held", build_held, false, NULL},
     {"driven", build_driven, false, NULL},
 };
 
