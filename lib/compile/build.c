@@ -202,6 +202,16 @@ static bool is_same(kt_mat3 a, kt_mat3 b) {
            a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
 }
 
+/* Stores the axes at rest and the pitch of the last link, unless these are what other links have. */
+static void keep_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
+    link->rest_is_rotated = !is_same(axes, kt_mat3_identity());
+    if (!link->rest_is_rotated && pitch == 0.0)
+        return;
+    kt_link_rest *rest = &m->rest[m->n.rest++];
+    *rest = (kt_link_rest){.axes = axes, .pitch = pitch};
+    link->rest = (int32_t)((const double *)(const void *)rest - (const double *)(const void *)link);
+}
+
 /* Creates the links of one body's joint, a chain that begins at its parent's link; *count, *angle: links and angles so
  * far. */
 static void string_links(kt_model *m, const kt_description *d, int32_t self, size_t *count, size_t *angle) {
@@ -219,9 +229,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = frame.position;
-        link->rest = rest;
-        link->rest_is_rotated = !is_same(rest, kt_mat3_identity());
-        link->pitch = e->pitch;
+        keep_rest(m, link, rest, e->pitch);
         link->parent = up;
         link->body = self;
         link->motion = (uint8_t)e->motion;
@@ -281,6 +289,7 @@ static void string_all(build *b) {
     kt_model *m = b->model;
     const int32_t n = (int32_t)m->n.body;
     size_t count = 1, angle = 0;
+    m->n.rest = 0;
     memset(&m->link[0], 0, sizeof m->link[0]);
     m->link[0].group = -1;
     for (int32_t i = n - 1; i > 0; i--) { /* children in the order of the bodies */
@@ -297,6 +306,7 @@ static void string_all(build *b) {
         up->leads |= m->link[i].follows;
         up->branches |= !m->link[i].follows;
     }
+    m->n.rest = m->n.link; /* the length of the array */
 }
 
 /* Finds the order of the velocity coordinates, link by link, and which of them each link carries. */
@@ -338,9 +348,9 @@ static void size_links(build *b) {
         kt_link *link = &m->link[i];
         b->mass[i] += link->mass;
         b->trace[i] += link->inertia.xx + link->inertia.yy + link->inertia.zz;
-        const double turning = b->trace[i] + b->shift[i], step = b->mass[i] * kt_vec3_dot(link->at, link->at);
-        link->size =
-            kt_link_lengths(link) == kt_link_dofs(link) ? b->mass[i] : turning + link->pitch * link->pitch * b->mass[i];
+        const double pitch = kt_link_pitch(link), turning = b->trace[i] + b->shift[i],
+                     step = b->mass[i] * kt_vec3_dot(link->at, link->at);
+        link->size = kt_link_lengths(link) == kt_link_dofs(link) ? b->mass[i] : turning + pitch * pitch * b->mass[i];
         b->mass[link->parent] += b->mass[i];
         b->trace[link->parent] += b->trace[i];
         b->shift[link->parent] = fmax(b->shift[link->parent], fmax(b->shift[i], step));
@@ -357,6 +367,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         return kt_error_set(error, KT_ERROR_MEMORY, "",
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
                             n.marker, n.text);
+    n.rest = n.link; /* at most, as long as the axes at rest are not known */
     const size_t bytes = kt_model_layout(NULL, &n);
     kt_model *m = kt_arena_allocate(bytes, "the model", error);
     if (!m)

@@ -109,7 +109,7 @@ bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *
         if (r->length[k] == 0)
             continue;
         const kt_link *first = &m->link[m->path[r->path[k]]];
-        if (kt_link_lengths(first) || first->pitch != 0.0)
+        if (kt_link_lengths(first) || kt_link_pitch(first) != 0.0)
             return false;
         if (!found)
             *origin = first->at;

@@ -79,7 +79,7 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(m->axes, axes);
         kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, axes[link->axis], write_column, (void *)&to);
+        kt_dofs_visit(link, parent, axes, write_column, (void *)&to);
     }
 }
 
@@ -120,7 +120,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(data->kinematics[i].axes, axes);
         kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, axes[link->axis], write_column, (void *)&to);
+        kt_dofs_visit(link, parent, axes, write_column, (void *)&to);
         for (int k = 0; k < 3 * kt_link_dofs(link); k++)
             jacobian[3 * (size_t)link->v + (size_t)k] = share * all[6 * (k / 3) + 3 + k % 3];
     }

@@ -59,7 +59,7 @@ double kt_armature_energy(const kt_model *model, const kt_data *data) {
         r.angular = kt_v4_from(kt_vec3_sub(m->omega, up->omega));
         r.linear = kt_v4_from(kt_vec3_sub(m->velocity, carried));
         r.armature = model->armature + link->v;
-        kt_dofs_visit(link, parent, axes, axes[link->axis], add_energy, &r);
+        kt_dofs_visit(link, parent, axes, add_energy, &r);
     }
     return 0.5 * r.twice;
 }

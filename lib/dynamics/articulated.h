@@ -84,8 +84,9 @@ KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
     return __builtin_shufflevector(__builtin_shufflevector(a[0], a[1], 0, 5, 2, 3), a[2], 0, 1, 6, 3);
 }
 
-/* The link's own inertia and bias wrench. */
-KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, kt_articulated *out) {
+/* The link's own inertia and bias wrench, that of external ones included. */
+KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, const kt_link_origin *load,
+                                    kt_articulated *out) {
     const kt_v4 none = kt_v4_splat(0.0);
     const kt_v4 h = kt_v4_apply_to(m->axes, link->moment);
     kt_v4_rotate_inertia(m->axes, &link->inertia, out->j);
@@ -97,8 +98,8 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
         out->m[k] = none;
         out->m[k][k] = link->mass;
     }
-    out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + m->moment;
-    out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + m->force;
+    out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + load->moment;
+    out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + load->force;
 }
 
 KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
@@ -112,9 +113,8 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
     to->force += from->force;
 }
 
-/* Zeros: the wrench of a link, and where several children add theirs, the sum of what they pass on. */
-KT_INLINE void kt_articulated_clear(const kt_link *link, kt_link_motion *m, kt_articulated *sum) {
-    m->moment = m->force = kt_v4_splat(0.0);
+/* Zeros where several children add what they pass on. */
+KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
     if (!link->branches)
         return;
     for (int k = 0; k < 3; k++) /* not by memset, for which compilers take a string instruction: slow to begin */
@@ -141,7 +141,7 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
 /* Projects one degree of freedom out of x, and stores the joint's response, shifted to the parent's origin. */
 KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
                                            kt_response *response) {
-    const kt_v4 s = m->axis, cn = m->alpha, cf = m->linear;
+    const kt_v4 s = kt_link_axis(link, m), cn = m->alpha, cf = m->linear;
     const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
     kt_v4 un, uf;
     double inertia, bias, size;
@@ -158,12 +158,13 @@ KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_mo
         bias = kt_v4_dot(s, x->force);
         size = kt_v4_dot(s * s, kt_diagonal3(x->m));
         if (link->motion == KT_MOTION_SCREW) {
-            const kt_v4 p = kt_v4_splat(link->pitch);
+            const double pitch = kt_link_pitch(link);
+            const kt_v4 p = kt_v4_splat(pitch);
             un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
             uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
             inertia = kt_v4_dot(s, un + p * uf);
             bias = kt_v4_dot(s, x->moment + p * x->force);
-            size = kt_v4_dot(s * s, kt_diagonal3(x->j)) + link->pitch * link->pitch * size;
+            size = kt_v4_dot(s * s, kt_diagonal3(x->j)) + pitch * pitch * size;
         }
     }
     if (!(inertia > KT_NO_INERTIA * (size + link->size)))
@@ -281,11 +282,11 @@ KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent
     const double x = response->gain_angular[3] -
                      kt_v4_dot2(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
     *a = x;
-    const kt_v4 along = kt_v4_splat(x) * m->axis;
+    const kt_v4 along = kt_v4_splat(x) * kt_link_axis(link, m);
     if (link->motion != KT_MOTION_PRISMATIC)
         m->alpha += along;
     if (link->motion != KT_MOTION_REVOLUTE)
-        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(link->pitch) * along : along;
+        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(kt_link_pitch(link)) * along : along;
 }
 
 KT_INLINE void kt_respond_rotations(kt_v4 alpha, kt_link_motion *m, double *a) {
@@ -361,20 +362,24 @@ static __attribute__((noinline, unused)) void kt_link_respond_geared(const kt_mo
 /* ---- the recursion -----------------------------------------------------------------------------------------------
  * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
 
-/* Forward pass: poses and velocities, and zeros for external wrenches and for what children pass on. */
+/* Forward pass: poses and velocities, and zeros for what children pass on; no external wrenches. */
 KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
                                      size_t end) {
     kt_link_motion *motion = data->motion;
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
     kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
+    const bool far = kt_is_far(model);
     kt_ground_set(model->gravity, &motion[0]);
     for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
+        if (far)
+            kt_link_fetch(model, data, kt_ahead(i, end));
         kt_link_pose(link, parent, q, data->cosine, data->sine, &motion[i]);
         kt_link_velocity(link, parent, v, &motion[i]);
-        kt_articulated_clear(link, &motion[i], &data->articulated[link->articulated]);
+        kt_articulated_clear(link, &data->articulated[link->articulated]);
     }
+    data->has_external = false;
 }
 
 /* The outcome of eliminating the degrees of freedom of a link: there is no inertia along one of them; x is to be passed
@@ -406,12 +411,20 @@ static __attribute__((noinline, unused)) kt_elimination kt_eliminate_geared(cons
 /* Backward pass. Returns a link without inertia along a degree of freedom, or 0. */
 KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                          kt_eliminate *eliminate, void *context) {
+    static const kt_link_origin none;
+    const kt_link_origin *load = data->has_external ? data->origin : &none;
+    const size_t stride = data->has_external ? 1 : 0;
+    const bool far = kt_is_far(model);
     kt_articulated x, carried;
     bool ended = false; /* the link before has passed nothing on */
     memset(&carried, 0, sizeof carried);
     for (size_t i = end - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
-        kt_articulated_rigid(link, &data->motion[i], &x);
+        if (far) {
+            kt_link_fetch(model, data, kt_ahead_down(i));
+            kt_fetch(&data->response[kt_ahead_down(i)], sizeof *data->response);
+        }
+        kt_articulated_rigid(link, &data->motion[i], &load[i * stride], &x);
         if (link->leads && !ended)
             kt_articulated_add(&x, &carried);
         if (link->branches)
@@ -436,8 +449,14 @@ typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, double *
 
 KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,
                                       double *a) {
-    for (size_t i = 1; i < end; i++)
+    const bool far = kt_is_far(model);
+    for (size_t i = 1; i < end; i++) {
+        if (far) {
+            kt_link_fetch(model, data, kt_ahead(i, end));
+            kt_fetch(&data->response[kt_ahead(i, end)], sizeof *data->response);
+        }
         respond(model, data, i, a);
+    }
 }
 
 #endif

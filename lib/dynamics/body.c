@@ -105,7 +105,7 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
         if (kt_link_dofs(link) > 1) /* one degree of freedom has its axis, and does not ask for the parent's */
             kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
         c.first = jacobian + 6 * (size_t)link->v;
-        kt_dofs_visit(link, parent, axes, axes[link->axis], write_column, &c);
+        kt_dofs_visit(link, parent, axes, write_column, &c);
         c.arm += kt_v4_from(m->offset);
     }
 }

@@ -33,9 +33,8 @@ static inline void set_nodes(const kt_model *model, const kt_data *data, size_t 
 static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
     const kt_v4 none = kt_v4_splat(0.0), w = m->omega;
     kt_articulated *r = &x->inertia;
-    kt_link_motion still = *m;
-    still.moment = still.force = none;
-    kt_articulated_rigid(link, &still, r); /* moment = w x J w, force = w x (w x h) */
+    kt_articulated_rigid(link, m, &(kt_link_origin){.moment = none, .force = none},
+                         r); /* moment = w x J w, force = w x (w x h) */
     const kt_v4 h = kt_v4_apply_to(m->axes, link->moment), mass = kt_v4_splat(link->mass);
     r->moment += kt_v4_apply(r->j, m->alpha) + kt_v4_cross(h, linear);
     r->force += mass * linear + kt_v4_cross(m->alpha, h);

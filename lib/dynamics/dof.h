@@ -94,7 +94,7 @@ KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up,
     kt_joint_twist(link, up, m, v, &n.w, &n.u);
     kt_joint_twist(link, up, m, a, &n.dw, &n.du);
     kt_dof_node_begin(&n, kt_link_first_node(link) ? kt_v4_splat(0.0) : n.w);
-    kt_dofs_visit(link, up->axes, m->axes, m->axis, kt_dof_motion_add, &n);
+    kt_dofs_visit(link, up->axes, m->axes, kt_dof_motion_add, &n);
     kt_dof_node_end(&n, n.w, n.dw);
 }
 

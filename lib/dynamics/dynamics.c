@@ -141,13 +141,14 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
 static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {
     for (size_t i = 0; i < model->n.link; i++) {
         const kt_link_motion *m = &data->motion[i];
+        const kt_link_origin *at = &data->origin[i];
         links[i] = (kt_link_kinematics){.axes = kt_v4_mat3(m->axes),
                                         .offset = kt_v4_vec3(m->offset),
                                         .omega = kt_v4_vec3(m->omega),
                                         .alpha = kt_v4_vec3(m->alpha),
                                         .linear = kt_v4_vec3(m->linear),
-                                        .position = kt_v4_vec3(m->position),
-                                        .velocity = kt_v4_vec3(m->velocity)};
+                                        .position = kt_v4_vec3(at->position),
+                                        .velocity = kt_v4_vec3(at->velocity)};
     }
 }
 

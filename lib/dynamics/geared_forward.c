@@ -56,7 +56,7 @@ size_t KT_KERNEL(kt_geared_forward)(const kt_model *model, kt_data *data, const 
     const size_t end = model->n.spatial;
     kt_articulated_motion(model, data, q, v, end);
     if (external)
-        kt_external_subtract(model, data->motion, external);
+        kt_external_set(model, data, external);
     const size_t failed = kt_articulated_backward(model, data, tau, end, kt_eliminate_geared, NULL);
     if (!failed)
         kt_articulated_forward(model, data, end, kt_link_respond_geared, a);

@@ -19,10 +19,10 @@ static size *size_of(kt_data *data, size_t i) { return (size *)&data->kinematics
 
 /* Whether there is inertia along all degrees of freedom of a link; adds what is projected out to the size. */
 static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
-    const kt_v4 n = m->axis;
+    const kt_v4 n = kt_link_axis(link, m);
     kt_v4 unused[3];
     const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
-    const double both = kt_v4_dot(n, kt_v4_apply(x->h, n)), p = link->pitch;
+    const double both = kt_v4_dot(n, kt_v4_apply(x->h, n)), p = kt_link_pitch(link);
     switch ((kt_motion)link->motion) {
     case KT_MOTION_REVOLUTE:
         s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));

@@ -4,9 +4,9 @@
 
 /* The sum of x - x over a link's motion: 0 if all of it is finite, NaN otherwise. (An offset or an angular velocity
  * that is not finite shows in the accelerations.) */
-KT_INLINE kt_v4 excess(const kt_link_motion *m) {
+KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_origin *at) {
     return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
-           ((m->position - m->position) + (m->velocity - m->velocity));
+           ((at->position - at->position) + (at->velocity - at->velocity));
 }
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
@@ -16,10 +16,12 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, co
                        bool posed) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_link_motion *motion = data->motion;
+    kt_link_origin *at = data->origin;
     kt_v4 sum = none;
     if (!posed)
         kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(none, &motion[0]);
+    memset(&at[0], 0, sizeof at[0]);
     for (size_t i = 1; i < model->n.spatial; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
@@ -30,12 +32,12 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, co
         kt_link_acceleration(link, parent, a, m);
         kt_v4 angular, linear;
         kt_joint_twist(link, parent, m, v, &angular, &linear);
-        m->position = parent->position + m->offset;
-        m->velocity = parent->velocity + kt_v4_cross(parent->omega, m->offset) + linear;
-        sum += excess(m);
+        at[i].position = at[link->parent].position + m->offset;
+        at[i].velocity = at[link->parent].velocity + kt_v4_cross(parent->omega, m->offset) + linear;
+        sum += excess(m, &at[i]);
     }
     size_t failed = is_zero(sum) ? 0 : 1;
-    while (failed && is_zero(excess(&motion[failed])))
+    while (failed && is_zero(excess(&motion[failed], &at[failed])))
         failed++;
     return failed;
 }

@@ -142,9 +142,9 @@ static inline size_t compose(const kt_model *model, kt_data *data) {
         columns.c = &c;
         columns.first = data->scratch_v + dof;
         if (kt_link_is_revolute(link))
-            add_wrench(&(kt_dof){.kind = KT_DOF_ROTATION, .u = m->axis}, &columns);
+            add_wrench(&(kt_dof){.kind = KT_DOF_ROTATION, .u = kt_link_axis(link, m)}, &columns);
         else
-            kt_dofs_visit(link, motion[link->parent].axes, m->axes, m->axis, add_wrench, &columns);
+            kt_dofs_visit(link, motion[link->parent].axes, m->axes, add_wrench, &columns);
         if (link->parent == 0)
             continue;
         shift(&c, m->offset);
@@ -188,12 +188,12 @@ KT_INLINE void project(const kt_dof *dof, void *context) {
 KT_INLINE void pass_link(const kt_link *link, const kt_link_motion *motion, size_t i, wrenches *w,
                          const kt_mass_part *p) {
     const kt_link_motion *m = &motion[i];
-    const double *s = kt_v4_components(&m->axis), *r = kt_v4_components(&m->offset);
+    const double *s = kt_v4_components(&m->axes[link[i].axis]), *r = kt_v4_components(&m->offset);
     if (kt_link_is_revolute(&link[i])) {
         kt_mass_part_put(p, (size_t)link[i].v, along(s, w->n));
     } else {
         projection to = {.part = p, .w = w, .v = (size_t)link[i].v};
-        kt_dofs_visit(&link[i], motion[link[i].parent].axes, m->axes, m->axis, project, &to);
+        kt_dofs_visit(&link[i], motion[link[i].parent].axes, m->axes, project, &to);
     }
     w->n[0] += kt_mass_part_of(p, r[1] * w->f[2] - r[2] * w->f[1]);
     w->n[1] += kt_mass_part_of(p, r[2] * w->f[0] - r[0] * w->f[2]);

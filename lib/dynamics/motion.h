@@ -15,9 +15,10 @@ KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0
 /* The link's axes at joint position zero, in the world. */
 KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
     if (link->rest_is_rotated) {
-        out[0] = kt_v4_apply_to(parent, link->rest.x);
-        out[1] = kt_v4_apply_to(parent, link->rest.y);
-        out[2] = kt_v4_apply_to(parent, link->rest.z);
+        const kt_mat3 *rest = &kt_link_rest_of(link)->axes;
+        out[0] = kt_v4_apply_to(parent, rest->x);
+        out[1] = kt_v4_apply_to(parent, rest->y);
+        out[2] = kt_v4_apply_to(parent, rest->z);
     } else {
         out[0] = parent[0];
         out[1] = parent[1];
@@ -25,7 +26,10 @@ KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 ou
     }
 }
 
-/* ---- poses: axes, axis and offset from the axes at rest, with the offset at rest set --------------------------------
+/* s */
+KT_INLINE kt_v4 kt_link_axis(const kt_link *link, const kt_link_motion *m) { return m->axes[link->axis]; }
+
+/* ---- poses: axes and offset from the axes at rest, with the offset at rest set --------------------------------
  */
 
 /* Rotates two columns of `base` in their plane and leaves the third: base times R1, R2 or R3 of the angle. */
@@ -50,13 +54,13 @@ KT_INLINE void kt_revolute_pose(const kt_link *link, const kt_v4 base[3], const 
     (void)q;
     switch (link->axis) {
     case 0:
-        kt_rotate_axes(0, base, c, s, out->axes), out->axis = base[0];
+        kt_rotate_axes(0, base, c, s, out->axes);
         break;
     case 1:
-        kt_rotate_axes(1, base, c, s, out->axes), out->axis = base[1];
+        kt_rotate_axes(1, base, c, s, out->axes);
         break;
     default:
-        kt_rotate_axes(2, base, c, s, out->axes), out->axis = base[2];
+        kt_rotate_axes(2, base, c, s, out->axes);
         break;
     }
 }
@@ -66,14 +70,13 @@ KT_INLINE void kt_prismatic_pose(const kt_link *link, const kt_v4 base[3], const
     (void)cosine, (void)sine;
     for (int k = 0; k < 3; k++)
         out->axes[k] = base[k];
-    out->axis = base[link->axis];
-    out->offset += kt_v4_splat(q[link->q]) * out->axis;
+    out->offset += kt_v4_splat(q[link->q]) * base[link->axis];
 }
 
 KT_INLINE void kt_screw_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
                              const double *sine, kt_link_motion *out) {
     kt_revolute_pose(link, base, q, cosine, sine, out);
-    out->offset += kt_v4_splat(link->pitch * q[link->q]) * out->axis;
+    out->offset += kt_v4_splat(kt_link_pitch(link) * q[link->q]) * base[link->axis];
 }
 
 KT_INLINE void kt_spherical_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
@@ -89,7 +92,7 @@ KT_INLINE void kt_free_pose(const kt_link *link, const kt_v4 base[3], const doub
     out->offset += kt_v4_apply(base, kt_load3(q + link->q));
 }
 
-/* Pose of one link from its parent's: axes, axis, offset. */
+/* Pose of one link from its parent's: axes, offset. */
 KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
                             const double *sine, kt_link_motion *out) {
     out->offset = kt_v4_apply_to(parent->axes, link->at);
@@ -149,46 +152,45 @@ KT_INLINE void kt_dofs_visit3(kt_dof_kind kind, int first, const kt_v4 u[3], kt_
         visit(&(kt_dof){.kind = kind, .index = first + k, .first = k == 0, .u = u[k]}, context);
 }
 
-KT_INLINE void kt_revolute_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                                kt_dof_visit *visit, void *context) {
-    (void)link, (void)parent, (void)axes;
-    visit(&(kt_dof){.kind = KT_DOF_ROTATION, .first = true, .u = axis}, context);
+KT_INLINE void kt_revolute_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                                void *context) {
+    (void)parent;
+    visit(&(kt_dof){.kind = KT_DOF_ROTATION, .first = true, .u = axes[link->axis]}, context);
 }
 
-KT_INLINE void kt_prismatic_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                                 kt_dof_visit *visit, void *context) {
-    (void)link, (void)parent, (void)axes;
-    visit(&(kt_dof){.kind = KT_DOF_TRANSLATION, .first = true, .u = axis}, context);
+KT_INLINE void kt_prismatic_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                                 void *context) {
+    (void)parent;
+    visit(&(kt_dof){.kind = KT_DOF_TRANSLATION, .first = true, .u = axes[link->axis]}, context);
 }
 
-KT_INLINE void kt_screw_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                             kt_dof_visit *visit, void *context) {
-    (void)parent, (void)axes;
-    visit(&(kt_dof){.kind = KT_DOF_SCREW, .first = true, .u = axis, .pitch = link->pitch}, context);
+KT_INLINE void kt_screw_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                             void *context) {
+    (void)parent;
+    visit(&(kt_dof){.kind = KT_DOF_SCREW, .first = true, .u = axes[link->axis], .pitch = kt_link_pitch(link)}, context);
 }
 
-KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                                 kt_dof_visit *visit, void *context) {
-    (void)link, (void)parent, (void)axis;
+KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                                 void *context) {
+    (void)link, (void)parent;
     kt_dofs_visit3(KT_DOF_ROTATION, 0, axes, visit, context);
 }
 
-KT_INLINE void kt_free_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                            kt_dof_visit *visit, void *context) {
+KT_INLINE void kt_free_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                            void *context) {
     kt_v4 base[3];
-    (void)axis;
     kt_rest_axes(link, parent, base);
     kt_dofs_visit3(KT_DOF_TRANSLATION, 0, base, visit, context);
     kt_dofs_visit3(KT_DOF_ROTATION, 3, axes, visit, context);
 }
 
-/* Visits the degrees of freedom of a link in their order. parent, axes: the axes of its parent and its own; axis: s. */
-KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_v4 axis,
-                             kt_dof_visit *visit, void *context) {
+/* Visits the degrees of freedom of a link in their order. parent, axes: the axes of its parent and its own. */
+KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+                             void *context) {
     switch ((kt_motion)link->motion) {
 #define KT_MOTION_DOFS(id, name, ...)                                                                                  \
     case KT_MOTION_##id:                                                                                               \
-        kt_##name##_dofs(link, parent, axes, axis, visit, context);                                                    \
+        kt_##name##_dofs(link, parent, axes, visit, context);                                                          \
         break;
         KT_MOTION_LIST(KT_MOTION_DOFS)
 #undef KT_MOTION_DOFS
@@ -220,7 +222,7 @@ KT_INLINE void kt_twist_add(const kt_dof *dof, void *context) {
 KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *self,
                               const double *v, kt_v4 *angular, kt_v4 *linear) {
     kt_twist_sum sum = {.x = v + link->v, .angular = kt_v4_splat(0.0), .linear = kt_v4_splat(0.0)};
-    kt_dofs_visit(link, parent->axes, self->axes, self->axis, kt_twist_add, &sum);
+    kt_dofs_visit(link, parent->axes, self->axes, kt_twist_add, &sum);
     *angular = sum.angular;
     *linear = sum.linear;
 }
@@ -243,7 +245,7 @@ KT_INLINE void kt_subspace_add(const kt_dof *dof, void *context) {
 KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
                                 kt_subspace *s) {
     s->count = 0;
-    kt_dofs_visit(link, parent->axes, m->axes, m->axis, kt_subspace_add, s);
+    kt_dofs_visit(link, parent->axes, m->axes, kt_subspace_add, s);
 }
 
 /* S . (moment, force) of one column. */

@@ -213,6 +213,27 @@ KT_INLINE void kt_planar_add_others(const kt_planar_inertia *others, kt_planar_c
     x->moment += more.moment;
 }
 
+/* ---- memory ahead of use ----------------------------------------------------------------------------------------- */
+
+/* How many links further on a sweep fetches memory (sweep.h): towards `last`, which is past the end, or to `first`. */
+enum { KT_PLANAR_AHEAD = 16 };
+
+KT_INLINE ptrdiff_t kt_planar_ahead(const kt_planar_link *link, const kt_planar_link *last) {
+    return last - link > KT_PLANAR_AHEAD ? KT_PLANAR_AHEAD : 0;
+}
+KT_INLINE ptrdiff_t kt_planar_ahead_down(const kt_planar_link *link, const kt_planar_link *first) {
+    return link - first > KT_PLANAR_AHEAD ? -KT_PLANAR_AHEAD : 0;
+}
+
+/* A response that has not been computed is NULL. */
+KT_INLINE void kt_planar_fetch(const kt_planar_link *link, const kt_planar_motion *m,
+                               const kt_planar_response *response, ptrdiff_t ahead) {
+    kt_fetch(link + ahead, sizeof *link);
+    kt_fetch(m + ahead, sizeof *m);
+    if (response)
+        kt_fetch(response + ahead, sizeof *response);
+}
+
 /* ---- the recursion ----------------------------------------------------------------------------------------------- */
 
 /* The bias wrench of a link that turns at omega. */
@@ -231,8 +252,11 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_v2 e = {1.0, 0.0};
     double omega = 0.0;
+    const bool far = kt_is_far(model);
     kt_planar_ground_set(plane->gravity, &motion[0]);
     for (; link < last; link++, m++) {
+        if (far)
+            kt_planar_fetch(link, m, NULL, kt_planar_ahead(link, last));
         if (!link->follows) {
             e = kt_v2_load(motion[link->parent].rotation);
             omega = motion[link->parent].omega;
@@ -285,8 +309,11 @@ KT_INLINE size_t kt_planar_articulated_backward(const kt_model *model, kt_data *
     kt_planar_response *response = &data->planar_response[plane->last] - 1;
     kt_planar_inertia *inertia = data->planar_inertia;
     kt_planar_carried x = {.j = 0.0};
+    const bool far = kt_is_far(model);
     bool ended = false; /* the link before has passed nothing on */
     for (; link >= first; link--, m--, response--) {
+        if (far)
+            kt_planar_fetch(link, m, response, kt_planar_ahead_down(link, first));
         kt_planar_add_own(link, m, link->leads && !ended, &x);
         if (link->branches)
             kt_planar_add_others(&inertia[link - model->planar], &x);
@@ -314,8 +341,11 @@ KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *dat
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_v2 linear = -kt_v2_load(gravity);
     double alpha = 0.0;
+    const bool far = kt_is_far(model);
     kt_v2_store(motion[0].linear, linear);
     for (; link < last; link++, m++, response++) {
+        if (far)
+            kt_planar_fetch(link, m, response, kt_planar_ahead(link, last));
         if (!link->follows) {
             alpha = motion[link->parent].alpha;
             linear = kt_v2_load(motion[link->parent].linear);

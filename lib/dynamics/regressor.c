@@ -80,7 +80,7 @@ KT_INLINE void write_body(const kt_model *model, const kt_data *data, size_t b, 
     for (int32_t i = model->body[b].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
         e.first = y + link->v;
-        kt_dofs_visit(link, motion[link->parent].axes, motion[i].axes, motion[i].axis, write_row, &e);
+        kt_dofs_visit(link, motion[link->parent].axes, motion[i].axes, write_row, &e);
         e.arm += motion[i].offset;
     }
 }

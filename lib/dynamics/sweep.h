@@ -13,12 +13,38 @@
 #include "algebra/sincos.h"
 #include "dynamics/motion.h"
 
+#include <string.h>
+
+/* Asks for memory that a sweep comes to a few links later. A mechanism that no cache holds is read and written faster
+ * so: processors look ahead along few arrays at a time, and less so backwards. One that a cache holds is not. */
+enum { KT_LINKS_AHEAD = 8, KT_LINKS_NEAR = 3000 };
+
+KT_INLINE bool kt_is_far(const kt_model *model) { return model->n.link > KT_LINKS_NEAR; }
+
+KT_INLINE void kt_fetch(const void *memory, size_t size) {
+#ifdef __OPTIMIZE_SIZE__
+    (void)memory, (void)size;
+#else
+    for (size_t at = 0; at < size; at += KT_ARENA_ALIGNMENT)
+        __builtin_prefetch((const char *)memory + at);
+#endif
+}
+
+/* The link so many ones ahead of link i, of those before `end`; backwards, of those from 0 on. */
+KT_INLINE size_t kt_ahead(size_t i, size_t end) { return i + KT_LINKS_AHEAD < end ? i + KT_LINKS_AHEAD : i; }
+KT_INLINE size_t kt_ahead_down(size_t i) { return i > KT_LINKS_AHEAD ? i - KT_LINKS_AHEAD : 0; }
+
+KT_INLINE void kt_link_fetch(const kt_model *model, const kt_data *data, size_t i) {
+    kt_fetch(&model->link[i], sizeof *model->link);
+    kt_fetch(&data->motion[i], sizeof *data->motion);
+}
+
 /* Velocity of one link and its velocity-product accelerations c_n (in alpha) and c_f (in linear). */
 KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *parent, const double *v,
                                 kt_link_motion *out) {
     const kt_v4 w = parent->omega, around = kt_v4_cross(w, kt_v4_cross(w, out->offset));
     if (kt_link_is_revolute(link)) { /* the most frequent motion, without terms that it does not need */
-        const kt_v4 rate = kt_v4_splat(v[link->v]) * out->axis;
+        const kt_v4 rate = kt_v4_splat(v[link->v]) * kt_link_axis(link, out);
         out->omega = w + rate;
         out->alpha = kt_v4_cross(w, rate);
         out->linear = around;
@@ -44,25 +70,29 @@ KT_INLINE void kt_link_acceleration(const kt_link *link, const kt_link_motion *p
 KT_INLINE void kt_ground_set(kt_v4 gravity, kt_link_motion *ground) {
     const kt_v4 none = kt_v4_splat(0.0);
     *ground = (kt_link_motion){.axes = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
-                               .axis = none,
                                .offset = none,
                                .omega = none,
                                .alpha = none,
-                               .linear = -gravity,
-                               .moment = none,
-                               .force = none};
+                               .linear = -gravity};
 }
 
 /* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links. */
-KT_INLINE void kt_external_subtract(const kt_model *model, kt_link_motion *motion, const kt_wrench *external) {
+KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const kt_wrench *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
-        kt_link_motion *m = &motion[body->link];
-        const kt_v4 arm = kt_v4_apply(m->axes, kt_v4_from(body->in_link.position));
+        kt_link_origin *load = &data->origin[body->link];
+        const kt_v4 arm = kt_v4_apply(data->motion[body->link].axes, kt_v4_from(body->in_link.position));
         const kt_v4 force = kt_v4_from(external[b].force);
-        m->moment -= kt_v4_from(external[b].moment) + kt_v4_cross(arm, force);
-        m->force -= force;
+        load->moment -= kt_v4_from(external[b].moment) + kt_v4_cross(arm, force);
+        load->force -= force;
     }
+}
+
+/* The wrenches of links on which these alone act. */
+KT_INLINE void kt_external_set(const kt_model *model, kt_data *data, const kt_wrench *external) {
+    memset(data->origin, 0, model->n.link * sizeof *data->origin);
+    kt_external_subtract(model, data, external);
+    data->has_external = true;
 }
 
 #endif

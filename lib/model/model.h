@@ -23,6 +23,7 @@ typedef struct kt_counts {
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the others. planar: the length of the planar
      * arrays, whose first entry is the ground; 0 if no link is planar. */
+    size_t rest;        /* room for those that are rotated at rest, and screws */
     size_t articulated; /* links that have an entry among the articulated inertias, and the ground */
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
@@ -45,6 +46,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 /* Every array of a model: type, name, count, meaning. One list declares, measures and lays out. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
     X(kt_link, link, n->link, "elementary joints and what they carry")                                                 \
+    X(kt_link_rest, rest, n->rest, "of the links that have one; this array follows that of the links")                 \
     X(kt_plane, plane, n->plane, "planes in which trees move")                                                         \
     X(kt_planar_link, planar, n->planar, "planar links as they lie in their planes; 0: the ground")                    \
     X(kt_planar_rest, planar_rest, n->planar, "planar links back to the world")                                        \
@@ -127,20 +129,21 @@ void kt_model_name_all(kt_model *model);
 
 /* The motion of a link, expressed in world axes about the link's own origin. */
 typedef struct kt_link_motion {
-    kt_v4 axes[3];       /* R: the link's axes */
-    kt_v4 axis;          /* s: axis of a revolute, prismatic or screw motion */
+    kt_v4 axes[3];       /* R: the link's axes, s among them: that of a revolute, prismatic or screw motion */
     kt_v4 offset;        /* r: own origin minus the parent's */
     kt_v4 omega;         /* angular velocity */
     kt_v4 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
-    union {
-        kt_v4 moment;   /* in dynamics: of the wrench */
-        kt_v4 position; /* in kinematics: of the origin, world */
-    };
-    union {
-        kt_v4 force;    /* in dynamics: of the wrench */
-        kt_v4 velocity; /* in kinematics: of the origin, world */
-    };
 } kt_link_motion;
+
+/* What only some recursions have of a link: in dynamics a wrench, in kinematics where its origin is. */
+typedef union kt_link_origin {
+    struct {
+        kt_v4 moment, force;
+    };
+    struct {
+        kt_v4 position, velocity; /* world */
+    };
+} kt_link_origin;
 
 /* The motion of a link for queries. Only kt_kinematics_update writes it, so that queries answer for the state of the
  * last update, whatever has been computed at other states since. */
@@ -197,6 +200,7 @@ typedef struct kt_front_count {
 /* Every array of the data: type, name, count, meaning. */
 #define KT_DATA_FIELDS(X)                                                                                              \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
+    X(kt_link_origin, origin, n->link, "wrenches of the links, in forward dynamics external ones; or positions")       \
     X(kt_response, response, n->link, "from the backward pass to the last")                                            \
     X(kt_articulated, articulated, n->articulated, "inertias: articulated, composite, sums of what children pass")     \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
@@ -248,6 +252,7 @@ typedef struct kt_front_count {
 struct kt_data {
     void *owned; /* memory of kt_data_create, or NULL */
     const kt_model *model;
+    bool has_external; /* external wrenches act on links, and `origin` has them */
     bool dead;         /* the last projection was refused at a dead point (reduction/project.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */

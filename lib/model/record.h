@@ -22,13 +22,18 @@ typedef struct kt_joint_axes {
     kt_vec3 second; /* unit; the second axis of a universal joint */
 } kt_joint_axes;
 
+/* What only some links have: where they are rotated at rest, and screws. */
+typedef struct kt_link_rest {
+    kt_mat3 axes; /* this link's axes at rest (q = 0) in the parent link's frame, columns */
+    double pitch;
+} kt_link_rest;
+
+/* Every evaluation reads all links several times: what it does not read is elsewhere. */
 typedef struct kt_link {
     kt_vec3 at;      /* origin of the joint frame in the parent link's frame */
-    kt_mat3 rest;    /* this link's axes at rest (q = 0) in the parent link's frame, columns */
     kt_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
     kt_vec3 moment;  /* first moment m c, link axes */
     double mass;
-    double pitch;
     double size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
     int32_t parent;
     int32_t q, v;         /* first coordinate */
@@ -36,16 +41,25 @@ typedef struct kt_link {
     int32_t body;         /* the body whose joint it is part of */
     int32_t group;        /* the constraint group that it is part of, or -1 */
     int32_t local;        /* its first coordinate among the group's */
+    int32_t rest;         /* its kt_link_rest, as many numbers after this record (kt_link_rest_of); 0: none */
     int32_t articulated;  /* its index among the articulated inertias, if it has one */
     int32_t end;          /* of the degrees of freedom that it carries, in the order of the links: one past the last */
     uint8_t motion;       /* kt_motion */
     uint8_t axis;         /* 0, 1, 2 */
-    bool rest_is_rotated; /* `rest` is not the identity */
+    bool rest_is_rotated; /* its axes at rest are not the parent's */
     bool follows;         /* its parent is the link before it */
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
     bool geared;          /* its joint has armature */
 } kt_link;
+
+/* Of a link in a model that has one: the array of these follows that of the links. */
+static inline const kt_link_rest *kt_link_rest_of(const kt_link *link) {
+    return (const kt_link_rest *)(const void *)((const double *)(const void *)link + link->rest);
+}
+
+/* The advance of a screw along its axis for each radian. */
+static inline double kt_link_pitch(const kt_link *link) { return link->rest ? kt_link_rest_of(link)->pitch : 0.0; }
 
 static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
 

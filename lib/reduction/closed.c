@@ -33,14 +33,15 @@ void KT_KERNEL(kt_spatial_move)(const kt_model *model, kt_data *data, const doub
 
 void KT_KERNEL(kt_spatial_clear)(const kt_model *model, kt_data *data, size_t end) {
     for (size_t i = 1; i < end; i++)
-        kt_articulated_clear(&model->link[i], &data->motion[i], &data->articulated[i]);
+        kt_articulated_clear(&model->link[i], &data->articulated[model->link[i].articulated]);
+    data->has_external = false;
 }
 
 void KT_KERNEL(kt_spatial_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
                                   const kt_wrench *external, size_t end) {
     kt_articulated_motion(model, data, q, v, end);
     if (external)
-        kt_external_subtract(model, data->motion, external);
+        kt_external_set(model, data, external);
 }
 
 static void add_total(const kt_front_total *total, kt_articulated *to) {
@@ -97,7 +98,7 @@ KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulate
     const kt_v4 none = kt_v4_splat(0.0);
     const kt_v4 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
     const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
-                    : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(link->pitch) * s
+                    : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
                                                        : s;
     return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
 }
@@ -110,7 +111,7 @@ KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i
     if (link->motion == KT_MOTION_SPHERICAL)
         return;
     kt_delassus_find(model, data, (size_t)link->group, &d);
-    d.inverse[link->local] = 1.0 / (inertia_along(link, data->motion[i].axis, x) + armature);
+    d.inverse[link->local] = 1.0 / (inertia_along(link, kt_link_axis(link, &data->motion[i]), x) + armature);
 }
 
 /* A group is eliminated at its first link, which the backward pass reaches last. */

@@ -178,12 +178,13 @@ KT_INLINE kt_v4 along(const sweep *s, int32_t i, int components, const wrenches 
         return kt_v4_splat(u[0]) * x[1] + kt_v4_splat(u[1]) * x[2];
     }
     const kt_link *link = &s->model->link[i];
-    const kt_v4 e = s->data->motion[i].axis, ex = kt_v4_splat(e[0]), ey = kt_v4_splat(e[1]), ez = kt_v4_splat(e[2]);
+    const kt_v4 e = kt_link_axis(link, &s->data->motion[i]), ex = kt_v4_splat(e[0]), ey = kt_v4_splat(e[1]),
+                ez = kt_v4_splat(e[2]);
     const kt_v4 n = ex * x[0] + ey * x[1] + ez * x[2];
     if (link->motion == KT_MOTION_REVOLUTE)
         return n;
     const kt_v4 force = ex * x[3] + ey * x[4] + ez * x[5];
-    return link->motion == KT_MOTION_SCREW ? n + kt_v4_splat(link->pitch) * force : force;
+    return link->motion == KT_MOTION_SCREW ? n + kt_v4_splat(kt_link_pitch(link)) * force : force;
 }
 
 /* ---- C ----------------------------------------------------------------------------------------------------------- */

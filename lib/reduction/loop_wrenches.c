@@ -17,7 +17,8 @@ static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, con
                                  double lambda) {
     kt_wrench out = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     const kt_term_record *term = &model->term[loop->term];
-    const kt_vec3 along = kt_vec3_scale(lambda, kt_v4_vec3(data->motion[term->link].axis));
+    const kt_vec3 along =
+        kt_vec3_scale(lambda, kt_v4_vec3(kt_link_axis(&model->link[term->link], &data->motion[term->link])));
     if (loop->type != KT_LOOP_MOTION)
         return out;
     if (kt_link_lengths(&model->link[term->link]))

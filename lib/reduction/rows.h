@@ -84,7 +84,7 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
         const kt_link *link = &model->link[index];
         const kt_link_motion *m = &data->motion[index];
         p.local = link->local;
-        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, m->axis, kt_rows_dof, &p);
+        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, kt_rows_dof, &p);
         p.arm += m->offset;
     }
 }

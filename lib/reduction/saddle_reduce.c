@@ -44,7 +44,7 @@ static void write_planar(const double *from, kt_planar_inertia *x) {
 static void set_rigid(const kt_saddle *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE) {
         kt_articulated x;
-        kt_articulated_rigid(&w->model->link[i], &w->data->motion[i], &x);
+        kt_articulated_rigid(&w->model->link[i], &w->data->motion[i], &(kt_link_origin){.moment = {0.0}}, &x);
         read_spatial(&x, inertia_of(w, i));
         return;
     }
