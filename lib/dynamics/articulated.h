@@ -117,9 +117,13 @@ KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from
 KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
     if (!link->branches)
         return;
-    for (int k = 0; k < 3; k++) /* not by memset, for which compilers take a string instruction: slow to begin */
+#ifdef __OPTIMIZE_SIZE__
+    memset(sum, 0, sizeof *sum);
+#else /* a string instruction, which compilers take for memset, is slow to begin */
+    for (int k = 0; k < 3; k++)
         sum->j[k] = sum->g[k] = sum->h[k] = sum->m[k] = kt_v4_splat(0.0);
     sum->moment = sum->force = kt_v4_splat(0.0);
+#endif
 }
 
 /* From the child's origin to the parent's. */
@@ -379,7 +383,7 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
         kt_link_velocity(link, parent, v, &motion[i]);
         kt_articulated_clear(link, &data->articulated[link->articulated]);
     }
-    data->has_external = false;
+    kt_external_none(data);
 }
 
 /* The outcome of eliminating the degrees of freedom of a link: there is no inertia along one of them; x is to be passed
@@ -411,9 +415,7 @@ static __attribute__((noinline, unused)) kt_elimination kt_eliminate_geared(cons
 /* Backward pass. Returns a link without inertia along a degree of freedom, or 0. */
 KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                          kt_eliminate *eliminate, void *context) {
-    static const kt_link_origin none;
-    const kt_link_origin *load = data->has_external ? data->origin : &none;
-    const size_t stride = data->has_external ? 1 : 0;
+    const size_t stride = data->has_external ? 1 : 0; /* from the wrench of a link to the next one's */
     const bool far = kt_is_far(model);
     kt_articulated x, carried;
     bool ended = false; /* the link before has passed nothing on */
@@ -424,7 +426,7 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
             kt_link_fetch(model, data, kt_ahead_down(i));
             kt_fetch(&data->response[kt_ahead_down(i)], sizeof *data->response);
         }
-        kt_articulated_rigid(link, &data->motion[i], &load[i * stride], &x);
+        kt_articulated_rigid(link, &data->motion[i], &data->origin[i * stride], &x);
         if (link->leads && !ended)
             kt_articulated_add(&x, &carried);
         if (link->branches)

@@ -32,10 +32,10 @@ static kt_status refuse(const kt_model *model, size_t body, const char *what, co
 
 static bool quaternion_is_zero(const kt_body_record *b, const double *q) {
     const int quaternion = kt_joint_quaternion((kt_joint_type)b->type);
-    if (quaternion < 0)
-        return false;
-    const double *p = q + b->q + quaternion;
-    return p[0] == 0.0 && p[1] == 0.0 && p[2] == 0.0 && p[3] == 0.0;
+    int k = 0;
+    while (quaternion >= 0 && k < 4 && q[b->q + quaternion + k] == 0.0)
+        k++;
+    return k == 4;
 }
 
 static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {

@@ -9,6 +9,7 @@
  * at a time (mass.h), from link to link in registers.
  */
 #include "dynamics/mass.h"
+#include "dynamics/articulated.h"
 #include "dynamics/sweep.h"
 
 /* ---- composites -------------------------------------------------------------------------------------------------- */
@@ -89,7 +90,6 @@ KT_INLINE void add_wrench(const kt_dof *dof, void *context) {
 
 /* The axes of the link before are at hand in registers for the link that follows it. */
 KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
-    static const composite none;
     kt_link_motion *motion = data->motion;
     kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_v4_splat(0.0), &motion[0]);
@@ -109,8 +109,7 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
         }
         for (int k = 0; k < 3; k++)
             axes[k] = m->axes[k];
-        if (link->branches)
-            store(&none, &data->articulated[link->articulated]);
+        kt_articulated_clear(link, &data->articulated[link->articulated]);
     }
 }
 

@@ -88,6 +88,12 @@ KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const 
     }
 }
 
+/* No wrenches act on links: that of the ground, zero, stands for all of theirs. */
+KT_INLINE void kt_external_none(kt_data *data) {
+    memset(&data->origin[0], 0, sizeof data->origin[0]);
+    data->has_external = false;
+}
+
 /* The wrenches of links on which these alone act. */
 KT_INLINE void kt_external_set(const kt_model *model, kt_data *data, const kt_wrench *external) {
     memset(data->origin, 0, model->n.link * sizeof *data->origin);

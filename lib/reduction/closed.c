@@ -34,7 +34,7 @@ void KT_KERNEL(kt_spatial_move)(const kt_model *model, kt_data *data, const doub
 void KT_KERNEL(kt_spatial_clear)(const kt_model *model, kt_data *data, size_t end) {
     for (size_t i = 1; i < end; i++)
         kt_articulated_clear(&model->link[i], &data->articulated[model->link[i].articulated]);
-    data->has_external = false;
+    kt_external_none(data);
 }
 
 void KT_KERNEL(kt_spatial_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
