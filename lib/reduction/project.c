@@ -19,16 +19,6 @@
 
 enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
 
-void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        kt_violation violation = kt_violation_none;
-        kt_group_position_residuals(&w, &violation);
-        for (int r = 0; r < w.k; r++) /* closed groups do not move, whatever others need */
-            w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
-    }
-}
-
 bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->near[g])

@@ -49,7 +49,15 @@ void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g,
                                  kt_violation *violation);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
-void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);
+static inline void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
+        kt_violation violation = kt_violation_none;
+        kt_group_position_residuals(&w, &violation);
+        for (int r = 0; r < w.k; r++) /* closed groups do not move, whatever others need */
+            w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
+    }
+}
 
 /* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or to the rounding level.
  * Returns OPEN if q is not closed to `tolerance`, or v is not (then *violation.gap is closed). *changed becomes true if
