@@ -77,7 +77,9 @@ static void check_mobility(check *c) {
     const kt_mobility f = kt_model_mobility(c->model);
     if (f.minimal > 0 || is_driven(&c->scene->description))
         return;
-    if (f.tree == 0)
+    if (c->scene->description.body_count == 0)
+        warn(c, "nothing can move: there are no bodies; add some under 'bodies'");
+    else if (f.tree == 0)
         warn(c, "nothing can move: all joints are fixed; give a body a joint that moves");
     else
         warn(c,

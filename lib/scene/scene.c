@@ -166,6 +166,20 @@ bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
+/* Reports an interval that divides the duration into more records than can be counted: each is right by itself. */
+static void check_interval(kt_reader *r, const kt_run *run) {
+    const kt_scope outer = {.key = "output"}, scope = {.outer = &outer, .key = "interval"};
+    kt_node *output = kt_node_find(r->root, "output");
+    kt_run records = kt_run_default();
+    kt_error error = {0};
+    records.duration = run->duration;
+    records.interval = run->interval;
+    if (output != NULL && output->kind == KT_NODE_MAP && kt_run_check(&records, &error) != KT_OK &&
+        strcmp(error.where, "interval") == 0)
+        kt_fault_at(r, KT_ERROR_SCENE, &scope, kt_node_find(output, "interval"), "%s; take a longer interval",
+                    error.message);
+}
+
 static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene) {
     (void)options;
@@ -178,6 +192,7 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     if (!check_version(r, r->root))
         return;
     (void)kt_table_read(r, NULL, r->root, &table, scene);
+    check_interval(r, &scene->run);
     if (!r->out_of_memory)
         kt_check_description(r, &scene->description);
     if (!r->out_of_memory && r->fault_count == 0)
