@@ -363,8 +363,8 @@ typedef struct kt_description {
     const kt_effect *effects;       /* what acts besides gravity */
     int effect_count;               /* length of effects */
     const char *const *hold;        /* joints of which the assembly keeps what is given of position and velocity; all
-                                       of the position where none of it is given, and the whole velocity
-                                       where no joint's velocity is given */
+                                       of the position where none of it is given; and, unless the loops cannot
+                                       be closed then, the velocity where no joint's velocity is given */
     int hold_count;                 /* length of hold */
     kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess is what was accepted */
 } kt_description;

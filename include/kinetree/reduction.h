@@ -160,8 +160,8 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: first the positions and then the velocities are
  * changed by the least amount. Given coordinates of held joints (the description's `hold`) do not change; if a held
- * joint has no given position, none of its positions changes, and if the description gives no velocity, no velocity of
- * a held joint changes. In each group of loops the coordinates that the description does not give (kt_joint_given) move
+ * joint has no given position, none of its positions changes. If the description gives no velocity, those of held joints
+ * are taken as given, though kt_initial_changes does not report them. In each group of loops the coordinates that the description does not give (kt_joint_given) move
  * first: given ones move only if their group cannot be closed otherwise, and then all coordinates of the group move
  * except the held ones. kt_initial_changes reports which given initial values have changed. q and v are untouched on
  * failure. The call is meant for set-up: it may take 400 steps from each of 5 starts to close the loops, twice if some

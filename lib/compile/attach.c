@@ -230,15 +230,17 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
 }
 
 /* Marks the coordinates of a joint named by `hold`, which assembly fixes: those that the description gives. If it gives
- * no position of this joint, all its positions are fixed, and if it gives no velocity of any joint, all its velocities
- * are: their values then come from the caller of kt_state_assemble. */
+ * no position of this joint, all its positions are fixed. If it gives no velocity of any joint, the joint's velocities,
+ * which the caller of kt_state_assemble then sets, are kept as given ones are: until the loops need another. */
 void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);
     const bool has_velocities = gives(m, 0, m->n.v, KT_VELOCITY_GIVEN);
     for (size_t k = first; k < first + count; k++) {
-        m->held[k] = held && (!has_position || (m->given[k] & KT_POSITION_GIVEN) != 0);
-        m->held_velocity[k] = held && (!has_velocities || (m->given[k] & KT_VELOCITY_GIVEN) != 0);
+        const unsigned given = m->given[k] & (KT_POSITION_GIVEN | KT_VELOCITY_GIVEN);
+        m->held[k] = held && (!has_position || (given & KT_POSITION_GIVEN) != 0);
+        m->held_velocity[k] = held && (given & KT_VELOCITY_GIVEN) != 0;
+        m->given[k] = (uint8_t)(given | (held && !has_velocities ? KT_VELOCITY_KEPT : 0U));
     }
 }
 

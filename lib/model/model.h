@@ -89,7 +89,8 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
 
-enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2 }; /* in `given` */
+/* In `given`. A velocity is kept if its joint is held and the description gives no velocity at all. */
+enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2, KT_VELOCITY_KEPT = 4 };
 
 /* Accelerations of a mechanism, effects not included: kt_forward_tree (dynamics/dynamics.h) or kt_closed_forward
  * (reduction/evaluate.h). Wrenches have been checked. */

@@ -28,6 +28,9 @@ enum { SHORTER_MOST = 12 };
  * comes from given values with fewer digits, and is closed by changing these, too, in their last digits. */
 #define ROUNDING (64.0 * KT_CLOSED)
 
+/* The velocities that move only if their group cannot be closed otherwise. */
+enum { VELOCITY_GIVEN = KT_VELOCITY_GIVEN | KT_VELOCITY_KEPT };
+
 static double square(const double *x, size_t n) {
     double sum = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -62,7 +65,7 @@ static const bool *held_of(const kt_model *model, unsigned given) {
 }
 
 /* Fixes the coordinates to be held; in groups where other coordinates are free, also those whose value is `given`
- * (KT_POSITION_GIVEN, KT_VELOCITY_GIVEN). Returns whether any of these are fixed. */
+ * (KT_POSITION_GIVEN, VELOCITY_GIVEN). Returns whether any of these are fixed. */
 static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
     const bool *held = held_of(model, given);
     bool any = false;
@@ -261,7 +264,7 @@ static bool group_fits(const kt_model *model, kt_data *data, size_t g, const dou
 static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
     double *given = data->moved_v, speed;
     kt_violation violation;
-    if (!fix_given(model, KT_VELOCITY_GIVEN, fixed))
+    if (!fix_given(model, VELOCITY_GIVEN, fixed))
         return true;
     memcpy(given, v, model->n.v * sizeof *v);
     if (!close_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
@@ -273,7 +276,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
             continue;
         for (int i = 0; i < group->v_count; i++)
             v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
-        release(model, group, KT_VELOCITY_GIVEN, fixed);
+        release(model, group, VELOCITY_GIVEN, fixed);
     }
     return true;
 }
@@ -284,7 +287,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
     bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
                   close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
-    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, KT_VELOCITY_GIVEN, data->fixed))
+    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
         finite = close_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");

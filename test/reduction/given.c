@@ -207,3 +207,26 @@ KT_TEST(residual_of_an_angle_gives_the_angle) {
         linkage_free(&l);
     }
 }
+
+/* `hold` keeps what is given: of a crank whose position alone is, the drive of its joint sets the rate. */
+KT_TEST(held_joint_without_a_given_velocity_moves_as_its_drive_wants) {
+    static linkage l;
+    const char *names[] = {"crank"};
+    const double angle = 1.2, drive[] = {1.2, 3.0};
+    kt_residual r = {(double)NAN, (double)NAN};
+    kt_error e = {0};
+    give_crank(&l, angle, 0.0);
+    kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL,
+                                  kt_vec3_make(0.0, 0.0, 0.0));
+    loop->joint = "crank";
+    loop->function = kt_function_polynomial(drive, 2);
+    l.description.hold = names;
+    l.description.hold_count = 1;
+    if (linkage_build(&l, 0.0)) {
+        kt_check_near("angle", l.q[0], angle, 1e-15);
+        kt_check_near("rate", l.v[0], drive[1], 1e-14);
+        (void)linkage_fine("residual", kt_loop_residual(l.model, l.data, 0.0, l.q, l.v, &r, &e), &e);
+        kt_check_below("fits", r.velocity, 1e-13);
+    }
+    linkage_free(&l);
+}
