@@ -12,6 +12,7 @@
 #include "joint/joint.h"
 #include "loop/loop.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -97,6 +98,22 @@ static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt
     return loop->function;
 }
 
+/* The distance of two points that coincide has no gradient. */
+static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r, kt_error *error) {
+    if (!kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(function)) ||
+        loop->function.type != KT_FUNCTION_NONE)
+        return KT_OK;
+    const kt_pose first = end_pose(a, r, 0), second = end_pose(a, r, 1);
+    const double rounding = 16.0 * DBL_EPSILON * (kt_vec3_norm(first.position) + kt_vec3_norm(second.position));
+    char where[KT_WHERE_SIZE];
+    if (distance_between(first, second) > rounding)
+        return KT_OK;
+    (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
+    return kt_error_set(error, KT_ERROR_MODEL, where,
+                        "it has no length, and its ends coincide at the given positions, so that its length would be 0; "
+                        "give a length, or type: spherical");
+}
+
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
     for (int i = 0; KT_HAS_LOOPS && i < d->loop_count; i++) {
@@ -110,11 +127,14 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         if (kt_attach_is_relation(r->type)) {
             trace_relation(a, loop, r, n);
         } else {
-            const kt_status status = trace_frames(a, loop, r, error);
+            kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
                 return status;
             if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(pitch)))
                 r->angle = relative_angle(a, r);
+            status = check_distance(a, loop, r, error);
+            if (status != KT_OK)
+                return status;
         }
         const kt_function function = function_of(a, loop, r);
         n->number += kt_curve_number_count(&function);

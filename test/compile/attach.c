@@ -65,6 +65,23 @@ KT_TEST(a_loop_within_one_rigid_part_is_refused) {
     kt_check_equal_int("between two parts", compile(&s, &error), KT_OK);
 }
 
+/* A distance without a length has that of the given positions, of which zero is none. */
+KT_TEST(distance_of_ends_that_coincide_is_refused) {
+    static const double apart[] = {0.0, 0.1 + 0.2 - 0.3, 1e-6};
+    for (int i = 0; i < 3; i++) {
+        scene s;
+        kt_error error = {KT_OK, "", ""};
+        describe(&s, KT_LOOP_DISTANCE, "plate", "shelf");
+        s.loop.between[0].at = kt_vec3_make(1.0, 0.0, 0.0);
+        s.loop.between[1].at = kt_vec3_make(1.0 + apart[i], 0.0, 0.0);
+        kt_check_equal_int("status", compile(&s, &error), i < 2 ? KT_ERROR_MODEL : KT_OK);
+        if (i == 2)
+            continue;
+        kt_check_text("where", error.where, "loop 'pin'");
+        kt_check_contains("words", error.message, "its length would be 0; give a length");
+    }
+}
+
 /* A quaternion of which one number alone is not zero is a rotation, and stays as it is given. */
 KT_TEST(half_turns_are_initial_positions) {
     for (int k = 0; k < 4; k++) {
