@@ -6,8 +6,8 @@
 
 #include "kinetree/study.h"
 
-/* The absolute formulation of a model of this description, to be freed; NULL if the formulation is another one, or after
- * a failed check. */
+/* The absolute formulation of a model of this description, to be freed; NULL if the formulation is another one, or
+ * after a failed check. */
 static inline kt_absolute *kt_formulate(const kt_description *description, const kt_model_options *options,
                                         const kt_model *model, kt_formulation formulation) {
     kt_absolute *absolute = NULL;

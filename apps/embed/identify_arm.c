@@ -1,16 +1,16 @@
-/* Identification: masses, inertias and friction of a seven-axis arm from a record of joint torques with noise, and which of
- * them the record cannot tell.
+/* Identification: masses, inertias and friction of a seven-axis arm from a record of joint torques with noise, and
+ * which of them the record cannot tell.
  *
  * Torques are linear in the parameters, tau = Y(q, v, a) pi (kt_regressor_evaluate), but most parameters show in sums
- * alone: kt_base_parameters_find finds these sums from the model. Each joint's rows are divided by the deviation of its torque
- * sensor and rotated into the triangle of a QR factorisation, so that a record of any length takes the same memory;
- * its solution has the least error, with the covariance (R'R)^-1.
+ * alone: kt_base_parameters_find finds these sums from the model. Each joint's rows are divided by the deviation of its
+ * torque sensor and rotated into the triangle of a QR factorisation, so that a record of any length takes the same
+ * memory; its solution has the least error, with the covariance (R'R)^-1.
  *
  *     identify_arm [--seconds S] [--csv FILE]
  *
- * The record is that of a simulated arm (arm.h) whose masses differ by some percent from those of its drawing, with friction
- * in the joints, moved along sums of sines; its torques have noise. The result is held against the arm's true sums,
- * and predicts the torques of another path.
+ * The record is that of a simulated arm (arm.h) whose masses differ by some percent from those of its drawing, with
+ * friction in the joints, moved along sums of sines; its torques have noise. The result is held against the arm's true
+ * sums, and predicts the torques of another path.
  *
  * Reference: Swevers, Verdonck, De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems
  * Magazine 27(5), 2007.

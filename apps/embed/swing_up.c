@@ -1,5 +1,5 @@
-/* Swing-ups by optimal control: iLQR with the exact derivatives of steps, of a cart-pole and of a leg with a closed loop.
- * The inputs u_k, held during the steps k = 0 .. N - 1 of the motion x_{k+1} = f(x_k, u_k), are to minimise
+/* Swing-ups by optimal control: iLQR with the exact derivatives of steps, of a cart-pole and of a leg with a closed
+ * loop. The inputs u_k, held during the steps k = 0 .. N - 1 of the motion x_{k+1} = f(x_k, u_k), are to minimise
  *     sum_k effort / 2 |u_k|^2 + 1/2 sum_i (w_i e_i^2 + s_i v_i^2),   e = q_N - goal
  * 1. A_k and B_k of all steps by kt_step_derivatives; those of the leg go through its loop and the projection onto it.
  * 2. Backward pass: with the gradient p and the second derivatives P of the cost to go, H = D'PD and g = D'p, D = [A B],
@@ -7,8 +7,9 @@
  *        p <- g_x + Qux'k,  P <- H_xx + Qux'K
  * 3. The motion again under u_k + s k_k + K_k dx_k, the step length s halved until the cost falls; and so on from 1.
  * (Li, Todorov, Iterative linear quadratic regulator design for nonlinear biological movement systems, ICINCO 2004.)
- * At the end the gradient with respect to all inputs by kt_rollout_gradient, which shares nothing with the backward pass,
- * must vanish, and a simulation by another method, with an adaptive step, must reach the goal under the same inputs. */
+ * At the end the gradient with respect to all inputs by kt_rollout_gradient, which shares nothing with the backward
+ * pass, must vanish, and a simulation by another method, with an adaptive step, must reach the goal under the same
+ * inputs. */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -52,7 +52,8 @@ typedef struct kt_quantity {
 
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
 
-/* The values of all columns in a record, NaN where it does not have them. They are the list's own, until the next call. */
+/* The values of all columns in a record, NaN where it does not have them. They are the list's own, until the next
+ * call. */
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 
 /* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are

@@ -13,8 +13,8 @@ enum { NUMBER_SIZE = 32 };
 
 /* ---- the columns ------------------------------------------------------------------------------------------------- */
 
-/* Makes room for a cell of `length` bytes, with a comma before and a zero after it. Returns where it goes; NULL: memory is
- * insufficient. */
+/* Makes room for a cell of `length` bytes, with a comma before and a zero after it. Returns where it goes; NULL: memory
+ * is insufficient. */
 static char *start_cell(kt_lines *lines, size_t length) {
     if (!kt_lines_make_room(lines, length + 2))
         return NULL;

@@ -84,8 +84,8 @@ static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, dou
     }
 }
 
-/* How far the solids of a body reach to both sides along an axis through a frame's origin; those that the axis passes at a
- * distance are left out. */
+/* How far the solids of a body reach to both sides along an axis through a frame's origin; those that the axis passes
+ * at a distance are left out. */
 static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, double r, double *low, double *high) {
     const kt_picture *p = sheet->drawing->picture;
     for (int i = 0; i < p->solid_count; i++) {

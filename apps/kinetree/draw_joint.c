@@ -125,7 +125,8 @@ static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot alo
     return r.low <= r.high ? r : (reach){0.0, 0.0, 0.0, 0.0};
 }
 
-/* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine line. */
+/* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine
+ * line. */
 static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const kt_drawing *d = sheet->drawing;
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);

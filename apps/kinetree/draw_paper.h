@@ -52,8 +52,8 @@ void kt_paint_piece(const kt_sheet *sheet, const kt_piece *piece, kt_colour colo
 
 /* ---- lines (draw_line.c) ----------------------------------------------------------------------------------------- */
 
-/* The point at a share of the way from a to b; their distance; the unit direction from a to b, to the right where they are
- * one; the point `ahead` along a direction and `aside` to its right (down, where it points right). */
+/* The point at a share of the way from a to b; their distance; the unit direction from a to b, to the right where they
+ * are one; the point `ahead` along a direction and `aside` to its right (down, where it points right). */
 kt_spot kt_spot_between(kt_spot a, kt_spot b, double share);
 double kt_spot_distance(kt_spot a, kt_spot b);
 kt_spot kt_spot_direction(kt_spot a, kt_spot b);
@@ -65,15 +65,15 @@ void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double widt
 void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour colour, double width);
 /* Short oblique lines along the left side of a line, as seen from its beginning: what does not move. */
 void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to);
-/* The part from share a to share b of a spring, of a damper, of both side by side, as long as from `from` to `to`; around a bar
- * of a radius above 0 on the page, a spring stands for both. */
+/* The part from share a to share b of a spring, of a damper, of both side by side, as long as from `from` to `to`;
+ * around a bar of a radius above 0 on the page, a spring stands for both. */
 void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, double b, bool has_stiffness,
                      bool has_damping, double around);
 
 /* ---- symbols ----------------------------------------------------------------------------------------------------- */
 
-/* Solids, and in space joints, feet, bushings and springs, the farthest first (draw_depth.c). Returns false if memory is
- * insufficient. */
+/* Solids, and in space joints, feet, bushings and springs, the farthest first (draw_depth.c). Returns false if memory
+ * is insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet);
 
 /* Joints as circles, the ground below them, loops (draw_joint.c); effects, relations between joints (draw_effect.c). */

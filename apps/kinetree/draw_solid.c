@@ -1,5 +1,5 @@
-/* Solids as shapes of the page: outlines that are exact for each type, three tones for the faces of a box, soft shades on what
- * is round. */
+/* Solids as shapes of the page: outlines that are exact for each type, three tones for the faces of a box, soft shades
+ * on what is round. */
 #include "draw_paper.h"
 
 #include <math.h>

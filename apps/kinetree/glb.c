@@ -1,5 +1,5 @@
-/* glTF 2.0 (Khronos Group, ISO/IEC 12113:2022). A file of this format is a JSON text and one block of bytes, the buffer,
- * in which views are rows of numbers and accessors say of what kind they are.
+/* glTF 2.0 (Khronos Group, ISO/IEC 12113:2022). A file of this format is a JSON text and one block of bytes, the
+ * buffer, in which views are rows of numbers and accessors say of what kind they are.
  *
  * Nodes: the root, which turns the upward direction into y, as the format has it, and puts the mechanism in its place;
  * its children are the bodies, theirs the solids. Solids of one size share their numbers, and those of one colour, too,
@@ -101,8 +101,8 @@ static int end_view(glb *g, size_t start, int use, int component, const char *ty
 
 static kt_vec3 vector_of(const float *x) { return kt_vec3_make((double)x[0], (double)x[1], (double)x[2]); }
 
-/* The box of points, as they are in the buffer. In single precision throughout: gcc 12 drops the rounding of a double to
- * a float and back where it vectorises. */
+/* The box of points, as they are in the buffer. In single precision throughout: gcc 12 drops the rounding of a double
+ * to a float and back where it vectorises. */
 typedef struct box {
     float low[3], high[3];
 } box;

@@ -6,7 +6,8 @@
 
 #include <jansson.h>
 
-/* Must be called before all other functions: it makes kt_json_print and kt_json_write fail if memory was insufficient for any part. */
+/* Must be called before all other functions: it makes kt_json_print and kt_json_write fail if memory was insufficient
+ * for any part. */
 void kt_json_watch_memory(void);
 /* Whether memory was insufficient for any part so far. */
 bool kt_json_is_short(void);

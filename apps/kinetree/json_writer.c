@@ -135,8 +135,8 @@ void kt_put_integer(kt_json_writer *out, const char *key, long long n) {
         sign + print_fixed(text + sign, sign != 0 ? 0ULL - (unsigned long long)n : (unsigned long long)n, 0));
 }
 
-/* Whole numbers and those of everyday size: x 10^d, with as many decimals d as make it nine digits long, is exact to 2^-53
- * of it, so that the nine digits are right but for ties. Others are left to the C library. */
+/* Whole numbers and those of everyday size: x 10^d, with as many decimals d as make it nine digits long, is exact to
+ * 2^-53 of it, so that the nine digits are right but for ties. Others are left to the C library. */
 void kt_put_number(kt_json_writer *out, const char *key, double x) {
     const double size = fabs(x);
     if (!isfinite(x)) {

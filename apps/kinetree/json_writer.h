@@ -7,8 +7,8 @@
  *     if (!out.is_short) ... out.text ...
  *     free(out.text);
  *
- * key: the member's name, plain ASCII; NULL within a list, or for the whole. Texts have \u003c for "<", so that nothing in
- * them is markup where the JSON is an element of a page. */
+ * key: the member's name, plain ASCII; NULL within a list, or for the whole. Texts have \u003c for "<", so that nothing
+ * in them is markup where the JSON is an element of a page. */
 #ifndef KT_COMMAND_JSON_WRITER_H
 #define KT_COMMAND_JSON_WRITER_H
 

@@ -191,7 +191,8 @@ static void put_values(kt_motion *motion, const kt_record *record, const double 
         *row = (float)(energy_of(record) - motion->energy_start);
 }
 
-/* Zero where it is not known: reactions are not in a record, or the force is not finite in the last state of a failure. */
+/* Zero where it is not known: reactions are not in a record, or the force is not finite in the last state of a
+ * failure. */
 static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
     const kt_wrench *reactions = force->source == KT_FORCE_LOOP ? record->loop_reactions : record->reactions;

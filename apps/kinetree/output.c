@@ -90,8 +90,9 @@ int kt_output_start(kt_output *output, const char *path) {
 
 const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
 
-/* Locks a file for as long as it is open. A run that has just been killed may hold it for a moment, until its last write
- * has ended. File systems without locks are written without one. Returns false, with errno, if another run has it. */
+/* Locks a file for as long as it is open. A run that has just been killed may hold it for a moment, until its last
+ * write has ended. File systems without locks are written without one. Returns false, with errno, if another run has
+ * it. */
 static bool lock(int file) {
     for (int i = 0; flock(file, LOCK_EX | LOCK_NB) != 0; i++) {
         if (errno != EWOULDBLOCK && errno != EINTR)

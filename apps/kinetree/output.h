@@ -19,8 +19,8 @@ typedef struct kt_output {
 int kt_output_start(kt_output *output, const char *path);
 /* Returns the path of the file to write. */
 const char *kt_output_path(const kt_output *output);
-/* Opens the file for writing, with `flags` of open (O_CREAT, O_RDWR), and locks it until kt_output_end. Nothing of it is
- * truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
+/* Opens the file for writing, with `flags` of open (O_CREAT, O_RDWR), and locks it until kt_output_end. Nothing of it
+ * is truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
 int kt_output_open(kt_output *output, int flags);
 
 typedef enum kt_output_fate {

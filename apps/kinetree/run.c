@@ -326,7 +326,8 @@ static bool start_results(const kt_outcome *outcome, const kt_result_names *name
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
-/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the summary. */
+/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the
+ * summary. */
 static void warn_of_caps(kt_outcome *outcome) {
     const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
     const kt_method *method = kt_method_find(outcome->run->integrator);

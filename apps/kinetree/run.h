@@ -43,8 +43,8 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
  * code. */
 int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
 
-/* Applies a list of markers, which needs the model; list: NULL if not given. option: for messages, "run: --markers". The caller releases *run_markers with free.
- * Returns -1 on success, else an exit code. */
+/* Applies a list of markers, which needs the model; list: NULL if not given. option: for messages, "run: --markers".
+ * The caller releases *run_markers with free. Returns -1 on success, else an exit code. */
 int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
                             kt_marker_pair **run_markers);
 
@@ -63,7 +63,8 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns);
 /* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
  * bytes after them are cut off. Returns -1 on success, else an exit code. */
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written);
-/* Appends a record, given by the values of its columns. Returns 0, or -1 after printing an error if lines could not be written. */
+/* Appends a record, given by the values of its columns. Returns 0, or -1 after printing an error if lines could not be
+ * written. */
 int kt_csv_write(kt_csv *csv, const double *values);
 /* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
 int kt_csv_close(kt_csv *csv, kt_output_fate fate);

@@ -392,7 +392,8 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 
-/* Takes the given state and the assembled one, q and v being memory for one. *error tells how the assembly has ended. */
+/* Takes the given state and the assembled one, q and v being memory for one. *error tells how the assembly has
+ * ended. */
 static int take_start(kt_motion *motion, const kt_model *model, kt_data *data, double *q, double *v, kt_error *error) {
     kt_model_initial(model, q, v);
     if (kt_motion_take_state(motion, 0.0, q, v) != 0)

@@ -17,14 +17,16 @@ typedef struct kt_mujoco {
 /* The version of the library that runs. */
 const char *kt_mujoco_version(void);
 
-/* The twin of a chain or of another tree, whose description is given again: at its state, under its torques, and for inverse dynamics with the accelerations that the chain's
- * `a` holds when it is called; the chain must outlive it. On failure *error says why. */
+/* The twin of a chain or of another tree, whose description is given again: at its state, under its torques, and for
+ * inverse dynamics with the accelerations that the chain's `a` holds when it is called; the chain must outlive it. On
+ * failure *error says why. */
 KT_CHECKED kt_status kt_mujoco_make(const kt_description *description, const kt_chain *chain, kt_mujoco *twin,
                                     kt_error *error);
 void kt_mujoco_free(kt_mujoco *twin);
 
 /* Tasks for kt_bench_measure. Forward: kinematics, comPos, crb, factorM, comVel, rne, solveM. Inverse: kinematics,
- * comPos, comVel, rne. Mass: kinematics, comPos, crb, fullM. Factor: factorM; solve: solveM, tau into a. Contacts, constraints, actuators and passive forces are not called. */
+ * comPos, comVel, rne. Mass: kinematics, comPos, crb, fullM. Factor: factorM; solve: solveM, tau into a. Contacts,
+ * constraints, actuators and passive forces are not called. */
 void kt_mujoco_forward(void *twin, long repetitions);
 void kt_mujoco_inverse(void *twin, long repetitions);
 void kt_mujoco_mass(void *twin, long repetitions);

@@ -123,7 +123,8 @@ static void draw_rope(drawing *d, kt_bars_shape shape, int rods, bool open) {
     d->loops[0].type = shape == KT_BARS_ROPE ? KT_LOOP_REVOLUTE : KT_LOOP_SPHERICAL;
 }
 
-/* Two bars of 2 m a stage, crossed at their middles: the second hangs on the first, the next stage's first on its end. */
+/* Two bars of 2 m a stage, crossed at their middles: the second hangs on the first, the next stage's first on its
+ * end. */
 static void draw_scissors(drawing *d, int stages, bool open) {
     const double lean = 0.5, rate = 0.3, right = 2.0 * acos(0.0);
     const char *second = NULL;
@@ -250,7 +251,8 @@ static void draw_freer(drawing *d, int windows, bool open) {
         close_window(d, d->names[3 * i - 1], along(0.6, 0.0), d->names[3 * i], 1.0);
 }
 
-/* A crank of a row in space as it is at first: the axes of its pivot and of its tip, and the direction to the next pivot. */
+/* A crank of a row in space as it is at first: the axes of its pivot and of its tip, and the direction to the next
+ * pivot. */
 typedef struct space_crank {
     kt_vec3 pivot, axis, tip, tip_axis, next;
 } space_crank;
@@ -270,8 +272,8 @@ static space_crank spherical_crank(int i) {
 }
 
 /* Axes that are a apart and turned by alpha on cranks, b and beta on couplers and between pivots, with a / sin(alpha) =
- * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for that one, where k =
- * sin((beta + alpha)/2) / sin((beta - alpha)/2): at tan(g/2) = 1/sqrt(k) both are equally fast. */
+ * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for that
+ * one, where k = sin((beta + alpha)/2) / sin((beta - alpha)/2): at tan(g/2) = 1/sqrt(k) both are equally fast. */
 static space_crank bennett_crank(int i, const space_crank *last) {
     const double alpha = 0.5, beta = 1.1, a = 1.0, b = a * sin(beta) / sin(alpha);
     const double k = sin(0.5 * (beta + alpha)) / sin(0.5 * (beta - alpha)), g = 2.0 * atan(1.0 / sqrt(k));

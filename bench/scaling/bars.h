@@ -1,17 +1,18 @@
-/* Closed mechanisms of any size: four-bars hung on a chain, each a group of its own, and those whose loops share bodies,
- * one group.
+/* Closed mechanisms of any size: four-bars hung on a chain, each a group of its own, and those whose loops share
+ * bodies, one group.
  */
 #ifndef KT_BENCH_BARS_H
 #define KT_BENCH_BARS_H
 
 #include "kinetree/study.h"
 
-/* ROW: rods hung on one another, as many as loops are asked for, and no loop. ROPE: so many rods, held at both ends, in a
- * plane, in space, with spherical joints. SCISSORS: a lift of so many stages. LADDER: two chains of so many rods in
+/* ROW: rods hung on one another, as many as loops are asked for, and no loop. ROPE: so many rods, held at both ends, in
+ * a plane, in space, with spherical joints. SCISSORS: a lift of so many stages. LADDER: two chains of so many rods in
  * space, and rods of given length between them. NET: the same of three chains in a plane. GRID: three rows of so many
  * windows above each other. BRANCHES: so many links of a binary tree, each with a row of three windows. FORK: so many
- * windows, after each of which the row forks. FREER: a row of so many windows of five bars, each of which adds a freedom. SPHERICAL: a row of so
- * many windows whose axes meet in one point. BENNETT: a row of so many of Bennett's linkages. */
+ * windows, after each of which the row forks. FREER: a row of so many windows of five bars, each of which adds a
+ * freedom. SPHERICAL: a row of so many windows whose axes meet in one point. BENNETT: a row of so many of Bennett's
+ * linkages. */
 typedef enum kt_bars_shape {
     KT_BARS_SEPARATE = 0,
     KT_BARS_CHAINED,
@@ -53,11 +54,13 @@ void kt_bars_free(kt_bars *bars);
 /* Task for kt_bench_measure, on kt_bars: a from the state, once. */
 void kt_bars_accelerate(void *bars, long repetitions);
 
-/* The same: projects a state that is 1e-6 of a radian or metre away, as after a step; assembles one that is 1e-3 away. */
+/* The same: projects a state that is 1e-6 of a radian or metre away, as after a step; assembles one that is 1e-3
+ * away. */
 void kt_bars_project(void *bars, long repetitions);
 void kt_bars_assemble(void *bars, long repetitions);
 
-/* What loops that rest do, as a part of what moves: |v . tau| / sum |v_i h_i| with tau = RNEA(a); NaN where a call fails. */
+/* What loops that rest do, as a part of what moves: |v . tau| / sum |v_i h_i| with tau = RNEA(a); NaN where a call
+ * fails. */
 double kt_bars_idle_work(kt_bars *bars);
 
 #endif

@@ -1,7 +1,7 @@
 /* What a chain costs as it grows: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a step of RK4;
- * the derivatives of forward dynamics with respect to positions and velocities (dABA); what operational space takes: J' v
- * of a point (bias), the terms of M^-1, and M^-1 x (column); the regressor for identification; and derivatives of a step
- * (A and B) and of many (gradient).
+ * the derivatives of forward dynamics with respect to positions and velocities (dABA); what operational space takes: J'
+ * v of a point (bias), the terms of M^-1, and M^-1 x (column); the regressor for identification; and derivatives of a
+ * step (A and B) and of many (gradient).
  *
  * A line is trusted if nothing was allocated after set-up and if inverse dynamics gives back the torques that forward
  * dynamics was given: error = max |tau' - tau| / max |h|, where the bias force h is what cancels in tau' = M a + h, at
@@ -32,9 +32,9 @@ static const double bias_most = 0.4, column_most = 0.8;
 /* Time of the regressor over that of RNEA, 7 links: of n links it has 10 n^2 numbers and more. */
 static const double regressor_most = 4.0;
 
-/* A and B of a step over the derivatives of forward dynamics with respect to q, v and tau, 7 links: of a chain of n links
- * the products of matrices take 15 n^3, and prevail from some 12 links on. The gradient over many steps by all inputs,
- * over the run. */
+/* A and B of a step over the derivatives of forward dynamics with respect to q, v and tau, 7 links: of a chain of n
+ * links the products of matrices take 15 n^3, and prevail from some 12 links on. The gradient over many steps by all
+ * inputs, over the run. */
 static const double matrices_most = 6.0, gradient_most = 5.0;
 
 /* Of A'y in rows of windows, measured: 2e-15 with twelve. */

@@ -245,9 +245,9 @@ KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, con
 
 /* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end, as many as there
  * is room for, or at its start alone where there is room for one. The motion is computed with adaptive steps, by the
- * run's own method if the run is adaptive and else by the default one at tolerance 1e-6, whatever step the run has. States at
- * singular positions of loops are left out. Allocates a simulation and releases it. Errors: where the motion cannot be
- * computed to its end, those of kt_simulation_advance; the modes up to there are kept. */
+ * run's own method if the run is adaptive and else by the default one at tolerance 1e-6, whatever step the run has.
+ * States at singular positions of loops are left out. Allocates a simulation and releases it. Errors: where the motion
+ * cannot be computed to its end, those of kt_simulation_advance; the modes up to there are kept. */
 KT_API KT_CHECKED kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error);
 
 /* The number of states added; the number of modes at all states together; one of these modes. Modes are ordered by

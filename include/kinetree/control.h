@@ -1,9 +1,10 @@
-/* What control laws ask of a mechanism: Jacobians and their bias accelerations in three frames, totals about the centre of
- * mass, the Coriolis matrix, M^-1 x, operational-space inertia, and, with loops, independent coordinates and the forces
- * of the actuators. The page "Control cookbook" has a program for each.
+/* What control laws ask of a mechanism: Jacobians and their bias accelerations in three frames, totals about the centre
+ * of mass, the Coriolis matrix, M^-1 x, operational-space inertia, and, with loops, independent coordinates and the
+ * forces of the actuators. The page "Control cookbook" has a program for each.
  *
- * Matrices are column-major. Twists have the angular part first, wrenches the moment. Calls that take `data` alone answer
- * for the state of the last kt_kinematics_update (dynamics.h). No call allocates memory, but for the _create ones.
+ * Matrices are column-major. Twists have the angular part first, wrenches the moment. Calls that take `data` alone
+ * answer for the state of the last kt_kinematics_update (dynamics.h). No call allocates memory, but for the _create
+ * ones.
  *
  * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008); Khatib, A unified approach for motion and force control
  * of robot manipulators, IEEE J. Robotics and Automation 3(1), 1987; Orin, Goswami, Lee, Centroidal dynamics of a
@@ -33,8 +34,8 @@ typedef enum kt_twist_frame {
 KT_API void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                               double *jacobian);
 
-/* The bias acceleration (dJ/dt) v of the same twist: d/dt (J v) = J a + (dJ/dt) v. Needs kt_kinematics_update at q and v;
- * the accelerations that it was given do not enter. O(depth). */
+/* The bias acceleration (dJ/dt) v of the same twist: d/dt (J v) = J a + (dJ/dt) v. Needs kt_kinematics_update at q and
+ * v; the accelerations that it was given do not enter. O(depth). */
 KT_API kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame);
 
 /* ---- about the centre of mass ------------------------------------------------------------------------------------ */
@@ -78,8 +79,8 @@ typedef struct kt_mass_inverse kt_mass_inverse;
 /* Bytes for a model; `rows`: the most rows of a Jacobian that kt_operational_inertia will be given, or 0. */
 KT_API size_t kt_mass_inverse_size(const kt_model *model, int rows);
 
-/* Initialises the object in the caller's memory, which must stay there while it is used. Refuses memory that is too small
- * or misaligned (KT_ALIGNMENT) with KT_ERROR_MEMORY. */
+/* Initialises the object in the caller's memory, which must stay there while it is used. Refuses memory that is too
+ * small or misaligned (KT_ALIGNMENT) with KT_ERROR_MEMORY. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, size_t size,
                                                  kt_mass_inverse **inverse, kt_error *error);
 
@@ -95,12 +96,12 @@ KT_API void kt_mass_inverse_free(kt_mass_inverse *inverse);
 KT_API KT_CHECKED kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q,
                                                     kt_error *error);
 
-/* x (nv x columns) becomes M^-1 x: the accelerations that joint forces x cause beyond those without. KT_ERROR_ARGUMENT if
- * there are no terms. */
+/* x (nv x columns) becomes M^-1 x: the accelerations that joint forces x cause beyond those without. KT_ERROR_ARGUMENT
+ * if there are no terms. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error);
 
-/* The operational-space inertia (J M^-1 J')^-1 of a task with the Jacobian J (rows x nv), rows x rows, and, unless NULL,
- * the dynamically consistent inverse M^-1 J' (J M^-1 J')^-1 of J, nv x rows. Both respect the loops. Errors:
+/* The operational-space inertia (J M^-1 J')^-1 of a task with the Jacobian J (rows x nv), rows x rows, and, unless
+ * NULL, the dynamically consistent inverse M^-1 J' (J M^-1 J')^-1 of J, nv x rows. Both respect the loops. Errors:
  * KT_ERROR_SINGULAR names the first row of J along which no motion is left beside those before it (a singular position,
  * or more rows than degrees of freedom); KT_ERROR_ARGUMENT if there are no terms, or more rows than at set-up. Cost:
  * `rows` columns of kt_mass_inverse_apply, and O(rows^2 nv). */
@@ -129,8 +130,8 @@ KT_API KT_CHECKED kt_status kt_independent_basis(const kt_model *model, kt_data 
                                                  double t, const double *q, kt_coordinate_list independent,
                                                  double *basis, kt_error *error);
 
-/* J B: of a Jacobian (rows x nv) and a basis of velocities (nv x columns; kt_loop_nullspace or kt_independent_basis), the
- * Jacobian with respect to its columns, rows x columns. O(rows nv columns). */
+/* J B: of a Jacobian (rows x nv) and a basis of velocities (nv x columns; kt_loop_nullspace or kt_independent_basis),
+ * the Jacobian with respect to its columns, rows x columns. O(rows nv columns). */
 KT_API void kt_loop_jacobian(const kt_model *model, int rows, const double *jacobian, int columns, const double *basis,
                              double *reduced);
 
@@ -155,17 +156,17 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
  * wrenches (as kt_acceleration_evaluate, may be NULL): with the forces added to joint forces tau = 0,
  * kt_acceleration_evaluate gives a. Effects act as they do there, motors and servos among them.
  *
- * actuated: the coordinates on which actuators act; forces has one number each, N m or N. As many as degrees of freedom:
- * the forces are unique. More: those with the least sum of weight[i] force[i]^2; weights (count numbers > 0) may be
- * NULL, all 1. Errors: KT_ERROR_SINGULAR if there is a motion on which no actuator works, because there are too few, or
- * at a singular position of the actuators: it names the joint that moves most in it; KT_ERROR_CONSTRAINT if a violates
- * the equations of a loop (KT_ACTUATION_TOLERANCE; kt_acceleration_complete makes them fit), naming the worst;
+ * actuated: the coordinates on which actuators act; forces has one number each, N m or N. As many as degrees of
+ * freedom: the forces are unique. More: those with the least sum of weight[i] force[i]^2; weights (count numbers > 0)
+ * may be NULL, all 1. Errors: KT_ERROR_SINGULAR if there is a motion on which no actuator works, because there are too
+ * few, or at a singular position of the actuators: it names the joint that moves most in it; KT_ERROR_CONSTRAINT if a
+ * violates the equations of a loop (KT_ACTUATION_TOLERANCE; kt_acceleration_complete makes them fit), naming the worst;
  * KT_ERROR_ARGUMENT (list, weights); those of kt_effect_forces, kt_dynamics_inverse and kt_loop_nullspace. forces is
  * unchanged on failure.
  *
- * Method: Z' S' forces = Z' (M a + h - J' external - Q), Z a basis of the null space of the loops' equations, S the rows
- * of the actuated coordinates; least forces by QR decomposition with column pivoting [MSD 7.34]. Cost: inverse dynamics,
- * the effects, kt_loop_equations, kt_loop_nullspace and O(count f^2) for f degrees of freedom. */
+ * Method: Z' S' forces = Z' (M a + h - J' external - Q), Z a basis of the null space of the loops' equations, S the
+ * rows of the actuated coordinates; least forces by QR decomposition with column pivoting [MSD 7.34]. Cost: inverse
+ * dynamics, the effects, kt_loop_equations, kt_loop_nullspace and O(count f^2) for f degrees of freedom. */
 KT_API KT_CHECKED kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                   double t, const double *q, const double *v, const double *a,
                                                   const kt_wrench *external, kt_coordinate_list actuated,

@@ -4,9 +4,9 @@
  * kt_description_check, and nothing is owned: names, lists and numbers stay the caller's. kt_model_compile copies what
  * it needs, and the description may go.
  *
- * SI units and radians. A body has one joint, which connects it with its parent, and the joint has the name of its body.
- * The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the parent of
- * bodies that name none. Names of types and keys are those of scene files (types.md).
+ * SI units and radians. A body has one joint, which connects it with its parent, and the joint has the name of its
+ * body. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
+ * parent of bodies that name none. Names of types and keys are those of scene files (types.md).
  */
 #ifndef KINETREE_DESCRIPTION_H
 #define KINETREE_DESCRIPTION_H
@@ -265,9 +265,9 @@ typedef enum kt_effect_type {
 typedef struct kt_effect_end kt_effect_end;
 typedef struct kt_effect_balance kt_effect_balance;
 
-/* The callback of a caller's own effect: it writes a wrench at each of its ends (moment about the end's point, world axes),
- * or the force in a joint of one coordinate with position q and velocity v. Outputs are zeros when it is called; balance
- * may be NULL. effect.h has the structs, an example, and what the returned number means. */
+/* The callback of a caller's own effect: it writes a wrench at each of its ends (moment about the end's point, world
+ * axes), or the force in a joint of one coordinate with position q and velocity v. Outputs are zeros when it is called;
+ * balance may be NULL. effect.h has the structs, an example, and what the returned number means. */
 typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
                                       kt_effect_balance *balance);
 typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,

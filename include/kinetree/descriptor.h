@@ -1,5 +1,5 @@
-/* The types of joints, loops, effects, shapes and functions of time as data: which keys an item of each type has in scene
- * files, with units, defaults and a line of help, the type's formula, and a scene that shows it.
+/* The types of joints, loops, effects, shapes and functions of time as data: which keys an item of each type has in
+ * scene files, with units, defaults and a line of help, the type's formula, and a scene that shows it.
  *
  * Scene files are read, written and checked by these keys. A program may make its forms and its own formats from them.
  * All of it is constant and needs no memory.
@@ -81,8 +81,8 @@ KT_API const kt_descriptor *kt_function_descriptor(kt_function_type type);
 KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name);
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
-/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0 for
- * a type that does not exist, and in a library without loops. O(1). */
+/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0
+ * for a type that does not exist, and in a library without loops. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* What a coordinate of a joint measures. */

@@ -35,8 +35,8 @@
  *   > 0: the force cannot be computed in this state: an adaptive method tries a smaller step, with a fixed one the step
  *     fails with KT_ERROR_EFFECT;
  *   < 0: stop: the step fails with KT_ERROR_CALLBACK.
- * After a failure the state is what it was before the step, and the error names the time and the effect. The same holds,
- * with KT_ERROR_NOT_FINITE, if the force of any effect is not finite.
+ * After a failure the state is what it was before the step, and the error names the time and the effect. The same
+ * holds, with KT_ERROR_NOT_FINITE, if the force of any effect is not finite.
  */
 #ifndef KINETREE_EFFECT_H
 #define KINETREE_EFFECT_H

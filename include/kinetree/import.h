@@ -5,8 +5,8 @@
  *     for (int i = 0; status == KT_OK && i < scene.note_count; i++)
  *         printf("%s: %s\n", scene.notes[i].where, scene.notes[i].what);
  *
- * The scene can be compiled as it is, or written as a scene file (kt_scene_write), to which loops, effects and a `simulate`
- * section are then added.
+ * The scene can be compiled as it is, or written as a scene file (kt_scene_write), to which loops, effects and a
+ * `simulate` section are then added.
  */
 #ifndef KINETREE_IMPORT_H
 #define KINETREE_IMPORT_H
@@ -33,8 +33,8 @@ typedef struct kt_urdf_options {
  *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
  *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
  *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded.
- * All else is left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators. scene->notes
- * tells it, each kind once, with the number and the place of the first. Faults are reported as
+ * All else is left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators.
+ * scene->notes tells it, each kind once, with the number and the place of the first. Faults are reported as
  * kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released with
  * kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to the
  * size of the file. */

@@ -37,8 +37,8 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
-/* The built-in methods, in rising order. A library without Jacobians, which is meant to be small, lacks those that stand
- * out: the implicit and the multistep ones. */
+/* The built-in methods, in rising order. A library without Jacobians, which is meant to be small, lacks those that
+ * stand out: the implicit and the multistep ones. */
 #define KT_METHOD_LIST_BY_KIND(CORE, MORE)                                                                             \
     CORE(euler)                                                                                                        \
     MORE(implicit_euler)                                                                                               \
@@ -66,8 +66,8 @@ extern "C" {
 
 /* How the methods of one kind step: explicit; stabilised (explicit, with as many stages as the fastest decay of the
  * right-hand side needs); adams (explicit, multistep, predictor and corrector); dirk, radau, rosenbrock and two-step
- * (implicit, for stiff equations, the last one multistep); or switching (explicit until the motion is stiff, and implicit
- * while it is). Opaque; kt_method_family_name tells which. */
+ * (implicit, for stiff equations, the last one multistep); or switching (explicit until the motion is stiff, and
+ * implicit while it is). Opaque; kt_method_family_name tells which. */
 typedef struct kt_method_family kt_method_family;
 
 /* The largest tables. */
@@ -258,7 +258,8 @@ KT_API kt_stability_verdict kt_stability_judge(const kt_stability *stability);
  * method that is not stable there (Euler, Heun, midpoint) makes it grow slowly, and whether that shows depends on how
  * long one looks. A mode that grows in truth is followed for no more than the time 1 / Re lambda in which it grows by
  * e: what comes after is no longer linear. An implicit method's R has poles where modes grow; near them it grows faster
- * than the motion, which is a matter of accuracy: such a mode is taken as the undamped one of its frequency, Re lambda =
+ * than the motion, which is a matter of accuracy: such a mode is taken as the undamped one of its frequency, Re lambda
+ * =
  * 0. HUGE_VAL where the factor cannot be computed. `step`, `duration` > 0. */
 KT_API double kt_stability_growth(const kt_stability *stability, kt_complex lambda, double step, double duration);
 
@@ -309,19 +310,20 @@ typedef struct kt_integrator_callbacks {
 } kt_integrator_callbacks;
 
 /* How a caller solves Newton's equations of an implicit method, (sigma - J) x = r with J = f_y, where it knows the
- * structure of f; kt_integrator_options.newton. The functions are handed the callbacks' `user` and return as those do; J
- * and the factors stay in the caller's memory, which belongs to one integrator.
+ * structure of f; kt_integrator_options.newton. The functions are handed the callbacks' `user` and return as those do;
+ * J and the factors stay in the caller's memory, which belongs to one integrator.
  *
- * jacobian: computes J at (t, y), n values, where f = dydt, and keeps it. > 0: J cannot be computed there; what was kept
- * must be as it was.
+ * jacobian: computes J at (t, y), n values, where f = dydt, and keeps it. > 0: J cannot be computed there; what was
+ * kept must be as it was.
  *
- * factor: factors sigma - J with the J that is kept; for a sigma with im = 0 and for others separately: a method may use
- * one of each. > 0: singular.
+ * factor: factors sigma - J with the J that is kept; for a sigma with im = 0 and for others separately: a method may
+ * use one of each. > 0: singular.
  *
- * autonomous (NULL: it may depend): whether f does not depend on t, so that a Rosenbrock method need not find its slope.
+ * autonomous (NULL: it may depend): whether f does not depend on t, so that a Rosenbrock method need not find its
+ * slope.
  *
- * time_slope (NULL: none): writes df/dt at (t, y), where f = dydt, to slope: n values, which are zero before; just after t
- * where f has a corner. > 0: it is not known, and is found by differences of f.
+ * time_slope (NULL: none): writes df/dt at (t, y), where f = dydt, to slope: n values, which are zero before; just
+ * after t where f has a corner. > 0: it is not known, and is found by differences of f.
  *
  * solve: re + i im becomes (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its kind;
  * `im` is NULL for the real one. */
@@ -375,9 +377,9 @@ KT_API kt_integrator_options kt_integrator_options_default(void);
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a
- * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 23 n for rodas5p,
- * 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto, 4 n^2 + 18 n for bdf2 and two-step, 4 n^2 + 15 n for implicit-euler and
- * crank-nicolson. The memory needs no alignment. */
+ * stabilised method; one n more for each past slope of an Adams method, 1 of ab2 and 3 of ab4; 4 n^2 + 23 n for
+ * rodas5p, 4 n^2 + 21 n for radau5, 4 n^2 + 25 n for auto, 4 n^2 + 18 n for bdf2 and two-step, 4 n^2 + 15 n for
+ * implicit-euler and crank-nicolson. The memory needs no alignment. */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory, which must outlive it; nothing is to be released. n >= 1. Checks
@@ -424,26 +426,27 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * the start, every 25 steps (5 where the step is fixed), and where a try was rejected: four to eight evaluations. One
  * that has not settled to a hundredth after eight is taken as it is, with the margin of all, and counted (capped).
  *
- * Multistep (ab2, ab4, bdf2, two-step): steps are fixed. The formula needs past steps of the same length; where there are
- * not enough - at the start, after kt_integrator_jump, and before and after a step that is cut short by t_limit - the
- * one-step method of the same order that the table gives takes the step (Heun's of ab2, Kutta's of order 4 of ab4, a
- * diagonally implicit L-stable one of the others), so that the order stays.
+ * Multistep (ab2, ab4, bdf2, two-step): steps are fixed. The formula needs past steps of the same length; where there
+ * are not enough - at the start, after kt_integrator_jump, and before and after a step that is cut short by t_limit -
+ * the one-step method of the same order that the table gives takes the step (Heun's of ab2, Kutta's of order 4 of ab4,
+ * a diagonally implicit L-stable one of the others), so that the order stays.
  *
- * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing. Its order depends on an
- * exact Jacobian, which is computed at every step; where it cannot be, the old one serves on and the step is counted
- * (capped). Where f depends on time its slope is asked of the caller (kt_newton), or found by two more evaluations: off by
- * 1e-7 h^4 f_ttt in a step. With quadratures there are two more, too; these have order 4. A matrix that is singular asks for a shorter step, and where
- * the step is fixed that is KT_ERROR_STEP.
+ * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing. Its order depends on
+ * an exact Jacobian, which is computed at every step; where it cannot be, the old one serves on and the step is counted
+ * (capped). Where f depends on time its slope is asked of the caller (kt_newton), or found by two more evaluations: off
+ * by 1e-7 h^4 f_ttt in a step. With quadratures there are two more, too; these have order 4. A matrix that is singular
+ * asks for a shorter step, and where the step is fixed that is KT_ERROR_STEP.
  *
- * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed steps
- * 50 times (there to rounding). An iteration that does not converge asks for a new Jacobian, and with that one still not,
- * for a shorter step. Where the step is fixed, radau5 fails with KT_ERROR_STEP; the others, which solve for one stage at a
- * time, go on with damped corrections and a Jacobian in each of at most 50 iterations, and fail after that. The Jacobian is
- * kept as long as the iteration contracts thirtyfold; where it cannot be computed, the old one serves on.
+ * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times, with fixed
+ * steps 50 times (there to rounding). An iteration that does not converge asks for a new Jacobian, and with that one
+ * still not, for a shorter step. Where the step is fixed, radau5 fails with KT_ERROR_STEP; the others, which solve for
+ * one stage at a time, go on with damped corrections and a Jacobian in each of at most 50 iterations, and fail after
+ * that. The Jacobian is kept as long as the iteration contracts thirtyfold; where it cannot be computed, the old one
+ * serves on.
  *
  * Switching (auto): steps of dopri5, to the last bit, until they are bounded by stability alone; then steps of radau5,
- * until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two stages or from the
- * Jacobian in use, and takes no evaluation. With a fixed step it is dopri5.
+ * until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two stages or from
+ * the Jacobian in use, and takes no evaluation. With a fixed step it is dopri5.
  *
  * Cost: s evaluations (s - 1 with fsal) and O(s^2 n / 2) a try; 2 of an Adams method; of rodas5p 8, a Jacobian and new
  * factors a step; a stabilised method's stages each O(n); an implicit
@@ -515,9 +518,10 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
 
 /* How many numbers the method remembers of earlier steps: what a checkpoint holds besides. 0 for an explicit method
  * (its `history` may be NULL below), 2 for a stabilised one, for the rate of the fastest decay and its age; 2 and the
- * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed, and
- * the slopes of the last step, 4 n of radau5, 3 n of rodas5p and 2 n of the others; 2 and 2 n more, for the state before
- * and its slope, of bdf2 and two-step; for auto those of radau5, n for a vector, and 12 of the detection. O(1). */
+ * past slopes, n each, for an Adams method; for an implicit one 6, n for the state at which its Jacobian was computed,
+ * and the slopes of the last step, 4 n of radau5, 3 n of rodas5p and 2 n of the others; 2 and 2 n more, for the state
+ * before and its slope, of bdf2 and two-step; for auto those of radau5, n for a vector, and 12 of the detection.
+ * O(1). */
 KT_API size_t kt_integrator_history_size(const kt_integrator *integrator);
 
 /* A checkpoint: copies out memory, y (n), previous_y (n; NULL: not wanted) and history (kt_integrator_history_size). */

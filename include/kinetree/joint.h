@@ -1,6 +1,7 @@
 /* Positions of joints: rates, steps along the exponential map, differences, norms.
  *
- * q has kt_model_nq numbers, v and dv have kt_model_nv. O(nq). No call allocates, and only kt_position_normalize can fail.
+ * q has kt_model_nq numbers, v and dv have kt_model_nv. O(nq). No call allocates, and only kt_position_normalize can
+ * fail.
  */
 #ifndef KINETREE_JOINT_H
 #define KINETREE_JOINT_H

@@ -2,8 +2,8 @@
  * description.h has how they are described (kt_loop), and reduction.h what is computed of them.
  *
  * A loop of u tree coordinates is phi(u, t) = 0, with A v = b' and A a = b'' for velocities and accelerations [MSD 7.4,
- * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Residuals of orientations are of first order in the error, so that a
- * type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
+ * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Residuals of orientations are of first order in the error, so that
+ * a type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
  * Loops come in the description's order, counted from 0; indices are not checked. Every call is O(1) unless it says
  * otherwise, allocates nothing and cannot fail.

@@ -36,8 +36,8 @@ typedef enum kt_isa {
     KT_ISA_V4,       /* x86-64-v4, AVX-512 */
 } kt_isa;
 
-/* How the equations of loops are solved: by QR decomposition with column pivoting, or as an object of another library says
- * (kt_reduction_method_of in study.h). */
+/* How the equations of loops are solved: by QR decomposition with column pivoting, or as an object of another library
+ * says (kt_reduction_method_of in study.h). */
 typedef struct kt_reduction_method kt_reduction_method;
 
 /* The norm that is least when a state that has left the constraint manifold is projected onto it. */
@@ -58,8 +58,8 @@ typedef enum kt_structure {
     X(KT_PLAN_AUTO, auto)       /* trees that move in a plane are computed in it */                                    \
     X(KT_PLAN_SPATIAL, spatial) /* all trees are computed in space */
 
-/* How trees that move in a plane are computed, all their joints being revolute about one direction or prismatic normal to
- * it: in the plane (auto), or like all others (spatial). The results differ by rounding only. */
+/* How trees that move in a plane are computed, all their joints being revolute about one direction or prismatic normal
+ * to it: in the plane (auto), or like all others (spatial). The results differ by rounding only. */
 typedef enum kt_plan {
 #define KT_PLAN_ENUM(id, name) id,
     KT_PLAN_LIST(KT_PLAN_ENUM)
@@ -82,9 +82,9 @@ KT_API kt_model_options kt_model_options_default(void);
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free. Of the core
  * only this call, the checks of descriptions, the _create calls and kt_spectrum_along allocate. options may be NULL.
  * Errors: KT_ERROR_MEMORY; KT_ERROR_MODEL with what, where and how: the first fault of kt_description_check, or of
- * kt_model_check; KT_ERROR_ARGUMENT (an option out of its range; model is NULL); KT_ERROR_UNSUPPORTED (an instruction set
- * that this processor does not have). *model is then untouched. O(size), and an assembly (kt_state_assemble) where springs
- * in loops start unstretched. */
+ * kt_model_check; KT_ERROR_ARGUMENT (an option out of its range; model is NULL); KT_ERROR_UNSUPPORTED (an instruction
+ * set that this processor does not have). *model is then untouched. O(size), and an assembly (kt_state_assemble) where
+ * springs in loops start unstretched. */
 KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, const kt_model_options *options,
                                              kt_model **model, kt_error *error);
 /* The faults that show only in the mechanism as a whole: joints that move nothing with inertia along one of their
@@ -146,7 +146,8 @@ KT_API const char *kt_marker_name(const kt_model *model, int body, int marker);
 KT_API kt_vec3 kt_marker_at(const kt_model *model, int body, int marker);
 KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
 
-/* Writes the initial state as the description gives it: q (nq), v (nv). Its loops may be open (kt_state_assemble). O(nq). */
+/* Writes the initial state as the description gives it: q (nq), v (nv). Its loops may be open (kt_state_assemble).
+ * O(nq). */
 KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 
 /* The instruction set that the recursions use. */
@@ -208,9 +209,9 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  * Numbers of a mechanism that may change while a program runs: payloads, gravity, springs, dampers, friction, rotors,
  * targets.
  *
- * A compiled model is immutable. What may change is a copy of it (kt_model_copy), in the caller's memory, one a thread: a
- * parameter is found by its name once, and set in a copy as often as wanted, without allocation. Data of the original serve
- * its copies. Nothing is computed for a parameter that is never set: a copy is a model like any other.
+ * A compiled model is immutable. What may change is a copy of it (kt_model_copy), in the caller's memory, one a thread:
+ * a parameter is found by its name once, and set in a copy as often as wanted, without allocation. Data of the original
+ * serve its copies. Nothing is computed for a parameter that is never set: a copy is a model like any other.
  *
  *     const size_t size = kt_model_size(model);
  *     void *memory = aligned_alloc(KT_ALIGNMENT, size);
@@ -232,16 +233,17 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
  * | effect NAME.KEY | a function of time (rest, target, torque): 4 numbers, as of a loop; value of a force or torque: 3 |
  * | loop NAME.KEY | a function of time (position, length, offset): 4 numbers, see below |
  *
- * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0, from the numbers x, v, a, t0: position, velocity and
- * acceleration at the time t0 and, between two settings, what follows from them. (A distance must be > 0 at t0.)
+ * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0, from the numbers x, v, a, t0: position,
+ * velocity and acceleration at the time t0 and, between two settings, what follows from them. (A distance must be > 0
+ * at t0.)
  *
- * What is decided when a model is compiled stays: the plan, the structural ranks, and the sizes below which inertias count
- * as none. Every number is checked as in a description, and so is what must hold between it and the others (lower < upper: set
- * first what widens). An effect may be set to nothing: a servo without gains, a stop at infinity.
- * Derivatives with respect to a parameter: the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse, minus forces of
- * effects) are linear in gravity, mass, inertia, armature and in the stiffnesses, dampings and coefficients of friction of
- * effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up to rounding. Those
- * of a whole step: kt_step_parameter_derivatives (sensitivity.h).
+ * What is decided when a model is compiled stays: the plan, the structural ranks, and the sizes below which inertias
+ * count as none. Every number is checked as in a description, and so is what must hold between it and the others (lower
+ * < upper: set first what widens). An effect may be set to nothing: a servo without gains, a stop at infinity.
+ * Derivatives with respect to a parameter: the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse, minus forces
+ * of effects) are linear in gravity, mass, inertia, armature and in the stiffnesses, dampings and coefficients of
+ * friction of effects, and quadratic in com, so that (r(p + d) - r(p - d)) / 2d, with d of the size of p, is exact up
+ * to rounding. Those of a whole step: kt_step_parameter_derivatives (sensitivity.h).
  */
 
 /* The most numbers that a parameter has. */
@@ -274,16 +276,16 @@ typedef struct kt_parameter {
 KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter,
                                               kt_error *error);
 
-/* The present numbers of a parameter into values (parameter->count). Of a function of time that has not been set: its value
- * and rates at the time 0, and 0. O(1). */
+/* The present numbers of a parameter into values (parameter->count). Of a function of time that has not been set: its
+ * value and rates at the time 0, and 0. O(1). */
 KT_API void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values);
 
-/* Sets the numbers of a parameter (parameter->count) in a copy of a model. Equal numbers give the bits of a model that was
- * compiled with them, except that several bodies on one link may add up in another order. No data may be in use by a call
- * with the copy meanwhile; while a simulation runs on it, kt_simulation_set_parameter serves instead. Checkpoints do not
- * contain parameters: set them again before a run is resumed.
- * Errors: KT_ERROR_ARGUMENT (the model is no copy), KT_ERROR_MODEL (a number that cannot be, told as for a description);
- * the copy is then unchanged. O(1); of a body's mass, com and inertia O(bodies); of armature O(links). */
+/* Sets the numbers of a parameter (parameter->count) in a copy of a model. Equal numbers give the bits of a model that
+ * was compiled with them, except that several bodies on one link may add up in another order. No data may be in use by
+ * a call with the copy meanwhile; while a simulation runs on it, kt_simulation_set_parameter serves instead.
+ * Checkpoints do not contain parameters: set them again before a run is resumed. Errors: KT_ERROR_ARGUMENT (the model
+ * is no copy), KT_ERROR_MODEL (a number that cannot be, told as for a description); the copy is then unchanged. O(1);
+ * of a body's mass, com and inertia O(bodies); of armature O(links). */
 KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values,
                                              kt_error *error);
 

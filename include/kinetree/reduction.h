@@ -8,8 +8,8 @@
  * Method: phi(u, t) = 0, A v = b', A a = b'' [MSD 7.4, 7.28]; A' P = [Q1 Q2][R1; 0], a = Q1 R1^-T b'' + Q2 z with
  * (Q2' M Q2) z = Q2' (tau - h - M a0) [MSD 7.33, 7.34], for each group of loops that share links, inside the
  * articulated-body recursion (constraint embedding: Jain 2009, Multibody System Dynamics 22). A group of many loops is
- * eliminated link by link, where that takes fewer operations than one dense matrix for all of it (kt_structure): its cost
- * then grows with its number of links if loops are chained, as in rows of windows, ropes and ladders.
+ * eliminated link by link, where that takes fewer operations than one dense matrix for all of it (kt_structure): its
+ * cost then grows with its number of links if loops are chained, as in rows of windows, ropes and ladders.
  */
 #ifndef KINETREE_REDUCTION_H
 #define KINETREE_REDUCTION_H
@@ -160,15 +160,15 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
 
 /* Closes the loops of a state that may be far from closed [MSD 8.5]: first the positions and then the velocities are
  * changed by the least amount. Given coordinates of held joints (the description's `hold`) do not change; if a held
- * joint has no given position, none of its positions changes. If the description gives no velocity, those of held joints
- * are taken as given, though kt_initial_changes does not report them. In each group of loops the coordinates that the description does not give (kt_joint_given) move
- * first: given ones move only if their group cannot be closed otherwise, and then all coordinates of the group move
- * except the held ones. kt_initial_changes reports which given initial values have changed. q and v are untouched on
- * failure. The call is meant for set-up: it may take 400 steps from each of 5 starts to close the loops, twice if some
- * values are given and others are not, and as many at each of up to 12 trials of each of at most KT_ASSEMBLY_STEPS_MAX
- * steps to the nearest state. If these steps do not reach it, the state is closed, but another one may be nearer, and
- * kt_data_iterations reports this (capped). Errors: KT_ERROR_CONSTRAINT names the loops that stay open and by how much,
- * or the equations that contradict each other. */
+ * joint has no given position, none of its positions changes. If the description gives no velocity, those of held
+ * joints are taken as given, though kt_initial_changes does not report them. In each group of loops the coordinates
+ * that the description does not give (kt_joint_given) move first: given ones move only if their group cannot be closed
+ * otherwise, and then all coordinates of the group move except the held ones. kt_initial_changes reports which given
+ * initial values have changed. q and v are untouched on failure. The call is meant for set-up: it may take 400 steps
+ * from each of 5 starts to close the loops, twice if some values are given and others are not, and as many at each of
+ * up to 12 trials of each of at most KT_ASSEMBLY_STEPS_MAX steps to the nearest state. If these steps do not reach it,
+ * the state is closed, but another one may be nearer, and kt_data_iterations reports this (capped). Errors:
+ * KT_ERROR_CONSTRAINT names the loops that stay open and by how much, or the equations that contradict each other. */
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
 

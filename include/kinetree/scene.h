@@ -58,8 +58,8 @@ typedef struct kt_scene {
     kt_description description; /* the mechanism */
     kt_run run;                 /* `simulate` and `output`, without the next two */
 
-    /* Of `simulate`, for kt_absolute_create and kt_reduction_method_of of libkinetree-study. A program that reads neither
-     * gets the same motion in tree coordinates, by QR. */
+    /* Of `simulate`, for kt_absolute_create and kt_reduction_method_of of libkinetree-study. A program that reads
+     * neither gets the same motion in tree coordinates, by QR. */
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 

@@ -7,11 +7,12 @@
  *     double *A = malloc(6 * nv * nv * sizeof *A), *B = A + 4 * nv * nv;
  *     status = kt_step_derivatives(model, data, work, size, &step, q, v, NULL, NULL, A, B, &error);
  *
- * Tangent coordinates. A change of the state is dx = (xi, dv), 2 nv numbers, with q (+) xi (kt_position_add) and v + dv:
- * of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices
+ * Tangent coordinates. A change of the state is dx = (xi, dv), 2 nv numbers, with q (+) xi (kt_position_add) and v +
+ * dv: of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices
  *     A = d(state after) / d(state before)     2 nv x 2 nv
  *     B = d(state after) / d(tau)              2 nv x nv
- * are column-major and relate such changes: dx+ = A dx + B dtau. With the numbers p of a parameter of the model (model.h)
+ * are column-major and relate such changes: dx+ = A dx + B dtau. With the numbers p of a parameter of the model
+ * (model.h)
  *     C = d(state after) / d(p)                2 nv x kt_parameter.count
  *
  * Derivation. With x = (q, v) the stages of a Runge-Kutta method (HNW II.1) are
@@ -25,18 +26,18 @@
  *
  * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection,
  *     q+ = q (+) x,   W x = J' lambda,   J x = -phi(q),   W = 1 or M (kt_metric)
- * is differentiated as it is, with the terms in dJ and dM, which are of the size of the correction x and would be lost in
- * the projector I - J^+ J that remains at x = 0:
+ * is differentiated as it is, with the terms in dJ and dM, which are of the size of the correction x and would be lost
+ * in the projector I - J^+ J that remains at x = 0:
  *     W dx - J' dlambda = (dJ)' lambda - dW x,   J dx = -J xi - (dJ) x
- * and likewise the velocities, M (v+ - v) = A' mu, A v+ = b'. So A and B are exact also where steps are coarse and a step
- * leaves the loops open by much. If a loop's equations repeat others, the choice of the independent ones decides how an
- * open state is closed; the derivatives take the choice of the projection, at stages that of
+ * and likewise the velocities, M (v+ - v) = A' mu, A v+ = b'. So A and B are exact also where steps are coarse and a
+ * step leaves the loops open by much. If a loop's equations repeat others, the choice of the independent ones decides
+ * how an open state is closed; the derivatives take the choice of the projection, at stages that of
  * kt_acceleration_derivatives, and are then exact to the gap of the loops at the stages.
  *
  * Parameters. With r(q, v, a; p) = M a + h - J' external - Q, at fixed q and v, a_p dp takes the place of a_tau dtau:
  *     a_p = -a_tau dr/dp,   dr/dp by differences of r, which r's polynomials in p make exact
- * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their right
- * sides.
+ * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their
+ * right sides.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
@@ -68,18 +69,18 @@ KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
 /* Takes the step: from q (nq), v (nv) to next_q, next_v, which may be the same arrays. The bits are those of a
  * simulation's fixed step from there (kt_simulation_step). Errors: KT_ERROR_ARGUMENT if the method is not explicit
- * (stabilised methods choose their stages by what they remember of earlier steps, and implicit ones iterate), or h is not
- * finite; KT_ERROR_MEMORY; as kt_acceleration_evaluate and kt_state_project. Outputs are then untouched. Cost: as many
- * evaluations as the method has stages (one less with fsal), and the projection. */
+ * (stabilised methods choose their stages by what they remember of earlier steps, and implicit ones iterate), or h is
+ * not finite; KT_ERROR_MEMORY; as kt_acceleration_evaluate and kt_state_project. Outputs are then untouched. Cost: as
+ * many evaluations as the method has stages (one less with fsal), and the projection. */
 KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                              const kt_step *step, const double *q, const double *v, double *next_q,
                                              double *next_v, kt_error *error);
 
-/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and next_v.
- * Exact to rounding, with the library's effects in closed form; of a caller's own effects see
+/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and
+ * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects see
  * kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
- * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each stage,
- * and 6 nv^3 multiplications at most for each. */
+ * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each
+ * stage, and 6 nv^3 multiplications at most for each. */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
@@ -87,24 +88,24 @@ KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *
 /* Returns the number of bytes that kt_step_parameter_derivatives needs: those of a step, and a copy of the model. */
 KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method);
 
-/* Takes the step, and computes C (2 nv x parameter->count), its derivatives by the numbers of a parameter at their present
- * values (kt_parameter_find, kt_parameter_get): of gravity, masses, coms, inertias, armature exact to rounding; of effects
- * by differences over 1/1024 of a number, or 1/1024 of its unit at 0: exact to some 1e-12 away from kinks. The model may be a
- * compiled one or a copy; neither it nor the parameter's numbers change. inertia has the six independent entries; masses
- * and inertias change with com constant. A function of time must be constant or set by kt_parameter_set: others have not
- * the numbers of a parameter. Over many steps dx/dp follows S+ = A S + C. Errors: as kt_step_derivatives;
- * KT_ERROR_ARGUMENT for hold, which is no number, and for other functions of time. C is then untouched. Cost: B of a step, and
- * two inverse dynamics for each number at each stage, four of effects and loops. */
+/* Takes the step, and computes C (2 nv x parameter->count), its derivatives by the numbers of a parameter at their
+ * present values (kt_parameter_find, kt_parameter_get): of gravity, masses, coms, inertias, armature exact to rounding;
+ * of effects by differences over 1/1024 of a number, or 1/1024 of its unit at 0: exact to some 1e-12 away from kinks.
+ * The model may be a compiled one or a copy; neither it nor the parameter's numbers change. inertia has the six
+ * independent entries; masses and inertias change with com constant. A function of time must be constant or set by
+ * kt_parameter_set: others have not the numbers of a parameter. Over many steps dx/dp follows S+ = A S + C. Errors: as
+ * kt_step_derivatives; KT_ERROR_ARGUMENT for hold, which is no number, and for other functions of time. C is then
+ * untouched. Cost: B of a step, and two inverse dynamics for each number at each stage, four of effects and loops. */
 KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
                                                           size_t work_size, const kt_step *step,
                                                           const kt_parameter *parameter, const double *q,
                                                           const double *v, double *C, kt_error *error);
 
-/* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the state
- * after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
+/* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the
+ * state after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
  * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost, with effects in joints
- * alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of
- * w . inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
+ * alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
+ * inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
  * projection likewise. With effects between bodies and a caller's own, the derivatives at each stage. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
@@ -130,9 +131,10 @@ typedef struct kt_cost_point {
     const double *tau;   /* nv, held during this step; NULL: none, and at the last state */
 } kt_cost_point;
 
-/* Computes the cost of a point: writes it to *value, which is 0 on entry, and where they are not NULL its gradients with
- * respect to the state (by_state: 2 nv, xi and dv) and to tau (by_tau: nv), all 0 on entry. The scalar is the sum of the
- * values of the points 0 .. steps. Returns 0, or another number to stop. It may be called more than once for a point. */
+/* Computes the cost of a point: writes it to *value, which is 0 on entry, and where they are not NULL its gradients
+ * with respect to the state (by_state: 2 nv, xi and dv) and to tau (by_tau: nv), all 0 on entry. The scalar is the sum
+ * of the values of the points 0 .. steps. Returns 0, or another number to stop. It may be called more than once for a
+ * point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
 /* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, with s stages some 8 (2 nq +
@@ -140,12 +142,13 @@ typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, do
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes a sum of costs over a motion from q, v, its gradient by_start (2 nv) with respect to the state at the start,
- * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the start
- * of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the end; what
- * is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r times at most, where (c + r)! / (c! r!) reaches
- * the number of steps: with sqrt(2 steps) checkpoints twice, and once more for its adjoint. Cost whatever the number of
- * inputs: with a checkpoint for every step, some 3 to 4 runs of the motion (see kt_step_adjoint). Errors: as
- * kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE. Outputs are then untouched. */
+ * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the
+ * start of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the
+ * end; what is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r
+ * times at most, where (c + r)! / (c! r!) reaches the number of steps: with sqrt(2 steps) checkpoints twice, and once
+ * more for its adjoint. Cost whatever the number of inputs: with a checkpoint for every step, some 3 to 4 runs of the
+ * motion (see kt_step_adjoint). Errors: as kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE.
+ * Outputs are then untouched. */
 KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_rollout *rollout, const double *q, const double *v,
                                                 double *value, double *by_start, double *by_inputs, kt_cost *cost,

@@ -86,8 +86,8 @@ typedef struct kt_run {
     int marker_count;              /* length of markers */
 } kt_run;
 
-/* Returns the defaults: 10 s; dopri5, whose simulations take little memory, at tolerance 1e-9; rho 0.6; metric identity;
- * plan auto; default records. A scene whose file names no method has none in its run (kt_run_method). */
+/* Returns the defaults: 10 s; dopri5, whose simulations take little memory, at tolerance 1e-9; rho 0.6; metric
+ * identity; plan auto; default records. A scene whose file names no method has none in its run (kt_run_method). */
 KT_API kt_run kt_run_default(void);
 
 /* The shortest duration above 0, s: floating-point numbers could not divide a shorter one into steps and records. */
@@ -97,16 +97,17 @@ KT_API kt_run kt_run_default(void);
  * KT_DURATION_LEAST, a step is not lost in the rounding of the times that it leads to, there are no more records than
  * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
  * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors:
- * KT_ERROR_ARGUMENT, with error->where "duration", "step", "interval", "tolerance" or "rho". Cost: a few comparisons. */
+ * KT_ERROR_ARGUMENT, with error->where "duration", "step", "interval", "tolerance" or "rho". Cost: a few
+ * comparisons. */
 KT_API KT_CHECKED kt_status kt_run_check(const kt_run *run, kt_error *error);
 
 /* The most velocity coordinates nv of a model for which auto is the default. Its simulation takes about 14 nv^2 numbers
  * more than that of dopri5. */
 enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
 
-/* The method of a run: the built-in one of its name; of two-step, which has a parameter, a copy with the run's rho, written
- * to *storage, which must outlive its use; NULL if there is none of that name. Where the run names none it is the default
- * for the model that is integrated: auto; but dopri5
+/* The method of a run: the built-in one of its name; of two-step, which has a parameter, a copy with the run's rho,
+ * written to *storage, which must outlive its use; NULL if there is none of that name. Where the run names none it is
+ * the default for the model that is integrated: auto; but dopri5
  *   - with a fixed step,
  *   - for a model of more than KT_RUN_IMPLICIT_MOST velocity coordinates,
  *   - where the equations of motion are the caller's (kt_simulation_options.acceleration), and model is NULL here,
@@ -115,8 +116,8 @@ enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
  * dopri5. */
 KT_API const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage);
 
-/* Which of these applies, in words ("the default with a fixed step"), and what to do if another is wanted; NULL where the
- * run names its method. Static storage. */
+/* Which of these applies, in words ("the default with a fixed step"), and what to do if another is wanted; NULL where
+ * the run names its method. Static storage. */
 KT_API const char *kt_run_method_reason(const kt_run *run, const kt_model *model);
 
 /* Returns the bits of what a run records of this model: run->record, or those that KT_RECORD_DEFAULT stands for. */
@@ -188,8 +189,8 @@ typedef struct kt_transformation {
     /* Computes the free state of a state whose kinematics kt_kinematics_update has left in the data. */
     void (*spread)(const struct kt_transformation *self, const kt_data *data, const double *q, const double *v,
                    double *free_q, double *free_v);
-    /* Computes the state (and accelerations: free_a and a may both be NULL) from a free state whose loops are closed. On
-     * entry q and v hold the state `ago` seconds earlier (negative: later), which decides which of the numbers that
+    /* Computes the state (and accelerations: free_a and a may both be NULL) from a free state whose loops are closed.
+     * On entry q and v hold the state `ago` seconds earlier (negative: later), which decides which of the numbers that
      * represent the same rotation is meant. */
     void (*gather)(const struct kt_transformation *self, const double *free_q, const double *free_v,
                    const double *free_a, double ago, double *q, double *v, double *a);
@@ -264,10 +265,10 @@ KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, d
 KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error);
 
 /* Sets a parameter of the model, a copy on which this simulation was created (kt_model_copy), from the next step on: as
- * kt_parameter_set, and slopes from before are forgotten. If a loop's target jumps, the projection at the end of that step
- * closes the loop. An energy balance counts the change of a payload's energy as drift. Errors: those of
- * kt_parameter_set; KT_ERROR_ARGUMENT (another model), KT_ERROR_UNSUPPORTED (another formulation is integrated). Nothing
- * is allocated. */
+ * kt_parameter_set, and slopes from before are forgotten. If a loop's target jumps, the projection at the end of that
+ * step closes the loop. An energy balance counts the change of a payload's energy as drift. Errors: those of
+ * kt_parameter_set; KT_ERROR_ARGUMENT (another model), KT_ERROR_UNSUPPORTED (another formulation is integrated).
+ * Nothing is allocated. */
 KT_API KT_CHECKED kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
                                                         const kt_parameter *parameter, const double *values,
                                                         kt_error *error);
@@ -295,8 +296,9 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
  * kt_simulation_set_state, ends at start + k period, so that no rounding is added up (that of t += 1e-3 would add a
  * step of some 1e-14 s to many a period); with a fixed step of which the period is a multiple, it is that many whole
  * steps. A period that begins elsewhere, after kt_simulation_advance or with another period, ends at its own time plus
- * period. On failure the state is that of the last step that succeeded, and the next call begins there. Errors: as for a
- * step; KT_ERROR_ARGUMENT if the period is not finite, not above zero, or so short that it does not change the time. */
+ * period. On failure the state is that of the last step that succeeded, and the next call begins there. Errors: as for
+ * a step; KT_ERROR_ARGUMENT if the period is not finite, not above zero, or so short that it does not change the
+ * time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches that the next step will have.

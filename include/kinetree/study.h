@@ -58,8 +58,8 @@ typedef enum kt_reduction {
 /* Returns the name, as "qr"; NULL for a value out of range. */
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 
-/* Returns the method of a reduction, for kt_model_options: NULL for QR, which is the default; any other value is that of
- * QR, too. A library that was built without loops has no other. */
+/* Returns the method of a reduction, for kt_model_options: NULL for QR, which is the default; any other value is that
+ * of QR, too. A library that was built without loops has no other. */
 KT_API const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction);
 
 /* ---- the absolute formulation ------------------------------------------------------------------------------------ */
@@ -93,9 +93,9 @@ KT_API KT_CHECKED kt_status kt_absolute_create(const kt_description *description
 /* Releases it; does nothing with NULL. */
 KT_API void kt_absolute_free(kt_absolute *absolute);
 
-/* The model that is integrated: a model in its own right, with every body free and every joint a loop of the body's name
- * behind the loops of the description. Bodies are in the description's order; behind them there may be massless ones,
- * NAME.position and NAME.cross, on which relations, effects and oblique universal joints rest. NULL for NULL. */
+/* The model that is integrated: a model in its own right, with every body free and every joint a loop of the body's
+ * name behind the loops of the description. Bodies are in the description's order; behind them there may be massless
+ * ones, NAME.position and NAME.cross, on which relations, effects and oblique universal joints rest. NULL for NULL. */
 KT_API const kt_model *kt_absolute_model(const kt_absolute *absolute);
 
 /* Makes simulations of the model with these options integrate its absolute formulation, which must outlive them. Angles

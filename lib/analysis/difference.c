@@ -49,9 +49,10 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
     }
 }
 
-/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. One that differs
- * from the present estimate by more than both errors shows that the present error was small by chance, unless its step
- * is so much shorter that it may be off by its own rounding: then the present error is raised to the difference. */
+/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. One that
+ * differs from the present estimate by more than both errors shows that the present error was small by chance, unless
+ * its step is so much shorter that it may be off by its own rounding: then the present error is raised to the
+ * difference. */
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;

@@ -72,8 +72,8 @@ void kt_paths_fill(kt_model *m);
 bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin);
 
 /* Returns the length of the longest loop, once around, at the initial positions. Points on the ground count by their
- * distance from one origin common to all loops for which kt_attach_find_origin finds one: that of the first such loop. 1
- * if no loop has a length. Needs the paths. */
+ * distance from one origin common to all loops for which kt_attach_find_origin finds one: that of the first such loop.
+ * 1 if no loop has a length. Needs the paths. */
 double kt_attach_longest_loop(const kt_attach *a, const kt_model *m);
 
 /* Unites the sets of i and j. */

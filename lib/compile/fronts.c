@@ -13,16 +13,16 @@
 
 #include <string.h>
 
-/* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below which
- * fronts take less time than dense matrices, in the plane and in space. Narrow fronts (reduction/planar_front.h) always
- * do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4. */
+/* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below
+ * which fronts take less time than dense matrices, in the plane and in space. Narrow fronts (reduction/planar_front.h)
+ * always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4. */
 #define STEP_FLOPS 300.0
 #define WORTH_PLANAR 0.25
 #define WORTH_SPATIAL 0.125
 
-/* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0 us an
- * evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical joints; 5 rods in
- * a plane 0.8 both. */
+/* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0
+ * us an evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical
+ * joints; 5 rods in a plane 0.8 both. */
 #define FEW_COORDINATES 10
 
 typedef struct planner {
@@ -144,8 +144,8 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
 }
 
 /* Of the links that are next to the open ones, that after which the fewest are open. If several are equal, that which
- * the fewest others wait for, then that next to the link opened last: where a row forks, one branch is ended before the other is
- * begun, and the open links are as many as there are forks above each other, not as there are branches. */
+ * the fewest others wait for, then that next to the link opened last: where a row forks, one branch is ended before the
+ * other is begun, and the open links are as many as there are forks above each other, not as there are branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
     int32_t open = 0, lowest = 0, *live = a->leave;
@@ -283,8 +283,8 @@ static bool is_narrow(const planner *p, const int32_t *order) {
     return narrow;
 }
 
-/* Whether the group is solved by reduction/delassus.h (compile/rank.c), if all equations are independent, and this takes
- * less time than dense matrices. */
+/* Whether the group is solved by reduction/delassus.h (compile/rank.c), if all equations are independent, and this
+ * takes less time than dense matrices. */
 static bool has_few_equations(const planner *p) {
     size_t count = 0;
     bool few = p->group->parent == 0 && p->group->v_count >= FEW_COORDINATES && p->group->loop_count <= KT_DELASSUS_MAX;
@@ -403,8 +403,8 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
     plan->count = used + kt_front_running_count(plan);
 }
 
-/* Determines at which steps equations may be passed on: those after which one is complete that its step does not need at
- * generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
+/* Determines at which steps equations may be passed on: those after which one is complete that its step does not need
+ * at generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
  * Returns whether there is such a step. */
 static bool find_waits(kt_model *m, const kt_group *group, int rows) {
     const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;

@@ -1,7 +1,7 @@
 /* Parameters (kinetree/model.h): finding them by name, and setting them in copies of a model.
  *
- * A copy is a model like any other, so a set number only has to go where the compiler would have put it. The recursions read
- * bodies by way of their links, whose inertias are summed again; a planar link is projected again.
+ * A copy is a model like any other, so a set number only has to go where the compiler would have put it. The recursions
+ * read bodies by way of their links, whose inertias are summed again; a planar link is projected again.
  */
 #include "compile/compile.h"
 #include "compile/planar.h"

@@ -1,10 +1,10 @@
 /* The paths of the loops: from below the common ancestor of its ends down to each.
  *
- * The paths of a net of n rows have up to n links each, n^2 in all. Its groups are found in O(n log n) all the same: common
- * ancestors by jumps (Myers 1983: each link has one to a higher link, and log n of them and of steps to parents lead
- * anywhere up), and links that a path has joined are skipped by the next. Of paths down from the same link, one that is
- * the beginning of another is stored with it: the net's take O(n) memory. (Not so where the links at their ends are all
- * different, as of a ladder whose rungs are bodies.)
+ * The paths of a net of n rows have up to n links each, n^2 in all. Its groups are found in O(n log n) all the same:
+ * common ancestors by jumps (Myers 1983: each link has one to a higher link, and log n of them and of steps to parents
+ * lead anywhere up), and links that a path has joined are skipped by the next. Of paths down from the same link, one
+ * that is the beginning of another is stored with it: the net's take O(n) memory. (Not so where the links at their ends
+ * are all different, as of a ladder whose rungs are bodies.)
  */
 #include "compile/attach.h"
 

@@ -171,7 +171,8 @@ static bool all_close(const kt_model *model) {
     return true;
 }
 
-/* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not finite. */
+/* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not
+ * finite. */
 static bool factor(const kt_model *model, kt_data *data, int rows) {
     return (rows == KT_ROWS_ALL && all_close(model)) ||
            kt_reduction_kernels_of(model)->factor(model, data, (kt_rows)rows, false);
@@ -214,8 +215,8 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
     }
 }
 
-/* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long chain
- * small rotations add up to large gaps, from which hundreds of steps may not lead back. */
+/* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long
+ * chain small rotations add up to large gaps, from which hundreds of steps may not lead back. */
 static bool come_closer(const kt_model *model, kt_data *data, double *share) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -273,8 +274,8 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
     return KT_RANK_FLOOR * sqrt(longest);
 }
 
-/* Whether damped steps of a group are those of reduction/delassus.h, if its equations are few: a tree that begins on the
- * ground. */
+/* Whether damped steps of a group are those of reduction/delassus.h, if its equations are few: a tree that begins on
+ * the ground. */
 static bool has_few_loops(const kt_model *model, const kt_group *group) {
     bool few = group->front.used && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
                kt_delassus_count((size_t)group->v_count) <= group->front.count;
@@ -332,8 +333,8 @@ static bool is_of_few(const kt_group *group) {
            group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
 }
 
-/* Whether a group is reduced by reduction/planar_front.h: a planar group on the ground with fronts of few parameters, each
- * step with at most two equations, all of them independent. */
+/* Whether a group is reduced by reduction/planar_front.h: a planar group on the ground with fronts of few parameters,
+ * each step with at most two equations, all of them independent. */
 static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
@@ -395,8 +396,9 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     kt_armature_note(model);
 }
 
-/* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are passed on as far as
- * they can be, so that equations that depend on each other are compared at the same step; those chosen there get the weight. */
+/* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are
+ * passed on as far as they can be, so that equations that depend on each other are compared at the same step; those
+ * chosen there get the weight. */
 static kt_status choose_among_passed(kt_model *model, samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     const double *q = found->q + 2 * model->n.q;

@@ -37,9 +37,9 @@ typedef struct kt_actuation_work {
 KT_CHECKED kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, kt_coordinate_list list,
                                         kt_actuation_work *w, kt_error *error);
 
-/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1). Errors: those
- * of kt_loop_nullspace, and KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest, naming the joint that
- * moves most; `lack` says what is wrong with that motion. */
+/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1). Errors:
+ * those of kt_loop_nullspace, and KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest, naming the
+ * joint that moves most; `lack` says what is wrong with that motion. */
 KT_CHECKED kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q,
                                          kt_coordinate_list list, const double *scale, const char *lack,
                                          kt_error *error);

@@ -1,6 +1,6 @@
 /* Jacobians and bias accelerations of frames. With w_p the angular velocity of the link that carries link i, u_i the
- * linear part of the joint's velocity, r_i the offset between their origins, and x_i from link i's origin to the point, the
- * accelerations at rest of all joint rates are
+ * linear part of the joint's velocity, r_i the offset between their origins, and x_i from link i's origin to the point,
+ * the accelerations at rest of all joint rates are
  *     alpha = sum c_n,i                       c_n,i = w_p x (w_i - w_p)
  *     a     = sum (c_f,i + c_n,i x x_i) + w x (w x x)       c_f,i = w_p x (w_p x r_i) + 2 w_p x u_i
  * over the path to the root (dynamics/sweep.h); the last term is that of the body's own link.

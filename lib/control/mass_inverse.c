@@ -1,5 +1,5 @@
-/* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z', by these
- * matrices where loops are few, otherwise along the tree (reduction/saddle.h). */
+/* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z', by
+ * these matrices where loops are few, otherwise along the tree (reduction/saddle.h). */
 #include "control/mass_inverse.h"
 
 #include "dynamics/dynamics.h"

@@ -15,9 +15,9 @@
  *    nothing but the wrench tau.
  * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
  *
- * Armature a, the rotor inertia reflected to a degree of freedom, adds a to S.U and to nothing else: the rotor turns with
- * the joint against the parent, and its momentum is neglected. Links with armature are eliminated by a function of their
- * own, in an instance of the recursion that only models with armature use.
+ * Armature a, the rotor inertia reflected to a degree of freedom, adds a to S.U and to nothing else: the rotor turns
+ * with the joint against the parent, and its momentum is neglected. Links with armature are eliminated by a function of
+ * their own, in an instance of the recursion that only models with armature use.
  *
  * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
  * parameter: the joint alone in a tree (forward.c), a constraint group as a whole (reduction/closed.c), a joint whose
@@ -272,8 +272,8 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
 
 /* ---- armature ---------------------------------------------------------------------------------------------------- */
 
-/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of its
- * angular part, and y. */
+/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of
+ * its angular part, and y. */
 static inline kt_v4 *kt_armature_gain(kt_articulated *kept, int row) {
     kt_v4 *const part[] = {kept->j, kept->g, kept->h, kept->m};
     return &part[row / 3][row % 3];

@@ -33,7 +33,8 @@
  * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (articulated.h): with
  * U = I S and d = 1 / S.U, from the tips to the root,
  *     I -= U U' d,   2B -= U d S'2B,   X -= U d S'X
- * leaves what a node passes to its parent; armature is added to S.U and appears nowhere else. Then, for each k, the wrench
+ * leaves what a node passes to its parent; armature is added to S.U and appears nowhere else. Then, for each k, the
+ * wrench
  *     f_k = I psi'' + 2B psi' + X s + S_k x* F^C        with q_k
  *     f_k = I phi + 2B S_k                              with v_k
  * acts on the nodes before k, on the way to the root:

@@ -33,9 +33,9 @@ typedef struct kt_kernels {
 } kt_kernels;
 
 /* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), the same for
- * models with armature, followed by the functions that they consist of; the planar ones compute the planar links. A mass matrix takes two steps: the
- * composites, of which one may not be finite, and the columns; these set the whole lower triangle if velocity
- * coordinates have the order of the links, otherwise zeros are there already. */
+ * models with armature, followed by the functions that they consist of; the planar ones compute the planar links. A
+ * mass matrix takes two steps: the composites, of which one may not be finite, and the columns; these set the whole
+ * lower triangle if velocity coordinates have the order of the links, otherwise zeros are there already. */
 #define KT_KERNELS_DECLARE(level)                                                                                      \
     extern const kt_kernels kt_kernels_##level[2 * KT_SWEEP_COUNT];                                                    \
     size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
@@ -75,7 +75,8 @@ double kt_armature_energy(const kt_model *model, const kt_data *data);
 kt_isa kt_isa_resolve(kt_isa asked);
 
 /* Finds the links that have no inertia along one of their degrees of freedom at q; returns their number. Links whose
- * verdict is KT_INERTIA_UNKNOWN at the call, and those that carry such a link or one without inertia, are not judged. */
+ * verdict is KT_INERTIA_UNKNOWN at the call, and those that carry such a link or one without inertia, are not
+ * judged. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
@@ -113,9 +114,9 @@ KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const
 /* The same without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* Memory for kinematics other than those of the last kt_kinematics_update: that of the links' motion, which is free when
- * no recursion is under way. kt_links_update and kt_links_sweep replace the one by the other there, link by link: a
- * link's kinematics end before the next link's motion begins. */
+/* Memory for kinematics other than those of the last kt_kinematics_update: that of the links' motion, which is free
+ * when no recursion is under way. kt_links_update and kt_links_sweep replace the one by the other there, link by link:
+ * a link's kinematics end before the next link's motion begins. */
 _Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_link_motion), "a link's kinematics fit");
 static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->motion; }
 

@@ -31,8 +31,8 @@ KT_INLINE lane_mask lanes_before(size_t n) {
     return mask;
 }
 
-/* y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time: no load of a vector waits for numbers that have just been
- * stored one by one. What follows y[n] in its vector is zero before and after; x is read as far. */
+/* y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time: no load of a vector waits for numbers that have just
+ * been stored one by one. What follows y[n] in its vector is zero before and after; x is read as far. */
 KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     const kt_v4 aa = kt_v4_splat(a);
     const size_t whole = n / LANES * LANES;
@@ -79,7 +79,8 @@ KT_INLINE double dot(size_t n, const double *x, const double *y) {
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* Rows k, k - 1, ..., each of which carries the one before it, are subtracted from the rows of their support together. */
+/* Rows k, k - 1, ..., each of which carries the one before it, are subtracted from the rows of their support
+ * together. */
 enum { PANEL = 4 };
 
 typedef struct panel {
@@ -175,8 +176,8 @@ static size_t compute(kt_mass_factor *f) {
 /* ---- passes ------------------------------------------------------------------------------------------------------ */
 
 /* Numbers of the path that the next row needs at once, where that row follows, are handed over in a register as well.
- * Where all rows are short (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass of
- * a product, or divided by D after that of a solution. */
+ * Where all rows are short (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass
+ * of a product, or divided by D after that of a solution. */
 
 KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
     const size_t nv = f->model->n.v, *begin = f->row;

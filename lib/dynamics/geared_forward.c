@@ -1,6 +1,6 @@
 /* Forward dynamics of trees with armature, in space and in the plane: forward.c and planar_forward.c with another
- * elimination of joints. These two are compiled by themselves, so that what has no armature is compiled as if there were
- * none.
+ * elimination of joints. These two are compiled by themselves, so that what has no armature is compiled as if there
+ * were none.
  */
 #include "dynamics/articulated.h"
 #include "dynamics/dynamics.h"

@@ -1,6 +1,6 @@
 /* The gradient of w . tau, the joint forces of inverse dynamics in a direction w, with respect to positions and
- * velocities at constant accelerations: O(n), where the whole derivatives are O(n depth). It is what the adjoint of forward
- * dynamics needs: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
+ * velocities at constant accelerations: O(n), where the whole derivatives are O(n depth). It is what the adjoint of
+ * forward dynamics needs: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
  *     mu . da = w . dtau - (gradient of w . inverse dynamics) . (dq, dv).
  *
  * With the terms and letters of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l, the
@@ -9,8 +9,8 @@
  *     w . dtau/dv_k = phi_k . H + s_k . N
  *     H = sum I_l W_l,   N = sum 2B_l' W_l,   Y = sum X_l' W_l        over the links l that k carries
  * where b is the frame that carries k's node. (Of the terms for i before k's node, W_b . M^C_k x, those for i after it
- * have the opposite, since sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from origin to origin as
- * wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
+ * have the opposite, since sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from origin to origin
+ * as wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
  *     I W    = (J w' + h x u', m u' + w' x h)
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
  *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c */

@@ -7,7 +7,8 @@
  * the first of them, to which all other links that carry any of the lanes belong.
  *
  * The lanes of a column of M lie side by side if velocity coordinates have the order of the links (model->ordered);
- * otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum whatever the width.
+ * otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum whatever the
+ * width.
  */
 #ifndef KT_DYNAMICS_MASS_H
 #define KT_DYNAMICS_MASS_H

@@ -1,5 +1,5 @@
-/* M^-1 of a tree as the articulated-body recursion leaves it, for any number of right-hand sides: O(n) for the terms and
- * O(n) a column, without M.
+/* M^-1 of a tree as the articulated-body recursion leaves it, for any number of right-hand sides: O(n) for the terms
+ * and O(n) a column, without M.
  *
  * With I the articulated inertia of a link (articulated.h) and S_k its degrees of freedom, all about the link's origin,
  * from the tips to the ground and from the last k to the first
@@ -8,8 +8,8 @@
  * carries passes on,
  *     backward    y_k = (x_k - S_k.F) d_k,   F += U_k y_k
  *     forward     x_k = y_k - d_k U_k.A,     A += S_k x_k
- * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3; that the passes are
- * factors of M^-1: Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
+ * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3; that the passes
+ * are factors of M^-1: Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
  */
 #ifndef KT_DYNAMICS_MASS_INVERSE_H
 #define KT_DYNAMICS_MASS_INVERSE_H

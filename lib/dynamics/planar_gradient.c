@@ -1,8 +1,8 @@
 /* The passes of inverse_gradient.h in a plane.
  *
  * What a joint carries moves as one rigid body when its position changes, so the gradient needs no more than sums over
- * the particles that it carries. With the velocities v along the motion and u along w, accelerations a less gravity, and
- * J a rotation by a right angle,
+ * the particles that it carries. With the velocities v along the motion and u along w, accelerations a less gravity,
+ * and J a rotation by a right angle,
  *     w . tau = sum m u . a - (external forces . u + moments w)
  * A revolute joint at o turns u - u_o, v - v_o and a - a_o, and J u . a + u . J a = 0, so that
  *     F = sum m a - f,   P = sum m u,   N = 2 sum m u . J v,   Y = -sum f . J u

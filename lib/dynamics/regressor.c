@@ -1,5 +1,6 @@
-/* The regressor of inverse dynamics. A unit of one parameter of a body needs the wrench (n, f) about the body's origin, with a
- * the acceleration of that origin less gravity, w and alpha the body's angular velocity and acceleration, and e its axes,
+/* The regressor of inverse dynamics. A unit of one parameter of a body needs the wrench (n, f) about the body's origin,
+ * with a the acceleration of that origin less gravity, w and alpha the body's angular velocity and acceleration, and e
+ * its axes,
  *     m:       f = a,                                 n = 0
  *     m c_k:   f = alpha x e_k + w x (w x e_k),       n = e_k x a
  *     I_kl:    f = 0,                                 n = E alpha + w x E w,   E = e_k e_l' + e_l e_k' (k = l: e_k e_k')

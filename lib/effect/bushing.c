@@ -4,7 +4,8 @@
  *     V = d' K d / 2 + theta' Kr theta / 2,   dissipated = u' C u + w' Cr w,
  *     F = -K d - C u,   M = -G^-T Kr theta - Cr w     on the second end, at its point, in the first end's axes,
  * since theta' Kr thetadot = (G^-T Kr theta) . w. The first end feels -F in the second's point, so about its own
- * -M - (p2 - p1) x F: the pair has no resultant wrench, and the gradient of V holds for rotations of the first frame, too.
+ * -M - (p2 - p1) x F: the pair has no resultant wrench, and the gradient of V holds for rotations of the first frame,
+ * too.
  *
  * Where both frames turn about one axis of the first, M = -k theta exactly. The frames are taken to be less than half a
  * turn apart: there theta jumps to its opposite, and the moment with it.

@@ -11,7 +11,8 @@
  * Friction opposes the tangential part of s,
  *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|,
  * smooth in s_t: below v0 (`slip`) it is a damper mu N / v0, and under a load T < mu N a body creeps at
- * v0 artanh(T / (mu N)) instead of resting. It acts in l, not in the centre, and so makes a ball roll. What is not elastic is
+ * v0 artanh(T / (mu N)) instead of resting. It acts in l, not in the centre, and so makes a ball roll. What is not
+ * elastic is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
 #include "effect/effect.h"
@@ -62,7 +63,8 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_SLOPES
-/* What a change of the plane's motion changes: rotation and displacement, angular velocity and velocity of its point. */
+/* What a change of the plane's motion changes: rotation and displacement, angular velocity and velocity of its
+ * point. */
 typedef struct change {
     kt_vec3 rotation, displacement, omega, velocity;
 } change;

@@ -1,7 +1,7 @@
 /* An effect type: the wrench at each of its ends, or the force in a joint.
  *
- * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also says where its power
- * comes from: with P the power of all that it exerts,
+ * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also says where its
+ * power comes from: with P the power of all that it exerts,
  *     P = supplied - dissipated - dV/dt,   V its potential energy.
  */
 #ifndef KT_EFFECT_EFFECT_H
@@ -58,21 +58,22 @@ typedef struct kt_effect_kind {
     void (*check)(kt_checker *checker, const kt_effect *effect);
     /* What the effect can do to the energy of a mechanism, with the numbers that it has. */
     kt_energetics (*energetics)(const kt_effect_record *effect);
-    /* Effects with ends: wrench[k] receives what acts on end k, moment about its point, world axes. balance may be NULL.
-     * The points of both ends are given relative to a fixed point of the world near one of them, so that no digits are
-     * lost where they are far from the world's origin. */
+    /* Effects with ends: wrench[k] receives what acts on end k, moment about its point, world axes. balance may be
+     * NULL. The points of both ends are given relative to a fixed point of the world near one of them, so that no
+     * digits are lost where they are far from the world's origin. */
     void (*wrench)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
                    kt_effect_wrench *wrench, kt_effect_power *balance);
     /* Effects in a joint with position q and velocity v: the joint force (N m, or N in a sliding joint). */
     kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                            kt_effect_power *balance);
-    /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken of
-     * its own code by dual numbers (reduction/dual_effect.c), which cost some ten times as much. */
+    /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken
+     * of its own code by dual numbers (reduction/dual_effect.c), which cost some ten times as much. */
     void (*slopes)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                    kt_effect_slopes *slopes);
     void (*joint_slopes)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                          double slope[2]);
-    /* The partial derivatives of `wrench` and of `joint_force` by time, just after t. NULL: they do not depend on it. */
+    /* The partial derivatives of `wrench` and of `joint_force` by time, just after t. NULL: they do not depend on
+     * it. */
     void (*rise)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                  kt_wrench *wrench);
     double (*joint_rise)(const kt_effect_record *effect, const double *numbers, double q, double v, double t);
@@ -112,9 +113,9 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
     "    shape: {type: rod, to: [0, 0, -1]}\n"                                                                         \
     "effects:\n"
 
-/* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end is
- * turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where it has
- * fewer; whether its length is the distance of its ends at the start; and the check of its members. */
+/* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end
+ * is turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where
+ * it has fewer; whether its length is the distance of its ends at the start; and the check of its members. */
 KT_INNER int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
@@ -125,16 +126,16 @@ static inline kt_energetics kt_energetics_of(bool dissipates) {
     return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;
 }
 
-/* Of an effect that is given by functions of time: it supplies energy unless all of them are zero. (A constant force has
- * a potential, but it counts as supplied.) */
+/* Of an effect that is given by functions of time: it supplies energy unless all of them are zero. (A constant force
+ * has a potential, but it counts as supplied.) */
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
 /* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      double t);
 
-/* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And that
- * of `value`, in world axes. */
+/* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And
+ * that of `value`, in world axes. */
 static inline void kt_effect_curve_rise(const kt_curve *curve, const double *numbers, double t, double out[3]) {
     kt_curve_evaluate(curve, numbers, nextafter(t, (double)INFINITY), out);
 }

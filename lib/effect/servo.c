@@ -3,8 +3,8 @@
  *
  * The limit L is smooth: force = u up to 0.9 L, +-L from 1.1 L on, and a parabola between them,
  *     force = L - (1.1 L - u)^2 / (0.4 L),
- * which meets both with their slopes, 1 and 0. So the force is what the gains say wherever the servo is not near its limit,
- * never exceeds it, and is C1 for the integrator's error control.
+ * which meets both with their slopes, 1 and 0. So the force is what the gains say wherever the servo is not near its
+ * limit, never exceeds it, and is C1 for the integrator's error control.
  */
 #include "effect/effect.h"
 
@@ -45,8 +45,8 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_SLOPES
-/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with its
- * derivatives. */
+/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with
+ * its derivatives. */
 static double slope_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);

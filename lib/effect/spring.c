@@ -3,8 +3,8 @@
  * and the ends are pulled together by it, so that a spring of no length (L = 0) pulls with -k d.
  *
  * Where the points coincide n is undefined. In a motion through such a state n is -d' / |d'| before it and d' / |d'|
- * after it: the elastic force k L n changes its sign there, and c rate n = c d' does not. The mean of both sides is taken:
- * no elastic force, and damping of the whole d'.
+ * after it: the elastic force k L n changes its sign there, and c rate n = c d' does not. The mean of both sides is
+ * taken: no elastic force, and damping of the whole d'.
  */
 #include "effect/effect.h"
 
@@ -33,7 +33,8 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
 #if KT_HAS_SLOPES
-/* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' / |d|:
+/* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' /
+ * |d|:
  *     -d(T n)/dd = -k n n' - n (c P d')' / |d| - T P / |d|,   -d(T n)/dd' = -c n n' */
 static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                          kt_effect_slopes *slopes) {

@@ -1,7 +1,7 @@
-/* Base parameters: the columns of the regressor that do not depend on columns before them, in an order that prefers those with
- * which a person would name a sum (Gautier 1990). Regressors at random states are rotated, row by row, into the triangle R of
- * their QR factorisation. R is then brought to echelon form: a column whose length below the rows that are used up is not
- * above KT_DEPENDENT of its whole length depends on the base columns before it,
+/* Base parameters: the columns of the regressor that do not depend on columns before them, in an order that prefers
+ * those with which a person would name a sum (Gautier 1990). Regressors at random states are rotated, row by row, into
+ * the triangle R of their QR factorisation. R is then brought to echelon form: a column whose length below the rows
+ * that are used up is not above KT_DEPENDENT of its whole length depends on the base columns before it,
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
 #include "base/arena.h"
@@ -135,8 +135,8 @@ static int group_of(const kt_model *model, int32_t column) {
                                            : 0;
 }
 
-/* Lengths of columns; zero where they are rounding errors of the longest one of their unit, as of a first moment along the
- * axis of a joint that stands on a vertical one. */
+/* Lengths of columns; zero where they are rounding errors of the longest one of their unit, as of a first moment along
+ * the axis of a joint that stands on a vertical one. */
 static void measure_columns(const kt_model *model, base_work *w, size_t columns) {
     double longest[6] = {0.0};
     for (size_t j = 0; j < columns; j++) {
@@ -164,7 +164,8 @@ static size_t pass_over(const kt_model *model, base_work *w, size_t columns) {
     return rank;
 }
 
-/* x (rank numbers) of a dependent column: by back substitution over the base columns before it, which are at[0], at[1], ... */
+/* x (rank numbers) of a dependent column: by back substitution over the base columns before it, which are at[0], at[1],
+ * ... */
 static void relate(const base_work *w, size_t columns, const int *at, size_t j, size_t rank, double *x) {
     memset(x, 0, rank * sizeof *x);
     for (size_t i = (size_t)w->before[j]; i-- > 0;) {

@@ -1,7 +1,7 @@
 /* Robots in the Unified Robot Description Format: links and joints of XML to bodies of a description.
  *
- * A link of URDF is a body of ours, and the joint that has it as child is that body's joint: both frames are the same. URDF
- * gives the joint's frame by `origin` in the parent link, and the axis in the joint's frame, as we do.
+ * A link of URDF is a body of ours, and the joint that has it as child is that body's joint: both frames are the same.
+ * URDF gives the joint's frame by `origin` in the parent link, and the axis in the joint's frame, as we do.
  */
 #include "import/urdf.h"
 

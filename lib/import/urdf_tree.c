@@ -116,7 +116,8 @@ static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
     return NULL;
 }
 
-/* Limits of position, and the start: zero, or the limit nearest to it. URDF's default for one that is not given is 0. */
+/* Limits of position, and the start: zero, or the limit nearest to it. URDF's default for one that is not given is
+ * 0. */
 static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     const kt_element *limit = kt_xml_child(j->element, "limit");
     double lower = 0.0, upper = 0.0;

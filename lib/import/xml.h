@@ -14,8 +14,8 @@ typedef struct kt_element {
 
 enum { KT_XML_DEPTH_MAX = 64 /* elements within one another */ };
 
-/* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A document
- * type is refused: with entities of its own, a small file can stand for a large one. */
+/* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A
+ * document type is refused: with entities of its own, a small file can stand for a large one. */
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root);
 
 /* The value of an attribute, and the first child or the next sibling of a name; NULL if there is none. */

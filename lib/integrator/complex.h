@@ -1,4 +1,5 @@
-/* Arithmetic of complex numbers. The C library's own type is avoided: its products look for infinities, which costs calls. */
+/* Arithmetic of complex numbers. The C library's own type is avoided: its products look for infinities, which costs
+ * calls. */
 #ifndef KT_INTEGRATOR_COMPLEX_H
 #define KT_INTEGRATOR_COMPLEX_H
 

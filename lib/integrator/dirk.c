@@ -9,11 +9,11 @@
  *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma),     base = y0 + h sum_{j<i} a_ij k_j
  *
  * which begins with the slope at the end of the last step. Where it does not converge, as where friction sets in or a
- * contact closes within the step, J and the factors are computed anew in every iteration, and a correction dY is damped: with
- * the largest lambda = 1, 1/2, 1/4, ... for which the correction that follows at Y + lambda dY with the same factors is
- * shorter than (1 - lambda / 4) |dY|. That test is affine invariant: P. Deuflhard, Newton Methods for Nonlinear Problems,
- * 2004, section 3.3. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated,
- * since f would magnify what little Y is off a stiff motion.
+ * contact closes within the step, J and the factors are computed anew in every iteration, and a correction dY is
+ * damped: with the largest lambda = 1, 1/2, 1/4, ... for which the correction that follows at Y + lambda dY with the
+ * same factors is shorter than (1 - lambda / 4) |dY|. That test is affine invariant: P. Deuflhard, Newton Methods for
+ * Nonlinear Problems, 2004, section 3.3. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated, since f would
+ * magnify what little Y is off a stiff motion.
  *
  * Linear stability. Y_i = N_i / ((1 - gamma z)^(i-1)) with N_1 = 1, and R = Y_s:
  *
@@ -97,8 +97,8 @@ static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
     return result->result = KT_TRY_DIVERGED;
 }
 
-/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer; *found: whether
- * there is one. The test is made in one norm, whatever becomes of the stage. */
+/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer; *found:
+ * whether there is one. The test is made in one norm, whatever becomes of the stage. */
 static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     const double *from = kt_newton_row(it, KT_DIRK_FROM), *correction = kt_newton_row(it, KT_DIRK_CORRECTION);

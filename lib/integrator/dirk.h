@@ -15,11 +15,12 @@ static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; 
 /* kt_newton_prepare with these rows. */
 kt_try_result kt_dirk_prepare(kt_integrator *it, bool rejected, kt_try *result);
 
-/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows and `part` of the sign of the step; Y
- * is left in its row, and the slope (Y - base) / part in the slot. */
+/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows and `part` of the sign of the
+ * step; Y is left in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
 
-/* How a step whose iteration did not converge goes on: with a new Jacobian, then damped (KT_TRY_PASSED), or not at all. */
+/* How a step whose iteration did not converge goes on: with a new Jacobian, then damped (KT_TRY_PASSED), or not at
+ * all. */
 kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result);
 
 /* The slope at the start of a step: that with which the last one was solved, or f where there is none. */

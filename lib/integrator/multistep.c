@@ -20,7 +20,8 @@
  * mode grows where any root is larger than 1. Roots are found by the iteration of Weierstrass (Durand and Kerner), and
  * each is then corrected by Newton's.
  *
- * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, III.1 to III.3; G. Wanner, E. Hairer, Solving ODE II, V.1.
+ * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, III.1 to III.3; G. Wanner, E. Hairer, Solving ODE II,
+ * V.1.
  */
 #include "integrator/multistep.h"
 

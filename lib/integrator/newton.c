@@ -31,8 +31,9 @@
 /* A contraction slower than this asks for a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
-/* The fewest iterations of a try, by which its rate is known (is_settled). One alone would be judged by that of the step
- * before: where a stiff force has gone since, the matrix hides it from the correction, however large the residual. */
+/* The fewest iterations of a try, by which its rate is known (is_settled). One alone would be judged by that of the
+ * step before: where a stiff force has gone since, the matrix hides it from the correction, however large the
+ * residual. */
 #define KT_NEWTON_LEAST 2
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -57,8 +58,8 @@ static double *jacobian_point(const kt_integrator *it) { return it->history + KT
 
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
-/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch; an exact one, to 1e-10 or
- * so, (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta, and slot 1 as scratch, too. */
+/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch; an exact one, to 1e-10
+ * or so, (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta, and slot 1 as scratch, too. */
 static kt_try_result difference(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
     kt_newton_work *w = kt_newton_of(it);
@@ -131,14 +132,14 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* ---- before a try ------------------------------------------------------------------------------------------------ */
 
-/* With fixed steps components are weighed as if they were at least this part of the largest one, and of what a step makes
- * of them. */
+/* With fixed steps components are weighed as if they were at least this part of the largest one, and of what a step
+ * makes of them. */
 #define KT_SMALL_PART 1e-3
 
 /* Adaptive: as the error estimate is weighted. That is of order 3, so that the error would be far below the tolerance
  * where this is small: the tolerances of a try are 0.1 r^(2/3) instead of r, and the absolute ones larger by the same
- * factor, as in Hairer's RADAU5. Fixed: by rounding, of the state or of what a step makes of it; the part of the largest
- * component is for those that are 0, and where all are and rest, it is 1. */
+ * factor, as in Hairer's RADAU5. Fixed: by rounding, of the state or of what a step makes of it; the part of the
+ * largest component is for those that are 0, and where all are and rest, it is 1. */
 static void set_scales(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     const double relative = it->options.relative_tolerance;
@@ -346,8 +347,8 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *resu
         0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)));
 }
 
-/* To rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Where f itself is
- * not exact to rounding, as near a singular position of loops, corrections stop shrinking earlier; they are taken as
+/* To rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Where f itself
+ * is not exact to rounding, as near a singular position of loops, corrections stop shrinking earlier; they are taken as
  * they are where they are below 1e-7 of y, and counted. */
 static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
@@ -363,9 +364,9 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     return KT_TRY_PASSED;
 }
 
-/* Whether the rate is known: by two corrections, and by a third where the second was not far shorter than the first. What
- * the matrix hides - where a stiff force has gone within the step, as in a contact that opens - makes corrections that
- * are small from the first on, and do not shrink: the first two may seem to. */
+/* Whether the rate is known: by two corrections, and by a third where the second was not far shorter than the first.
+ * What the matrix hides - where a stiff force has gone within the step, as in a contact that opens - makes corrections
+ * that are small from the first on, and do not shrink: the first two may seem to. */
 static bool is_settled(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
@@ -437,8 +438,8 @@ void kt_newton_forget(kt_integrator *it) {
     memcpy(it->history, &fresh, sizeof fresh);
 }
 
-/* The contraction rate grows with the step, at least in proportion. A step may grow until it is foreseen to be this one:
- * a step that is longer, as the error alone would allow, is tried in vain again and again. */
+/* The contraction rate grows with the step, at least in proportion. A step may grow until it is foreseen to be this
+ * one: a step that is longer, as the error alone would allow, is tried in vain again and again. */
 #define KT_FORESEEN_RATE 0.5
 
 double kt_newton_control(const kt_integrator *it, double h, double error) {

@@ -89,8 +89,8 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);
 
-/* The same of the correction x of a stage or its increment. With fixed steps the scale knows the size of what is corrected:
- * it may be far larger than the state at the start of the step. */
+/* The same of the correction x of a stage or its increment. With fixed steps the scale knows the size of what is
+ * corrected: it may be far larger than the state at the start of the step. */
 double kt_newton_square_of(const kt_integrator *it, const double *x, const double *stage);
 
 /* KT_TRY_NOT_FINITE where the norm of a correction is not finite because of a component of x. */

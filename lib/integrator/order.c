@@ -6,10 +6,10 @@
  *     Phi_i(t) = product over the children u of the root of sum_j a_ij Phi_j(u),    Phi_i(.) = 1.
  *
  * Of a Rosenbrock method a node with one child has a_ij + gamma_ij in place of a_ij (Hairer and Wanner, Solving ODE II,
- * IV.7, theorem 7.5). Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13); for a
- * difference of two such weights the sum is 0; and for weights that depend on theta it is theta^rho(t) / gamma(t), for
- * every theta (HNW II.6). The last is an identity between polynomials of degree 3 + dense_terms that both vanish at 0:
- * it is checked at as many further points.
+ * IV.7, theorem 7.5). Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes
+ * (theorem 2.13); for a difference of two such weights the sum is 0; and for weights that depend on theta it is
+ * theta^rho(t) / gamma(t), for every theta (HNW II.6). The last is an identity between polynomials of degree 3 +
+ * dense_terms that both vanish at 0: it is checked at as many further points.
  *
  * Trees are level sequences (the depth of each node in preorder), each generated from the previous one by the algorithm
  * of T. Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.

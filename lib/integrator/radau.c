@@ -18,13 +18,13 @@
  *
  * and, where it is too large in the first step or after a rejected try, once more with f(t0, y0 + err).
  *
- * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through them, and not evaluated: f
- * would magnify what little y1 is off a stiff motion. The slope at the start is the last one of the step before.
+ * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through them, and not evaluated:
+ * f would magnify what little y1 is off a stiff motion. The slope at the start is the last one of the step before.
  *
  * Linear stability: R(z) = (1 + 2 z / 5 + z^2 / 20) / (1 - 3 z / 5 + 3 z^2 / 20 - z^3 / 60), A- and L-stable.
  *
- * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8. T has columns whose last
- * component is 1 (of the complex pair: 1 and 0); all digits are computed from A.
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8. T has columns whose
+ * last component is 1 (of the complex pair: 1 and 0); all digits are computed from A.
  */
 #include "integrator/newton.h"
 

@@ -4,7 +4,8 @@
  *     k_i = f(t0 + alpha_i h, y0 + h sum_{j<i} alpha_ij k_j) + h J sum_{j<=i} gamma_ij k_j + gamma_i h f_t
  *     y1  = y0 + h sum_i b_i k_i
  *
- * with J = f_y and f_t at (t0, y0), and all gamma_ii = gamma. With U_i = h sum_j gamma_ij k_j no product with J is left:
+ * with J = f_y and f_t at (t0, y0), and all gamma_ii = gamma. With U_i = h sum_j gamma_ij k_j no product with J is
+ * left:
  *
  *     (1 / (h gamma) - J) U_i = f(t0 + alpha_i h, y0 + sum_{j<i} a_ij U_j) + sum_{j<i} C_ij U_j / h + gamma_i h f_t
  *     y1 = y0 + sum_i m_i U_i
@@ -13,19 +14,20 @@
  * motion is stiff.
  *
  * J. The order depends on an exact one: it is computed at every step, and by central differences where the caller gives
- * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which an
- * adaptive step sees in its estimate.
+ * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which
+ * an adaptive step sees in its estimate.
  *
- * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_slope), or it is
- * the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within the
- * step: off by delta^2 f_ttt / 3, which makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13 h f.
+ * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_slope), or it
+ * is the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within
+ * the step: off by delta^2 f_ttt / 3, which makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13
+ * h f.
  *
  * Quadratures, on which f does not depend, have no part in J: they are integrated by Simpson's rule over the dense
  * output, with two more evaluations, to order 4.
  *
- * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends, which are those of
- * the published continuous output and not evaluated: f would magnify what little y1 is off a stiff motion. The slope at
- * the start is the last one of the step before.
+ * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends, which are those
+ * of the published continuous output and not evaluated: f would magnify what little y1 is off a stiff motion. The slope
+ * at the start is the last one of the step before.
  *
  * Linear stability. With B = alpha + gamma, lower triangular, Y = (1 - z B)^-1 1 has Y_i = N_i / (1 - gamma z)^i,
  *

@@ -1,8 +1,8 @@
 /* The family of methods that are explicit until the motion is stiff, and implicit while it is: dopri5 and radau5.
  *
  * Stiff. Steps of dopri5 are bounded by its stability, near h rho = 3.3 on the real axis, where rho is the spectral
- * radius of J = f_y. Its last two stages are both at the end of the step, Y_7 = y1 and Y_6; where the fastest mode is at
- * its limit, it prevails in their difference d, and in that of their slopes g, so that
+ * radius of J = f_y. Its last two stages are both at the end of the step, Y_7 = y1 and Y_6; where the fastest mode is
+ * at its limit, it prevails in their difference d, and in that of their slopes g, so that
  *
  *     h rho = |g| / |d|,    g = f(Y_7) - f(Y_6) = J (Y_7 - Y_6),    d = (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
  *
@@ -13,18 +13,18 @@
  *     KT_STIFF_MOST;
  *   - at loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over corners,
  *     and where a mode decays it is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum never less than 0.
- * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it. Until
- * a first sign is found, only every KT_WATCH_PERIOD-th step is looked at. The bounds are measured on the bundled scenes,
- * at tolerances of 1e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to 1 of the
- * critical one.
+ * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
+ * Until a first sign is found, only every KT_WATCH_PERIOD-th step is looked at. The bounds are measured on the bundled
+ * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to
+ * 1 of the critical one.
  *
  * Ringing. Where a pair of modes rings while it decays, g and d turn against each other from step to step, and their
  * ratio is any number. A second difference in which fast modes prevail is that of the error estimate,
  *
  *     e = sum_i e_i k_i = J h d_2,    d_2 = sum_ij e_i a_ij k_j,
  *
- * so that in the plane of the pair [g e] = h J [d d_2], and M = (D'D)^-1 D' [g e], D = [d d_2], has its eigenvalues z = h
- * lambda. Positions count 3.3 / h times in D' (options.positions), so that both halves of an oscillation at the limit
+ * so that in the plane of the pair [g e] = h J [d d_2], and M = (D'D)^-1 D' [g e], D = [d d_2], has its eigenvalues z =
+ * h lambda. Positions count 3.3 / h times in D' (options.positions), so that both halves of an oscillation at the limit
  * have one size; else what other modes do to velocities would outweigh the positions. dopri5 is stable up to |z| = 2.4
  * to 3.4 for every damping above 0.05 of the critical one, and there, and only there, the pair grows as often as it
  * decays, while an oscillation that the steps follow decays like e^z. So a step with |g| > KT_RINGING_RATE |d| and
@@ -32,8 +32,8 @@
  *
  *     1 + KT_RINGING_GROWTH (|R|^2 - 1) / (|R|^2 + 1),
  *
- * where R = R(z) is what dopri5 makes of the mode in a step; any other counts -1. The motion is stiff when the sum, never
- * less than 0, is KT_RINGING_SIGNS. The 46 bundled scenes that are not stiff come to 6.9 of 20 at most.
+ * where R = R(z) is what dopri5 makes of the mode in a step; any other counts -1. The motion is stiff when the sum,
+ * never less than 0, is KT_RINGING_SIGNS. The 46 bundled scenes that are not stiff come to 6.9 of 20 at most.
  *
  * Back. dopri5 takes over again
  *   - after the first step, if it took over for a decay and h rho was not above KT_STIFF_LEAST in truth;
@@ -48,13 +48,13 @@
  *
  *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
  *
- * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) where lambda decays, and less where it oscillates. The
- * iteration begins with Y_7 - Y_6, in which the fastest mode prevails, and goes on with the vector that it ended with at
- * the Jacobian before.
+ * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) where lambda decays, and less where it oscillates.
+ * The iteration begins with Y_7 - Y_6, in which the fastest mode prevails, and goes on with the vector that it ended
+ * with at the Jacobian before.
  *
  * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has the very bits of dopri5. With a
- * fixed step all are dopri5's. Which method took the last step, whose dense output may be asked for, and which takes the
- * next one, belong to the history, with what the detection has counted: they change after an accepted step only.
+ * fixed step all are dopri5's. Which method took the last step, whose dense output may be asked for, and which takes
+ * the next one, belong to the history, with what the detection has counted: they change after an accepted step only.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
  */

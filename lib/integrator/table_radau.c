@@ -4,10 +4,11 @@
  * in the dense output.
  *
  * Error estimate, Hairer and Wanner (8.19) before its filter: err = gamma_0 h f0 + sum_i e_i z_i of order 3, z_i = h
- * sum_j a_ij k_j, with 1 / gamma_0 the real eigenvalue of A^-1 and e = gamma_0 / 3 (-13 - 7 sqrt 6, -13 + 7 sqrt 6, -1).
+ * sum_j a_ij k_j, with 1 / gamma_0 the real eigenvalue of A^-1 and e = gamma_0 / 3 (-13 - 7 sqrt 6, -13 + 7 sqrt 6,
+ * -1).
  *
- * Dense output: y' is the cubic through the four slopes; its integral meets y1, and has order 4. Beyond the cubic of the
- * ends it needs the third divided difference of the slopes over 4: d_i = 1 / (4 prod_{j != i} (c_i - c_j)).
+ * Dense output: y' is the cubic through the four slopes; its integral meets y1, and has order 4. Beyond the cubic of
+ * the ends it needs the third divided difference of the slopes over 4: d_i = 1 / (4 prod_{j != i} (c_i - c_j)).
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, table IV.5.6 and section IV.8. All
  * digits computed from these formulas.

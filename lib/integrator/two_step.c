@@ -3,10 +3,10 @@
  *
  *     Y = base + h b_0 f(t1, Y),     base = a_1 y0 + a_2 y_{-1} + h (b_1 f_0 + b_2 f_{-1})
  *
- * is solved as a stage of a diagonally implicit method, from the guess y_{-1} + 2 h f_0, which is off by O(h^3). Both past states are those after the projection, and their
- * slopes are evaluated there. Where there is no past state a step of the same length before - at the start, after a
- * jump, and before and after a step of another length - the method of the table takes the step, which is L-stable and of
- * order 2.
+ * is solved as a stage of a diagonally implicit method, from the guess y_{-1} + 2 h f_0, which is off by O(h^3). Both
+ * past states are those after the projection, and their slopes are evaluated there. Where there is no past state a step
+ * of the same length before - at the start, after a jump, and before and after a step of another length - the method of
+ * the table takes the step, which is L-stable and of order 2.
  *
  * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
  * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].

@@ -1,9 +1,9 @@
-/* Verdicts of linear stability [MSD 5.3.1, 5.3.2]: A-stable, where no mode that decays or swings in truth grows, whatever
- * the step; L-stable, where moreover what decays infinitely fast is gone after a step.
+/* Verdicts of linear stability [MSD 5.3.1, 5.3.2]: A-stable, where no mode that decays or swings in truth grows,
+ * whatever the step; L-stable, where moreover what decays infinitely fast is gone after a step.
  *
- * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum principle;
- * of a multistep method it holds for the largest root). Both are looked at point by point: the axis, and arcs on the left,
- * next to whose points a pole would show.
+ * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum
+ * principle; of a multistep method it holds for the largest root). Both are looked at point by point: the axis, and
+ * arcs on the left, next to whose points a pole would show.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.
  */
@@ -11,8 +11,8 @@
 
 #include <math.h>
 
-/* Points per factor of ten of |z|, the exponents of ten between which they lie, and directions from the axis to the real
- * one. */
+/* Points per factor of ten of |z|, the exponents of ten between which they lie, and directions from the axis to the
+ * real one. */
 enum { GRAIN = 40, LEAST = -4, MOST = 6, DIRECTIONS = 8 };
 
 /* What grows by less in a step counts as rounding: the square root of eps, which a double root makes of it. */

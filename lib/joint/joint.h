@@ -17,8 +17,8 @@ typedef struct kt_element {
 
 enum { KT_ELEMENT_MAX = 3 };
 
-/* Pose of a body relative to the joint frame on its parent, and its rates as seen from there: angular, and of the body's
- * origin. */
+/* Pose of a body relative to the joint frame on its parent, and its rates as seen from there: angular, and of the
+ * body's origin. */
 typedef struct kt_joint_motion {
     kt_pose pose;
     kt_twist velocity, acceleration;
@@ -39,8 +39,8 @@ typedef struct kt_joint_kind {
      * describe the same rotation those nearest to `near` (nq) are taken. NULL if there are no coordinates. */
     void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a);
-    /* A wrench on the body (about its origin), and opposite on its parent, whose power is tau . v in every motion that the
-     * joint allows; axes of the joint frame. */
+    /* A wrench on the body (about its origin), and opposite on its parent, whose power is tau . v in every motion that
+     * the joint allows; axes of the joint frame. */
     kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 

@@ -9,10 +9,10 @@
 
 enum { KT_LOOP_ROW_MAX = 6 };
 
-/* One end of a loop, in world axes. Positions and velocities are relative to the origin of the nearest common ancestor of
- * both ends, as if that origin were at rest; the ancestor's angular velocity is included, its accelerations are not (a
- * motion of both ends together changes no loop). alpha and linear are the accelerations for zero joint accelerations; the
- * equations do not read them, the reduction does. */
+/* One end of a loop, in world axes. Positions and velocities are relative to the origin of the nearest common ancestor
+ * of both ends, as if that origin were at rest; the ancestor's angular velocity is included, its accelerations are not
+ * (a motion of both ends together changes no loop). alpha and linear are the accelerations for zero joint
+ * accelerations; the equations do not read them, the reduction does. */
 typedef struct kt_loop_end {
     kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_vector point;
@@ -26,8 +26,8 @@ typedef struct kt_loop_end {
  * it is
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
- * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the opposite wrench acts on
- * the first end at the same point. A row that is not holonomic has no phi; its equation is phi' = 0. */
+ * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the opposite wrench acts
+ * on the first end at the same point. A row that is not holonomic has no phi; its equation is phi' = 0. */
 typedef struct kt_loop_row {
     kt_vector moment, force;
     kt_real residual; /* phi; 0 where the row is not holonomic */
@@ -41,8 +41,8 @@ typedef struct kt_relation_row {
     double residual, rate, drift; /* as above; drift = -f'' */
 } kt_relation_row;
 
-/* The kind of a row, for loops in a plane (planar_rows.c): d along an axis of end 1; the component along that axis of the
- * relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance. */
+/* The kind of a row, for loops in a plane (planar_rows.c): d along an axis of end 1; the component along that axis of
+ * the relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance. */
 typedef enum kt_loop_part {
     KT_PART_NONE = 0, /* the type has no form in a plane */
     KT_PART_X,
@@ -57,9 +57,9 @@ typedef enum kt_loop_part {
     KT_PART_DISTANCE
 } kt_loop_part;
 
-/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical), and once more
- * for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is compiled once, has its
- * keys; which ends, axes and joints it reads follows from them. */
+/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical), and once
+ * more for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is compiled once,
+ * has its keys; which ends, axes and joints it reads follows from them. */
 typedef struct kt_loop_kind {
     int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
@@ -82,15 +82,15 @@ typedef struct kt_loop_kind {
     "    markers: {corner: [0.1, 0.15, 0.2]}\n"                                                                        \
     "loops:\n"
 
-/* Of a loop whose type exists: whether it is a relation of joint positions, not one of frames; the terms of a relation; and
- * the axis of an end. */
+/* Of a loop whose type exists: whether it is a relation of joint positions, not one of frames; the terms of a relation;
+ * and the axis of an end. */
 bool kt_loop_is_relation(kt_loop_type type);
 int kt_loop_term_count(const kt_loop *loop);
 kt_term kt_loop_term(const kt_loop *loop, int k);
 kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
 
-/* The planar form of a loop: fills all but arms and places from the poses of its ends in the plane's basis (e1, e2, n) at
- * q = 0; false if the type, or its equations out of the plane, have no planar form. `direction` and `length` are the
+/* The planar form of a loop: fills all but arms and places from the poses of its ends in the plane's basis (e1, e2, n)
+ * at q = 0; false if the type, or its equations out of the plane, have no planar form. `direction` and `length` are the
  * bounds below which a number counts as zero. Of relations it is true, and nothing is filled. */
 bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat);

@@ -1,10 +1,10 @@
 /* Rows for orientations: of first order in the error, and regular up to an error of half a turn.
  *
  * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. It is of first order, but beyond a quarter turn it
- * decreases again: there an iteration diverges, and at half a turn the residual is zero. 2 sin(theta / 2) n has zero slope
- * at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
- * and Junkins 1996, J. Astronautical Sciences 44): at half a turn they are 4 and have the slope 2. Newton's step rotates
- * back by 2 sin(theta / 2), never too far.
+ * decreases again: there an iteration diverges, and at half a turn the residual is zero. 2 sin(theta / 2) n has zero
+ * slope at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
+ * and Junkins 1996, J. Astronautical Sciences 44): at half a turn they are 4 and have the slope 2. Newton's step
+ * rotates back by 2 sin(theta / 2), never too far.
  *
  * Frame 1 has the axes e_k, frame 2 the axes f_k; w = w2 - w1; x' is the rate seen in frame 1, where f_k' = w x f_k and
  * the rate of w is (w2' - w1') - g, g = w1 x w2 (relative.h). So a row with moment m has -m . g in its drift.
@@ -16,9 +16,9 @@
 
 #include <math.h>
 
-/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to it, where their
- * slopes grow without bound, the slopes are those of an axis at this distance; the residual is that of the axis itself, so
- * that a step away from there decreases it. */
+/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to it, where
+ * their slopes grow without bound, the slopes are those of an axis at this distance; the residual is that of the axis
+ * itself, so that a step away from there decreases it. */
 #define KT_AXIS_CLEARANCE 1e-3
 
 /* ---- equal orientation ---------------------------------------------------------------------------------------------
@@ -54,8 +54,8 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
 /* ---- one axis ------------------------------------------------------------------------------------------------------
  */
 
-/* f; or if its sine against e is below the clearance, f moved to that distance from the line of e (towards `aside`, normal
- * to e, if f lies on that line). *sine: that of f itself. */
+/* f; or if its sine against e is below the clearance, f moved to that distance from the line of e (towards `aside`,
+ * normal to e, if f lies on that line). *sine: that of f itself. */
 KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_real *sine) {
     const kt_vector across = kt_cross(kt_cross(e, f), e); /* f's part normal to e */
     *sine = kt_sqrt(kt_dot(across, across));

@@ -72,7 +72,8 @@ static void generic_ends(kt_loop_end end[2]) {
     end[1].point = (kt_vector){0.3, 0.5, 0.7, 0.0};
 }
 
-/* Equations whose multiplier exerts a force are about lengths, those whose multiplier exerts a moment alone about angles. */
+/* Equations whose multiplier exerts a force are about lengths, those whose multiplier exerts a moment alone about
+ * angles. */
 kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     const kt_loop_record *record = &model->loop[loop];
     kt_loop_end end[2];

@@ -58,9 +58,9 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
            n * (s->kept + base + more + 1);
 }
 
-/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is seen of
- * it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is computed on
- * the way. */
+/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is seen
+ * of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is computed
+ * on the way. */
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
     return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->pending;
 }

@@ -49,7 +49,8 @@ kt_camera kt_camera_around(kt_vec3 vertical, double azimuth, double elevation) {
     return camera;
 }
 
-/* The sum of squares of the lengths of rods, and of the distances of solids from the joints of their bodies, in the picture. */
+/* The sum of squares of the lengths of rods, and of the distances of solids from the joints of their bodies, in the
+ * picture. */
 static double spread(const kt_picture *picture, const kt_pose *poses, const kt_camera *camera) {
     double sum = 0.0;
     for (int i = 0; i < picture->solid_count; i++) {

@@ -457,7 +457,8 @@ static int edge_before(const graph *g, int piece) {
     return -1;
 }
 
-/* Goes backwards until a piece is met again, and once around: the lightest edge of the cycle, and the longest piece in it. */
+/* Goes backwards until a piece is met again, and once around: the lightest edge of the cycle, and the longest piece in
+ * it. */
 static int find_cycle(const graph *g, const kt_pieces *pieces, double tolerance, int *longest) {
     int piece = 0, lightest = -1;
     double length = 0.0;

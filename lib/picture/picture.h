@@ -142,8 +142,8 @@ bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
 
 /* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
-/* Lays the squares that are shown of planes below the middle of a box, as large as it asks for; poses: those of the bodies that
- * carry the planes. kt_picture_create does so for its poses; a run may take more room. */
+/* Lays the squares that are shown of planes below the middle of a box, as large as it asks for; poses: those of the
+ * bodies that carry the planes. kt_picture_create does so for its poses; a run may take more room. */
 void kt_picture_fit_planes(kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 
 #endif

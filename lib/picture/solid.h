@@ -1,5 +1,5 @@
-/* Convex solids: where they are, how far they reach, where a ray meets them. In a solid's own frame, whose origin is its
- * centre, if not said otherwise. */
+/* Convex solids: where they are, how far they reach, where a ray meets them. In a solid's own frame, whose origin is
+ * its centre, if not said otherwise. */
 #ifndef KT_PICTURE_SOLID_H
 #define KT_PICTURE_SOLID_H
 
@@ -21,8 +21,8 @@ double kt_solid_reach(const kt_solid *solid, kt_vec3 direction);
 /* The point of the solid nearest to a point; of rods, that of the line between the centres of their ends. */
 kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 point);
 
-/* Where the line `from` + s `direction`, of unit length, is inside: from *enter to *leave. Returns false if it misses the
- * solid. */
+/* Where the line `from` + s `direction`, of unit length, is inside: from *enter to *leave. Returns false if it misses
+ * the solid. */
 bool kt_solid_cut(const kt_solid *solid, kt_vec3 from, kt_vec3 direction, double *enter, double *leave);
 
 #endif

@@ -24,7 +24,8 @@
  *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
  * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h.
  * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change.
- * kt_groups_share: the multipliers of all equations as last factored, in the groups' work memory, of given joint forces:
+ * kt_groups_share: the multipliers of all equations as last factored, in the groups' work memory, of given joint
+ * forces:
  *   A' lambda = force (nv). No group may be `solved`. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \

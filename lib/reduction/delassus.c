@@ -5,9 +5,9 @@
 
 #include <float.h>
 
-/* The part of a row that is orthogonal to those before it, relative to its length, above which C is found from A A'. That
- * squares the condition: C then is exact to 1e-10. The rows' own lengths do not matter: scaling them changes no digit of
- * A A'. */
+/* The part of a row that is orthogonal to those before it, relative to its length, above which C is found from A A'.
+ * That squares the condition: C then is exact to 1e-10. The rows' own lengths do not matter: scaling them changes no
+ * digit of A A'. */
 #define SMALL 1e-3
 
 typedef struct sweep {

@@ -13,10 +13,10 @@
  * alone give. Then
  *   u_i = -S_i . P_i,   P_parent += shift(P_i) + K_i u_i
  *   S = sum u_i d_i u_i',   B' M^-1 f = sum u_i (y_i - K_i . A0_p)
- * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom, by
- * the factors L D L' of its inertia, or if it has armature one after the other. A relation between joints, such as a
- * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep gives u_i =
- * the rows of A', of which C is the inverse of the triangular factor, loop by loop with pivoting.
+ * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom,
+ * by the factors L D L' of its inertia, or if it has armature one after the other. A relation between joints, such as a
+ * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep gives u_i
+ * = the rows of A', of which C is the inverse of the triangular factor, loop by loop with pivoting.
  *
  * Rank. Positions next to singular ones, and rows that are large beside each other, are left to the fronts (front.h),
  * as are motions along which the tree has no inertia.

@@ -1,7 +1,7 @@
 /* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da,
  *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
- * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (saddle.h); and without loops M da = -D,
- * with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
+ * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (saddle.h); and without loops M da =
+ * -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
  */
 #include "reduction/stiffness.h"
 

@@ -9,9 +9,9 @@
  *     with q_k:   dW = g_k                     of the last end
  *                 dW = s_k x W - g_k           of the other, as both ends' displacement rotates W
  *                 g_k = K S_k + C (s_k x w + psi'_k, s_k x v + psi'_k)
- * where w and v are the last end's angular velocity and velocity, and psi' (dof.h) is about p, too. S_i changes besides:
- * it is carried along by the degrees of freedom before it and those of its node, and p moves with the last end. All of
- * this together is
+ * where w and v are the last end's angular velocity and velocity, and psi' (dof.h) is about p, too. S_i changes
+ * besides: it is carried along by the degrees of freedom before it and those of its node, and p moves with the last
+ * end. All of this together is
  *     dtau_i / dq_k = sigma_i sigma_k S_i . X,   X = g_k - s_k x W      or   X = g_k + (j_k x f, 0)
  *     dtau_i / dv_k = sigma_i sigma_k S_i . C S_k
  * The first X is for those i that k of the last end carries, and for those that k of the other end does not carry, on
@@ -96,8 +96,8 @@ static void find_end(const state *s, const kt_effect_record *effect, int k, pair
                            .velocity = kt_v4_vec3(m->velocity)};
 }
 
-/* Adds the degrees of freedom between the carrier and a link to the path, expressed about the point p; both are relative
- * to the same point. */
+/* Adds the degrees of freedom between the carrier and a link to the path, expressed about the point p; both are
+ * relative to the same point. */
 static size_t follow(const state *s, int32_t carrier, int32_t to, int32_t end, kt_v4 origin, kt_v4 p, size_t count) {
     const kt_derivative_work *x = s->x;
     for (int32_t i = to; i != carrier; i = s->model->link[i].parent) {

@@ -108,9 +108,9 @@ KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, dou
     return (f->w.weight && weight < KT_PREFERRED) || squares < small * small;
 }
 
-/* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small directions
- * are left and all can be passed on. *first is the squared size of the largest direction of all steps so far. Returns
- * the rank, or -1 if a number is not finite. */
+/* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small
+ * directions are left and all can be passed on. *first is the squared size of the largest direction of all steps so
+ * far. Returns the rank, or -1 if a number is not finite. */
 KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, const double *usual, double *first) {
     const int n = d->m, k = d->k;
     double *norm = f->w.work, all = 0.0;
@@ -158,7 +158,8 @@ KT_INLINE void take_passed(kt_front *f, kt_front_count *count, int n, double *ro
     f->passing = NULL;
 }
 
-/* Passes the equations on that have not been eliminated, but for those that are redundant here: what is left of them, in slots. */
+/* Passes the equations on that have not been eliminated, but for those that are redundant here: what is left of them,
+ * in slots. */
 KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor *x, const int32_t *pivot, int rank,
                        double first) {
     const int n = count->params;

@@ -1,10 +1,10 @@
-/* A constraint group reduced link by link, for groups of many loops: its cost grows with their number, not with the cube
- * of it.
+/* A constraint group reduced link by link, for groups of many loops: its cost grows with their number, not with the
+ * cube of it.
  *
- * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are taken
- * parents first (compile/fronts.c). Its motions are x = x0 + X p with parameters p, of which there are no more than the
- * links still to come can distinguish. For each link i on which one of them or a loop that is still open depends, a slot
- * holds T_i in (alpha, a)_i = T_i p + t_i. A step
+ * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are
+ * taken parents first (compile/fronts.c). Its motions are x = x0 + X p with parameters p, of which there are no more
+ * than the links still to come can distinguish. For each link i on which one of them or a loop that is still open
+ * depends, a slot holds T_i in (alpha, a)_i = T_i p + t_i. A step
  *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
  *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces
  *   closes its loops    D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
@@ -16,8 +16,8 @@
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
  * An equation that is small at a step although it usually is not, where a later step completes equations that are
- * redundant, is passed on, as a row D whose slot holds D and the constant part like T and t: the later one may determine
- * the same motion far better, as of three wheels joined by three rods one that is at its dead centre.
+ * redundant, is passed on, as a row D whose slot holds D and the constant part like T and t: the later one may
+ * determine the same motion far better, as of three wheels joined by three rods one that is at its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
  * orthogonal factors: the rank of each loop's equations is that among motions which close all loops before it. Nothing
@@ -32,8 +32,8 @@
 #include "reduction/front_lanes.h"
 #include "reduction/reduce.h"
 
-/* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the coordinates,
- * or that of the equations' violations with a damping times the coordinates' in their units. */
+/* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the
+ * coordinates, or that of the equations' violations with a damping times the coordinates' in their units. */
 typedef struct kt_front_aim {
     enum { KT_FRONT_DYNAMICS, KT_FRONT_COORDINATES, KT_FRONT_DAMPED } kind;
     const double *tau; /* dynamics: joint forces (nv) */
@@ -51,7 +51,8 @@ typedef struct kt_front_total {
 /* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill.
  * kt_front_apply: A x for x (nv) into out (k); if size is not NULL, the largest term of each sum.
  * kt_front_factor: factors the equations; returns the rank, or -1 if a number is not finite. Sets data->last and near.
- * kt_front_measure: the factors of a damped problem, without eliminating any equation; returns the sum of the squares of
+ * kt_front_measure: the factors of a damped problem, without eliminating any equation; returns the sum of the squares
+ * of
  *   the equations' entries D over their scales.
  * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.

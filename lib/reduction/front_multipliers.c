@@ -1,9 +1,9 @@
 /* The multipliers of a constraint group that is reduced by fronts (front.h).
  *
  * The forces r = M x + F' A - (tau - h) that the loops have to exert on the coordinates are A' lambda. As a linear
- * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). An equation
- * that is completed later depends on y as well, by the acceleration T Q1 y of a link in a slot, so that with the wrenches
- * w that the equations completed later exert on these links
+ * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). An
+ * equation that is completed later depends on y as well, by the acceleration T Q1 y of a link in a slot, so that with
+ * the wrenches w that the equations completed later exert on these links
  *     R1 lambda = c_y - (T Q1)' w
  */
 #include "reduction/front.h"

@@ -1,4 +1,5 @@
-/* The elimination of a constraint group link by link, of equations that have been factored, and the backward pass: front.h. */
+/* The elimination of a constraint group link by link, of equations that have been factored, and the backward pass:
+ * front.h. */
 #include "reduction/front.h"
 
 #include "reduction/front_link.h"
@@ -8,8 +9,8 @@
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */
 
-/* H becomes G H G for the reflector G = 1 - t u u' of `all` entries, those of u before `from` being zero; g becomes G g,
- * and the sizes of the terms on the diagonal of H those of the sums. */
+/* H becomes G H G for the reflector G = 1 - t u u' of `all` entries, those of u before `from` being zero; g becomes G
+ * g, and the sizes of the terms on the diagonal of H those of the sums. */
 KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int from, int all) {
     const int level = f->level;
     double *h = f->energy, *w = f->product, *size = f->size, whole = 0.0;
@@ -122,8 +123,8 @@ KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inert
             f->energy[i * level + j] = f->energy[j * level + i];
 }
 
-/* Adds the energy of a link: T' IA T, and the forces -T' (IA t + bias). Parameters: the parent's acceleration if `base`,
- * then n. */
+/* Adds the energy of a link: T' IA T, and the forces -T' (IA t + bias). Parameters: the parent's acceleration if
+ * `base`, then n. */
 KT_INLINE void weigh_link(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n,
                           const double *constant) {
     const int c = f->components;

@@ -18,8 +18,8 @@ kt_status kt_jacobian_singular(kt_error *error) {
                         "fewer equations of the loops are independent here than elsewhere");
 }
 
-/* The weights by which evaluations choose among dependent equations of a kind (reduce.h); zero for void ones. Returns the
- * rank. */
+/* The weights by which evaluations choose among dependent equations of a kind (reduce.h); zero for void ones. Returns
+ * the rank. */
 static int weigh(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
     int rank = 0;
     memset(w->weight, 0, w->p * sizeof *w->weight);

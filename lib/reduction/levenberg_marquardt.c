@@ -6,15 +6,15 @@
  * of a mechanism, millimetres or kilometres, makes no difference; a step changes a coordinate by at most half its
  * scale. Each group is iterated independently of the others.
  *
- * In a long chain tr(B'B) grows with the cube of the length and the least singular value of B does not: mu would have to
- * fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at most
- * GAP_DAMPING mu times the mean of r^2 over the coordinates (Yamashita & Fukushima 2001), which at first is that with
- * which a step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000 windows
- * then takes five steps instead of six to eleven.
+ * In a long chain tr(B'B) grows with the cube of the length and the least singular value of B does not: mu would have
+ * to fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at
+ * most GAP_DAMPING mu times the mean of r^2 over the coordinates (Yamashita & Fukushima 2001), which at first is that
+ * with which a step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000
+ * windows then takes five steps instead of six to eleven.
  *
- * Where links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection after
- * a step, which eliminates the equations; damped steps, which eliminate none, cost up to ten times as much. It counts only
- * if each step is short and leaves at most a quarter of the gap; otherwise the search begins where it was.
+ * Where links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection
+ * after a step, which eliminates the equations; damped steps, which eliminate none, cost up to ten times as much. It
+ * counts only if each step is short and leaves at most a quarter of the gap; otherwise the search begins where it was.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
@@ -26,8 +26,8 @@
 #include <float.h>
 #include <string.h>
 
-/* The most steps; and those of a group that is reduced by fronts from another start and from a sample: most that close at
- * all do within ten, and a sample that does not is taken from less far away. */
+/* The most steps; and those of a group that is reduced by fronts from another start and from a sample: most that close
+ * at all do within ten, and a sample that does not is taken from less far away. */
 enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 };
 
 #define NEWTON_REACH 0.1                  /* the longest step of Newton's method, in the coordinates' units */

@@ -4,8 +4,8 @@
 
 #include "reduction/project.h"
 
-/* What a search starts from: a sample, from which large groups either close soon or not at all; a state of the caller's;
- * that, and if the loops do not close, several starts around it. */
+/* What a search starts from: a sample, from which large groups either close soon or not at all; a state of the
+ * caller's; that, and if the loops do not close, several starts around it. */
 typedef enum kt_search { KT_SEARCH_SAMPLE = 0, KT_SEARCH_GIVEN, KT_SEARCH_STUBBORN } kt_search;
 
 /* Changes q, except coordinates to be held (NULL: none), until the loops close or no step reduces the residuals; leaves

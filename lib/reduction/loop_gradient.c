@@ -1,5 +1,5 @@
-/* What adjoints need of loops at a state, over the kernels of the model's instruction set and sweep, and the gradient of
- * sums of the equations: planar loops by their own forms, others by dual numbers. */
+/* What adjoints need of loops at a state, over the kernels of the model's instruction set and sweep, and the gradient
+ * of sums of the equations: planar loops by their own forms, others by dual numbers. */
 #include "reduction/loop_gradient.h"
 
 #include "reduction/closed.h"

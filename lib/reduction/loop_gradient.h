@@ -14,7 +14,8 @@ KT_CHECKED kt_status kt_loops_factor(const kt_model *model, kt_data *data, doubl
 /* The same of another kind where kt_loops_factor was the last to set poses. */
 KT_CHECKED kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error);
 
-/* KT_ERROR_SINGULAR where the last factors are near a singular position: accelerations have no defined derivative there. */
+/* KT_ERROR_SINGULAR where the last factors are near a singular position: accelerations have no defined derivative
+ * there. */
 KT_CHECKED kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error);
 
 /* After kt_loops_factor: the least x with J x = right (numbers by the order of the loops' equations; NULL: zeros), as

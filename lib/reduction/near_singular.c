@@ -11,9 +11,9 @@
  * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
  * nearest of these states are about 3e-11 v^2. The error is seen by the interpolation of the inner four states,
  *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6,
- * and h is halved while both differ: a mechanism may change its shape within less than its units. If loops are driven, time varies with s; otherwise only the groups move
- * that are near a singular position. Forces are those of the given state throughout. If nothing moves, the acceleration
- * computed without interpolation is used.
+ * and h is halved while both differ: a mechanism may change its shape within less than its units. If loops are driven,
+ * time varies with s; otherwise only the groups move that are near a singular position. Forces are those of the given
+ * state throughout. If nothing moves, the acceleration computed without interpolation is used.
  */
 #include "reduction/evaluate.h"
 
@@ -26,9 +26,9 @@
 #define NEIGHBOUR_DISTANCE (2.0 * KT_NEAR_SINGULAR)
 /* The least size of a direction at the neighbouring states, relative to its usual size. */
 #define CLEAR (0.1 * KT_NEAR_SINGULAR)
-/* By how much the interpolations of six and of four states may differ, relative to the largest acceleration (if a varies within R
- * units, by 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6), and how often h is halved at most: each time the error falls
- * to 1/64, and that of rounding grows eightfold. */
+/* By how much the interpolations of six and of four states may differ, relative to the largest acceleration (if a
+ * varies within R units, by 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6), and how often h is halved at most: each
+ * time the error falls to 1/64, and that of rounding grows eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
 
@@ -78,8 +78,8 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
            is_clear(model, data);
 }
 
-/* Interpolates the acceleration from six neighbouring states; returns how far it is from that of the inner four, relative to the
- * largest, or infinity if one of them cannot be computed. */
+/* Interpolates the acceleration from six neighbouring states; returns how far it is from that of the inner four,
+ * relative to the largest, or infinity if one of them cannot be computed. */
 static double interpolate(const crossing *c, double dt, double *a) {
     static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
     static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
@@ -126,8 +126,8 @@ static double choose_direction(const crossing *c, const double *a, double *direc
     return speed;
 }
 
-/* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and come
- * nearer to each other. */
+/* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
+ * come nearer to each other. */
 static void come_nearer(const crossing *c, double dt, double apart, double *try, double *a) {
     for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST; k++) {
         const double before = apart;

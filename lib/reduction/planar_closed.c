@@ -168,7 +168,8 @@ static kt_elimination eliminate_group(const closure *c, const kt_planar_link *li
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
-/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the tree. */
+/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the
+ * tree. */
 KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
                                       kt_planar_carried *x, kt_planar_response *response, const closure *c,
                                       kt_planar_eliminate *joint) {

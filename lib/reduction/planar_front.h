@@ -1,7 +1,7 @@
 /* Fronts of at most four parameters in a plane (front.h), for accelerations at regular positions: a row of four-bars.
  *
- * Parameters are lanes, so that no loop goes over them: T_i' is three vectors, H four. A step with equations D p = e, at
- * most two, has D' Pi = Q [R1; 0] by two reflectors, p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
+ * Parameters are lanes, so that no loop goes over them: T_i' is three vectors, H four. A step with equations D p = e,
+ * at most two, has D' Pi = Q [R1; 0] by two reflectors, p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
  * columns of Q. With the lanes R = [Z p0]
  *   T R gives T Z and T p0,  H R gives H Z and H p0,  H becomes Z' H Z,  g becomes Z' (g - H p0)
  * Parameters are minimised out where no link is open any more; until then each of them is kept.

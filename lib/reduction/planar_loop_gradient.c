@@ -1,7 +1,8 @@
-/* The gradient of a sum of a loop's equations in a plane (model/planar_loop.h), with respect to positions and velocities:
+/* The gradient of a sum of a loop's equations in a plane (model/planar_loop.h), with respect to positions and
+ * velocities:
  *     S = sum_f lambda_f . phi'(p_f) + pi . phi''(v, a)
- * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. With d from point 1 to point 2, d'_f
- * its rate along p_f, d' and d'' those along the motion (v, a), and J a rotation by a right angle, for a row
+ * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. With d from point 1 to point 2,
+ * d'_f its rate along p_f, d' and d'' those along the motion (v, a), and J a rotation by a right angle, for a row
  *   along e      phi' = e . d' + w1 J e . d,   phi'' = e . d'' + 2 w1 J e . d' + (alpha1 J e - w1^2 e) . d
  *   of theta     phi' = s w,   phi'' = s alpha + s' w^2          w, alpha: of end 2 against end 1; s = d phi / d theta
  *   distance     phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r

@@ -13,8 +13,8 @@
 
 #include <math.h>
 
-/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations; n: coordinates if the group is reduced by
- * dense matrices, 0 if by fronts; s: the lesser of n and k. */
+/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations; n: coordinates if the group is reduced
+ * by dense matrices, 0 if by fronts; s: the lesser of n and k. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, n *k, "A', m x k")                                                                                            \
     X(factor, n *k, "A' factored")                                                                                     \
@@ -103,8 +103,8 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
     return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
 
-/* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates that
- * change by a radian or the mechanism's length: its wrenches' components. */
+/* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates
+ * that change by a radian or the mechanism's length: its wrenches' components. */
 static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {
     const int all = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE, angular = planar ? 1 : 3;
     double most = 0.0;

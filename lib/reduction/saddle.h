@@ -4,8 +4,8 @@
  * a saddle-point system: derivatives of accelerations (derivative.c), and what joint forces do to them.
  *
  * They are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in place of
- * b''. So the recursion is that of closed.c, which keeps what depends on the position alone. From the tips to the ground
- * each link has an articulated inertia I and a wrench P:
+ * b''. So the recursion is that of closed.c, which keeps what depends on the position alone. From the tips to the
+ * ground each link has an articulated inertia I and a wrench P:
  *   outside groups, for each degree of freedom S, the last first,
  *     U = I S,   d = 1 / (S.U + armature),   y = d (f - S.P)
  *     P += U y,   I -= d U U',   then the shift to the parent
@@ -21,8 +21,8 @@
  *     g = G' h, and of A  h_A - G_A' h                          for the next step
  * and back to the tips x = y - d U.A or y - K A, A being the acceleration of the parent.
  *
- * With the metric of the coordinates M is the matrix 1 (projections onto the loops): groups are apart from each other, and
- * of the maps W, C_t and C_u are left, because all changes of parameters are orthogonal.
+ * With the metric of the coordinates M is the matrix 1 (projections onto the loops): groups are apart from each other,
+ * and of the maps W, C_t and C_u are left, because all changes of parameters are orthogonal.
  *
  * A right-hand side takes time in proportion to the number of links, whatever their loops. Several are treated at a
  * time, one a lane.
@@ -86,9 +86,9 @@ KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metr
  * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */
 void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b);
 
-/* After a factorisation with the metric of the coordinates (saddle_reduced.c): columns of x (nv) become M x, M being the
- * mass matrix; and z = Z' x, as many numbers a column as kt_saddle_dofs, where the columns of Z are orthonormal and span
- * the null space of the equations; z may be x. O(links) a column. */
+/* After a factorisation with the metric of the coordinates (saddle_reduced.c): columns of x (nv) become M x, M being
+ * the mass matrix; and z = Z' x, as many numbers a column as kt_saddle_dofs, where the columns of Z are orthonormal and
+ * span the null space of the equations; z may be x. O(links) a column. */
 void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x);
 size_t kt_saddle_dofs(const kt_saddle *w);
 void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z);

@@ -1,4 +1,5 @@
-/* The maps of saddle.h of a group by fronts: what the steps of an elimination have in common for all right-hand sides. */
+/* The maps of saddle.h of a group by fronts: what the steps of an elimination have in common for all right-hand
+ * sides. */
 #include "reduction/householder.h"
 #include "reduction/saddle_link.h"
 

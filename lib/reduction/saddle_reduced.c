@@ -1,5 +1,5 @@
-/* What reduced matrices are made of, after a factorisation with the metric of the coordinates: M x by inverse dynamics at
- * rest and without gravity, from the tips to the ground
+/* What reduced matrices are made of, after a factorisation with the metric of the coordinates: M x by inverse dynamics
+ * at rest and without gravity, from the tips to the ground
  *     A = shifted A of the parent + S x,   P = I A + shifted P of the children,   M x = S.P + armature x
  * and Z' x, where the columns of Z, orthonormal, are the parameters of fronts that nothing sees, step by step,
  *     z = C_u' h,   h = C_t' h for the next step                        of the coordinates x in h

@@ -1,4 +1,5 @@
-/* Right-hand sides of saddle.h, a strip of columns at a time: wrenches from the tips to the ground, accelerations back. */
+/* Right-hand sides of saddle.h, a strip of columns at a time: wrenches from the tips to the ground, accelerations
+ * back. */
 #include "reduction/saddle_strip.h"
 
 #include <string.h>

@@ -14,12 +14,11 @@
  *     (Z' M Z) z = -Z' (D + M Q1 y)
  * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
  *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
- * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E, the
- * least solution of A w = E: all three along the tree, in O(bodies) a column (saddle.h).
- * M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h).
- * Only the forces of a caller's own effects are differentiated numerically, by central differences of order eight with
- * the step h = KT_STEP: the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some
- * eps / h of the forces.
+ * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E,
+ * the least solution of A w = E: all three along the tree, in O(bodies) a column (saddle.h). M and d(tau_tree)/dx are
+ * analytic, and the terms of the loops and of the library's effects are exact (support.h). Only the forces of a
+ * caller's own effects are differentiated numerically, by central differences of order eight with the step h = KT_STEP:
+ * the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some eps / h of the forces.
  */
 #include "reduction/stiffness.h"
 

@@ -11,8 +11,8 @@
 #include "reduction/evaluate.h"
 #include "reduction/jacobian_qr.h"
 
-/* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. With dense factors of
- * the loops' equations m and k are n and p, otherwise 0; l is n if there are loops. */
+/* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. With dense factors
+ * of the loops' equations m and k are n and p, otherwise 0; l is n if there are loops. */
 #define KT_STIFFNESS_FIELDS(X)                                                                                         \
     X(double, tree, kt_derivative_work_size(model) / sizeof(double), "of the derivatives of the tree")                 \
     X(double, q, model->n.q, "positions")                                                                              \
@@ -48,11 +48,12 @@ typedef struct kt_linearized {
  * (saddle.h). */
 bool kt_linearized_is_dense(const kt_model *model);
 
-/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z are
- * wanted. */
+/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z
+ * are wanted. */
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense);
 
-/* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the motion are evaluated. */
+/* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the
+ * motion are evaluated. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
                                         const kt_wrench *external, const double *a, kt_error *error);
 

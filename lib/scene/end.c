@@ -1,7 +1,7 @@
 /* Ends of loops and effects.
  *
- * `body.marker`, `body`, `world`, or {body: B, at: [..], rotation: ROTATION}. A frame at a marker can be rotated as well:
- * {body: B, marker: M, rotation: ROTATION}.
+ * `body.marker`, `body`, `world`, or {body: B, at: [..], rotation: ROTATION}. A frame at a marker can be rotated as
+ * well: {body: B, marker: M, rotation: ROTATION}.
  */
 #include "scene/value.h"
 

@@ -35,8 +35,8 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
  * has been reported already are left out. */
 void kt_check_description(kt_reader *r, const kt_description *description);
 
-/* What reading a format is: it fills the scene, which holds the defaults, with what lives in reader->keep, and puts what
- * is wrong into the reader. */
+/* What reading a format is: it fills the scene, which holds the defaults, with what lives in reader->keep, and puts
+ * what is wrong into the reader. */
 typedef void kt_format(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene);
 

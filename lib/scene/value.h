@@ -59,8 +59,8 @@ extern const kt_kind kt_kind_rotation; /* kt_rotation */
 extern const kt_kind kt_kind_end;      /* kt_end */
 extern const kt_kind kt_kind_ends;     /* kt_end[2] */
 
-/* How a key of a type is read, written and compared: a key that any type may have (NULL: it is of another kind), and one
- * of a loop or an effect. The quantity of a key's number follows from its unit. */
+/* How a key of a type is read, written and compared: a key that any type may have (NULL: it is of another kind), and
+ * one of a loop or an effect. The quantity of a key's number follows from its unit. */
 const kt_kind *kt_kind_of_value_key(const kt_key *key);
 const kt_kind *kt_kind_of_item_key(const kt_key *key);
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field);

@@ -2,10 +2,10 @@
  *     r(q, v, a; p) = M a + h - J' external - Q,
  * dM/dp x, and those of phi, b' and b''.
  *
- * They are taken by central differences in a copy of the model. r is linear in gravity, mass and inertia and quadratic in
- * com: differences of order two are exact, and the numbers are shifted by their own size, so that nothing is lost but
- * rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of their numbers: these
- * are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
+ * They are taken by central differences in a copy of the model. r is linear in gravity, mass and inertia and quadratic
+ * in com: differences of order two are exact, and the numbers are shifted by their own size, so that nothing is lost
+ * but rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of their
+ * numbers: these are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
  */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"

@@ -1,6 +1,6 @@
-/* Products and sums of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers over
- * all columns of A and then of B, in their order, so that results have the same bits whatever the width of the registers;
- * several columns at once, since each waits for its own sums. */
+/* Products and sums of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers
+ * over all columns of A and then of B, in their order, so that results have the same bits whatever the width of the
+ * registers; several columns at once, since each waits for its own sums. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -1,9 +1,11 @@
-/* The adjoint of the projection onto the loops (projection.c). Of one linear step, with a gradient y with respect to dx,
+/* The adjoint of the projection onto the loops (projection.c). Of one linear step, with a gradient y with respect to
+ * dx,
  *     W g - J' e = y,   J g = 0
  * is the response to y and its multipliers, and
  *     y . dx = g . G xi + e . (E xi - J dv) = d(lambda . J g - g . W x - e . (r + J x))     at constant g, e, lambda, x
  * so that no matrix is formed: M x, M g and the gradient of g . M x are those of inverse dynamics at rest without
- * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M g. */
+ * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M
+ * g. */
 #include "kinetree/joint.h"
 #include "reduction/loop_gradient.h"
 #include "sensitivity/sensitivity.h"

@@ -1,14 +1,15 @@
 /* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start; as many of
- * these as there is memory for are kept, as checkpoints, and the others are computed again from the last one before them.
+ * these as there is memory for are kept, as checkpoints, and the others are computed again from the last one before
+ * them.
  *
  * With c checkpoints in memory, that of the step at hand among them, and r runs over each step at most,
  *     beta(c, r) = (c + r)! / (c! r!)
  * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
- * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther, ACM
- * Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve).
+ * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther,
+ * ACM Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve).
  *
- * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of this
- * step then evaluates nothing again. */
+ * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of
+ * this step then evaluates nothing again. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -157,7 +158,8 @@ static double beta(int c, int r, int n) {
     return product;
 }
 
-/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one included. */
+/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one
+ * included. */
 static int distance(int n, int c) {
     int r = 1;
     if (c >= n)

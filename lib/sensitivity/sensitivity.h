@@ -46,8 +46,8 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 /* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
 
-/* Transposed: gradients with respect to the results become those with respect to the arguments. The second and the third
- * add to by_q and by_v. */
+/* Transposed: gradients with respect to the results become those with respect to the arguments. The second and the
+ * third add to by_q and by_v. */
 void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi);
 void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q);
 void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
@@ -79,8 +79,8 @@ KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
 #undef KT_PRODUCTS_DECLARE
 
-/* A matrix most of whose entries are zero: all of its numbers, column-major, and in which rows of a column those are that
- * are not zero. kt_sparse_apply: y += A x of eight columns, a vector a row. */
+/* A matrix most of whose entries are zero: all of its numbers, column-major, and in which rows of a column those are
+ * that are not zero. kt_sparse_apply: y += A x of eight columns, a vector a row. */
 typedef struct kt_sparse {
     size_t rows, columns;
     const double *value;
@@ -203,8 +203,9 @@ KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, dou
 KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v,
                                          const double *e, double *x, kt_error *error);
 
-/* Projects q, v in place (kt_projection_begin: does not, but keeps the same); w->q and w->v keep the state before, and w->iterations is how often the positions moved. Then
- * a gradient with respect to the state after it, x (2 nv), becomes that with respect to the state before. */
+/* Projects q, v in place (kt_projection_begin: does not, but keeps the same); w->q and w->v keep the state before, and
+ * w->iterations is how often the positions moved. Then a gradient with respect to the state after it, x (2 nv), becomes
+ * that with respect to the state before. */
 KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
@@ -264,8 +265,8 @@ KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_da
 /* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. */
 KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 
-/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations, which the caller
- * computes into *a; sums up. */
+/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations, which the
+ * caller computes into *a; sums up. */
 void kt_step_start(kt_step_work *w, const double *q, const double *v);
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a);
 void kt_step_finish(kt_step_work *w);
@@ -294,9 +295,9 @@ KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const do
 /* a_p at stage i, from w->by_tau: into w->parameter->by_parameter. */
 KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, size_t i, kt_error *error);
 
-/* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with respect
- * to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state before
- * (tangent), and w->by_force into that with respect to tau. */
+/* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with
+ * respect to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state
+ * before (tangent), and w->by_force into that with respect to tau. */
 KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 

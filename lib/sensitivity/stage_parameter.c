@@ -1,5 +1,5 @@
-/* a_p, the derivative of the accelerations of a stage by a parameter. With r the forces that the motion needs less those
- * that act,
+/* a_p, the derivative of the accelerations of a stage by a parameter. With r the forces that the motion needs less
+ * those that act,
  *     r(q, v, a; p) = A' lambda,   A a = b''(p)
  *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp
  * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by

@@ -1,5 +1,5 @@
-/* The adjoint of a step. With a gradient y+ with respect to x+ the adjoints of slopes and stages are, from the last stage
- * to the first,
+/* The adjoint of a step. With a gradient y+ with respect to x+ the adjoints of slopes and stages are, from the last
+ * stage to the first,
  *     k_i = h (b_i y+ + sum_{j > i} a_ji x_j),   x_i = (dK_i / dX_i)' k_i,   y = y+ + sum x_i
  * (Sanz-Serna 2016, section 3), between the adjoints of the projection and of the map from rotations to quaternions. */
 #include "dynamics/dynamics.h"

@@ -1,5 +1,5 @@
-/* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one change,
- * of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
+/* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
+ * change, of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
 #include "dynamics/dynamics.h"
 #include "reduction/stiffness.h"
 #include "sensitivity/sensitivity.h"
@@ -17,8 +17,8 @@ static kt_products products_of(const kt_model *model) {
     return (kt_products){kt_product_baseline, kt_sum_baseline};
 }
 
-/* The changes at the start: unit vectors of xi and dv, zero for what is held. What pads the columns stays zero in all that
- * follows. */
+/* The changes at the start: unit vectors of xi and dv, zero for what is held. What pads the columns stays zero in all
+ * that follows. */
 static void begin(kt_step_work *w, size_t columns) {
     const size_t n = w->model->n.v, Q = kt_padded(w->model->n.q), V = kt_padded(n);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
@@ -54,8 +54,8 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
                                           step->tau, step->external, known, w->by_q, w->by_v, by_tau, error);
 }
 
-/* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start xi
- * and dv are unit vectors or zero, and the derivatives themselves are copied. */
+/* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start
+ * xi and dv are unit vectors or zero, and the derivatives themselves are copied. */
 static void push(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);

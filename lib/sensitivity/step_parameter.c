@@ -1,5 +1,5 @@
-/* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). Its columns are those of B
- * with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
+/* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). Its columns are those of
+ * B with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

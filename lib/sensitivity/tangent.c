@@ -1,5 +1,5 @@
-/* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2): xi is its rotation in the body frame,
- * and s the change of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
+/* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2): xi is its rotation in the body
+ * frame, and s the change of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
  *
  * Of q+ = q (+) x, p+ = p o exp(x / 2), which is a unit vector again,
  *     xi+ = exp(-x) xi + T(x) dx,   T(x) = 1 - (1 - cos r) / r^2 [x] + (r - sin r) / r^3 [x]^2,   r = |x|

@@ -15,9 +15,9 @@
  *     S d = (sigma d + d o (0, w) / 2) / (sigma^2 + |w|^2 / 4)
  *     P S E z = (sigma z + z x w / 2) / (sigma^2 + |w|^2 / 4)
  *
- * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave, but there to all displacements:
- * M is Z'MZ, C is -M Z'da/dv and K is -M Z'da/dq, free x nv. With x_v = Z x + x_0, and across the loops x_0 = (1 - Z Z')
- * r_v / sigma, as if J were 0:
+ * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave, but there to all
+ * displacements: M is Z'MZ, C is -M Z'da/dv and K is -M Z'da/dq, free x nv. With x_v = Z x + x_0, and across the loops
+ * x_0 = (1 - Z Z') r_v / sigma, as if J were 0:
  *
  *     (sigma M + C Z + K P S E Z) x = M Z'r_v - C x_0 - K (P S r_q + P S E x_0)
  *

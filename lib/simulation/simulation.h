@@ -157,7 +157,8 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
 /* The next four functions serve simulations with a transformation, and only the third may be called without
  * (user_model.c).
  *
- * Converts forces on the user model, of which there are some, to wrenches on the bodies of the model at its positions q. */
+ * Converts forces on the user model, of which there are some, to wrenches on the bodies of the model at its positions
+ * q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
 /* Updates the user model's state after a step of length `ago`, s. */
 void kt_simulation_sync(kt_simulation *simulation, double ago);

@@ -1,4 +1,5 @@
-/* Aligned memory: every address is a multiple of the alignment, whatever malloc gives, and each block is released once. */
+/* Aligned memory: every address is a multiple of the alignment, whatever malloc gives, and each block is released
+ * once. */
 #include "check.h"
 #include "interpose.h"
 

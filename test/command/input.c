@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* 200 s of the processor (all of it takes a second here, and some machines are slow) and 1.5 GB of addresses; the sanitizers take more of these for themselves. */
+/* 200 s of the processor (all of it takes a second here, and some machines are slow) and 1.5 GB of addresses; the
+ * sanitizers take more of these for themselves. */
 #ifdef __SANITIZE_ADDRESS__
 #define BOUNDED "ulimit -t 2000; timeout 3000 "
 #else

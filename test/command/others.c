@@ -140,9 +140,9 @@ KT_TEST(info_tells_how_a_scene_is_run) {
     kt_check_contains("output", ran.out, "output     every 0.1 s: position, reaction\n");
 }
 
-/* Two masses at y = 1 and 3 m (3 and 1 kg), the upper on a spring that is 0.5 m longer than its length: 0.5 * 80 * 0.25 J;
- * gravity 10 * (3 * 1 + 1 * 3) J. The upper moves at 2 m/s along x: 2 kg m/s, -2 * 3 kg m^2/s about the world's origin,
- * and -2 * (3 - 1.5) about the centre of mass, at y = 1.5 m. */
+/* Two masses at y = 1 and 3 m (3 and 1 kg), the upper on a spring that is 0.5 m longer than its length: 0.5 * 80 * 0.25
+ * J; gravity 10 * (3 * 1 + 1 * 3) J. The upper moves at 2 m/s along x: 2 kg m/s, -2 * 3 kg m^2/s about the world's
+ * origin, and -2 * (3 - 1.5) about the centre of mass, at y = 1.5 m. */
 KT_TEST(info_and_evaluate_count_springs_and_momentum) {
     kt_write_file("m.yaml", "kinetree: 1\n"
                             "gravity: [0, -10, 0]\n"

@@ -105,7 +105,8 @@ KT_TEST(picture_of_a_failed_run_is_drawn_in_its_own_format) {
     kt_check_contains("the new one", kt_read_file("o.svg.partial"), "<svg");
 }
 
-/* One axis each in thousandths, so that the factor stands once in a picture: with its own panel's title, or the page's. */
+/* One axis each in thousandths, so that the factor stands once in a picture: with its own panel's title, or the
+ * page's. */
 KT_TEST(factor_of_the_x_axis_stands_with_its_title) {
     kt_write_file("x.csv", "time,position.a,velocity.a\n0,0.001,1\n0.001,0.002,2\n0.002,0.003,-1\n");
     kt_expect(0, NULL, "$K plot x.csv --phase a --out x.svg");

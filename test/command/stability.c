@@ -140,8 +140,8 @@ static boundary find_boundary(const char *svg) {
     return most;
 }
 
-/* The region of rk4 ends at -2.785293563 on the real axis. A unit is 34 points, which are written to a hundredth: a tenth
- * of one is the bound. The boundary was 394 lines when this was written; half of them would still draw it. */
+/* The region of rk4 ends at -2.785293563 on the real axis. A unit is 34 points, which are written to a hundredth: a
+ * tenth of one is the bound. The boundary was 394 lines when this was written; half of them would still draw it. */
 static void check_region(const char *svg) {
     const boundary drawn = find_boundary(svg);
     const double zero = label_x(svg, "0"), unit = (zero - label_x(svg, "\u22122")) / 2.0;
@@ -189,7 +189,8 @@ static int count(const char *text, const char *part) {
     return found;
 }
 
-/* The fastest decay of the governor is 8117 /s, so that steps of dopri5 stay below 3.3066 / 8117.2 s, whatever the tolerance. */
+/* The fastest decay of the governor is 8117 /s, so that steps of dopri5 stay below 3.3066 / 8117.2 s, whatever the
+ * tolerance. */
 KT_TEST(run_tells_that_stability_bounds_adaptive_explicit_steps_and_what_is_cheaper) {
     static const char *const methods[] = {"dopri5", "dop853"};
     for (int i = 0; i < 2; i++) {
@@ -295,8 +296,9 @@ KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     json_t *root = kt_json(ran.out);
     kt_check_text("but it stands in the summary", json_string_value(kt_json_find(root, "warnings[0].code")),
                   "unstable_step");
-    /* The least along the motion: the start's, or of one a little faster. The mode may double over the run (analysis.h):
-     * with |R'| = 1.507 and 29,143 steps that is ln 2 / (1.507 * 2.785 * 29143) = 5.7e-6 beyond the limit. */
+    /* The least along the motion: the start's, or of one a little faster. The mode may double over the run
+     * (analysis.h): with |R'| = 1.507 and 29,143 steps that is ln 2 / (1.507 * 2.785 * 29143) = 5.7e-6 beyond the
+     * limit. */
     kt_check_below("with the step", kt_json_at(root, "warnings[0].value"), (1.0 + 5.7e-6) * 2.785293563 / 8117.2033);
     kt_check_above("with the step", kt_json_at(root, "warnings[0].value"), 0.99 * 2.785293563 / 8117.2033);
     kt_check_text("its unit", json_string_value(kt_json_find(root, "warnings[0].unit")), "s");

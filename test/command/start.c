@@ -255,8 +255,8 @@ KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     kt_expect(0, NULL, "$K check l.yaml");
 }
 
-/* A bob of 1 kg at 0.1 m turns its hinge with no more than 0.981 N m, and what is fixed to the world with nothing; a stop
- * of 100 N m per rad may bear twice that: 0.01962 rad. */
+/* A bob of 1 kg at 0.1 m turns its hinge with no more than 0.981 N m, and what is fixed to the world with nothing; a
+ * stop of 100 N m per rad may bear twice that: 0.01962 rad. */
 KT_TEST(check_warns_of_a_turning_joint_s_limit_by_what_weights_turn_it_with) {
     static const char swing[] =
         "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"

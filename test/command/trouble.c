@@ -124,8 +124,8 @@ KT_TEST(killed_run_leaves_whole_lines) {
     (void)prctl(PR_SET_CHILD_SUBREAPER, 0L);
 }
 
-/* Two runs that would write the same records: the second is refused and changes nothing of the first. Both used to write
- * into one file, and whichever ended later renamed what it did not own. */
+/* Two runs that would write the same records: the second is refused and changes nothing of the first. Both used to
+ * write into one file, and whichever ended later renamed what it did not own. */
 KT_TEST(run_of_records_that_another_run_is_writing_is_refused) {
     kt_expect(4, "two.csv.partial cannot be written: another run is writing it; --out FILE writes elsewhere",
               "rm -f two.csv*; $K make pendulum --links 2 >p.yaml; "

@@ -38,8 +38,8 @@ typedef struct fault_list {
 
 fault_list mechanism_faults(const kt_description *description);
 
-/* A change of a sound mechanism `m`, and the fault that it makes, or none. `item` declares a pointer to what is changed:
- * kt_body *b = &m.bodies[2]. */
+/* A change of a sound mechanism `m`, and the fault that it makes, or none. `item` declares a pointer to what is
+ * changed: kt_body *b = &m.bodies[2]. */
 #define MECHANISM_CHANGED(item, change, check)                                                                         \
     do {                                                                                                               \
         mechanism m;                                                                                                   \

@@ -1,5 +1,6 @@
-/* Parameters: a copy in which one is set computes, to the bit, what a model computes that was compiled with it; the model it
- * was copied from stays what it was; names are found or suggested; what cannot be is refused and changes nothing. */
+/* Parameters: a copy in which one is set computes, to the bit, what a model computes that was compiled with it; the
+ * model it was copied from stays what it was; names are found or suggested; what cannot be is refused and changes
+ * nothing. */
 #include "check.h"
 
 #include "interpose.h"
@@ -344,7 +345,8 @@ static void assemble_from(const kt_model *model, double q[3]) {
     kt_data_free(data);
 }
 
-/* Assembly leaves a joint where it is while it is held, as a model does that was compiled so, and moves it when it is not. */
+/* Assembly leaves a joint where it is while it is held, as a model does that was compiled so, and moves it when it is
+ * not. */
 KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     kt_scene scene;
     kt_model *model = NULL, *held = NULL;

@@ -254,8 +254,8 @@ static bool build_five_bar(linkage *l, const parallel *p, kt_structure structure
     return linkage_compile(l);
 }
 
-/* How fast the carrier turns against its arm for unit rates of the arms: the end moves so that s_i . x' = L s_i.e_i' th_i',
- * and the carrier turns at s x (x' - L e' th') / rod^2. */
+/* How fast the carrier turns against its arm for unit rates of the arms: the end moves so that s_i . x' = L s_i.e_i'
+ * th_i', and the carrier turns at s x (x' - L e' th') / rod^2. */
 static void carrier_rates(const parallel *p, double c[2]) {
     const kt_vec3 a = p->leg[0].s, b = p->leg[1].s;
     const double all = a.x * b.y - a.y * b.x;

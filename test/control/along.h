@@ -1,5 +1,5 @@
-/* Random trees for the functions of control.h, and the derivative in time of what depends on positions: by differences of
- * order eight along q (+) t v, whose joint rates are v throughout. */
+/* Random trees for the functions of control.h, and the derivative in time of what depends on positions: by differences
+ * of order eight along q (+) t v, whose joint rates are v throughout. */
 #ifndef KT_TEST_CONTROL_ALONG_H
 #define KT_TEST_CONTROL_ALONG_H
 

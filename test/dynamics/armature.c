@@ -128,7 +128,8 @@ static kt_description pendulum(kt_body *body) {
     return d;
 }
 
-/* (m l^2 + a) q'' = -m g l sin q; planar and spatial kernels. A massless rod with a rotor is a flywheel: q'' = tau / a. */
+/* (m l^2 + a) q'' = -m g l sin q; planar and spatial kernels. A massless rod with a rotor is a flywheel: q'' = tau /
+ * a. */
 KT_TEST(pendulum_with_a_rotor_has_inertia_m_l2_plus_a) {
     for (int k = 0; k < 4; k++) {
         kt_body body = pendulum_body();

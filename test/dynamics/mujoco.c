@@ -350,8 +350,8 @@ static void jacobians(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
 
 KT_TEST(jacobians_of_points_agree_with_mujoco) { compare_all("J", jacobians); }
 
-/* MuJoCo 2.2.2 has no derivative of a Jacobian, but accelerations: those at rest of all joint rates, without the gravity
- * that it adds. */
+/* MuJoCo 2.2.2 has no derivative of a Jacobian, but accelerations: those at rest of all joint rates, without the
+ * gravity that it adds. */
 static void biases(twin *t, const kt_tree_state *s, kt_worst *error, int n) {
     const kt_vec3 g = t->tree.description.gravity;
     if (!kt_tree_kinematics(&t->tree, s))

@@ -105,9 +105,9 @@ KT_TEST(damped_oscillators_follow_their_closed_form) {
     follow_oscillator("torsion, viscous friction", &r, 0.0, 3.0, 0.8, 50.0, 2e-12);
 }
 
-/* A mass m that a spring k and a damper c pull to a target A sin(w t). In complex numbers the forced motion is A H e^(iwt),
- * H = (k + i w c') / (k - m w^2 + i w c), where c' = c of a servo, whose damper moves with the target, and 0 of a spring
- * with a moving rest position. Started on it, the mass stays on it. */
+/* A mass m that a spring k and a damper c pull to a target A sin(w t). In complex numbers the forced motion is A H
+ * e^(iwt), H = (k + i w c') / (k - m w^2 + i w c), where c' = c of a servo, whose damper moves with the target, and 0
+ * of a spring with a moving rest position. Started on it, the mass stays on it. */
 static void follow_target(const char *what, bool servo) {
     const double m = 2.0, k = 50.0, c = 0.8, w = 3.0, amplitude = 0.4;
     const double free = k - m * w * w, lag = w * c, lead = servo ? lag : 0.0, size = free * free + lag * lag;

@@ -120,8 +120,9 @@ KT_TEST(stops_push_back_continuously) {
                   6.0 * 6.0 / 1e5);
 }
 
-/* As without limit up to nine tenths of it, the limit from eleven tenths on, half of a tenth of the way less where the two
- * would meet, and with one slope on both sides of where it changes: a difference of width e is off by e / (0.4 L). */
+/* As without limit up to nine tenths of it, the limit from eleven tenths on, half of a tenth of the way less where the
+ * two would meet, and with one slope on both sides of where it changes: a difference of width e is off by e / (0.4
+ * L). */
 KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
     kt_effect_record r = {.type = KT_EFFECT_SERVO, .stiffness = 1.0, .limit = 3.0};
     const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_SERVO];

@@ -126,9 +126,9 @@ static const kt_hard_motion forty = {.scene = "n-four-bar-40",
                                      .interval = 0.01,
                                      .rank = 80,
                                      .watch = watch_tips};
-/* Longer rows, reduced link by link; the suite takes the beginning, `bench/run hard` all. The longest takes fixed steps:
- * tolerances below 1e-10 place ever more steps next to singular positions, where rounding errors enter the motion
- * (measured with tsit5: tips off by 1.3e-8 m at 1e-10, 6.7e-6 m at 1e-11). */
+/* Longer rows, reduced link by link; the suite takes the beginning, `bench/run hard` all. The longest takes fixed
+ * steps: tolerances below 1e-10 place ever more steps next to singular positions, where rounding errors enter the
+ * motion (measured with tsit5: tips off by 1.3e-8 m at 1e-10, 6.7e-6 m at 1e-11). */
 static const kt_hard_motion hundred = {.duration = 20.0,
                                        .shorter = 1.0,
                                        .integrator = "tsit5",

@@ -46,8 +46,8 @@ static bool load_anew(kt_tree *tree, kt_random *random) {
     return kt_tree_compile(tree, NULL);
 }
 
-/* Y of the first masses, pi of the second ones. Rounding errors are proportional to the largest of the forces' terms, for all
- * pass through the same accelerations: measured over forty seeds, up to 17 eps. */
+/* Y of the first masses, pi of the second ones. Rounding errors are proportional to the largest of the forces' terms,
+ * for all pass through the same accelerations: measured over forty seeds, up to 17 eps. */
 KT_TEST(regressor_times_parameters_is_inverse_dynamics) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("Y pi");
@@ -75,7 +75,8 @@ KT_TEST(regressor_times_parameters_is_inverse_dynamics) {
     kt_check_worst(&error);
 }
 
-/* Armature times a, viscous friction times v, Coulomb friction times the sign of v, each in its own coordinate alone. */
+/* Armature times a, viscous friction times v, Coulomb friction times the sign of v, each in its own coordinate
+ * alone. */
 KT_TEST(frictions_and_armatures_act_in_their_coordinates) {
     kt_random random = kt_random_of_test();
     kt_tree tree;
@@ -154,8 +155,8 @@ static double base_value(const base_set *b, const double *pi, int i) {
     return value;
 }
 
-/* Forces of random parameters from the base parameters alone, at states that the search has not seen. The relations are exact
- * to eps times the condition of the base columns: measured over forty seeds, up to 3.4e-13 of |Y| |pi|. */
+/* Forces of random parameters from the base parameters alone, at states that the search has not seen. The relations are
+ * exact to eps times the condition of the base columns: measured over forty seeds, up to 3.4e-13 of |Y| |pi|. */
 KT_TEST(base_parameters_give_all_forces) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("forces");
@@ -215,8 +216,8 @@ static void free_arm(arm *x) {
     kt_model_free(x->model);
 }
 
-/* Those of inertia: the others are viscous and Coulomb friction of all joints, and armatures of all that do not show in an
- * inertia of the first bodies. */
+/* Those of inertia: the others are viscous and Coulomb friction of all joints, and armatures of all that do not show in
+ * an inertia of the first bodies. */
 static int inertial(const arm *x, const base_set *b) {
     int count = 0;
     for (int i = 0; i < b->rank; i++)
@@ -242,9 +243,9 @@ static void check_count(const char *what, int count, const kt_vec3 *axis, const 
 #define Z_AXIS                                                                                                         \
     { 0.0, 0.0, 1.0 }
 
-/* Of revolute joints that are each parallel or perpendicular to the one before: 7 n - 4 b - 2 l, b being how many links are in
- * the first run of parallel axes, and l = 1 if the first axis is along gravity (Mayeda, Yoshida & Osuka 1990): 36 of a
- * PUMA 560, 43 of an arm with seven axes. */
+/* Of revolute joints that are each parallel or perpendicular to the one before: 7 n - 4 b - 2 l, b being how many links
+ * are in the first run of parallel axes, and l = 1 if the first axis is along gravity (Mayeda, Yoshida & Osuka 1990):
+ * 36 of a PUMA 560, 43 of an arm with seven axes. */
 KT_TEST(base_parameters_are_as_many_as_published) {
     static const kt_vec3 planar[] = {Z_AXIS, Z_AXIS}, puma[] = {Z_AXIS, Y_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS},
                          seven[] = {Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS};

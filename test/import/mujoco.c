@@ -1,5 +1,5 @@
-/* A robot in URDF, read here and by MuJoCo, which has a reader of its own: the same mass matrix, bias force and places of
- * links. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
+/* A robot in URDF, read here and by MuJoCo, which has a reader of its own: the same mass matrix, bias force and places
+ * of links. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
 #include "check.h"
 
 #include "kinetree/import.h"
@@ -73,9 +73,9 @@ static void release(robots *r) {
         mj_deleteModel(r->m);
 }
 
-/* M and h against theirs, in parts of the largest entry. MuJoCo turns inertias to principal axes and ends where what is off
- * the diagonal is below 1e-12 kg m^2: 1.8e-11 of the largest entry was measured here. An inertia about other axes, or with
- * the other sign of its products, is 1e-4 off. */
+/* M and h against theirs, in parts of the largest entry. MuJoCo turns inertias to principal axes and ends where what is
+ * off the diagonal is below 1e-12 kg m^2: 1.8e-11 of the largest entry was measured here. An inertia about other axes,
+ * or with the other sign of its products, is 1e-4 off. */
 static void compare(robots *r, kt_random *random, kt_worst *mass, kt_worst *bias, kt_worst *place) {
     double q[NV], v[NV], zero[NV] = {0}, tau[NV], matrix[NV * NV], theirs[NV * NV];
     kt_error error = {0};

@@ -193,7 +193,8 @@ KT_TEST(the_first_step_of_an_implicit_one_has_the_order_and_damps) {
 /* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
 /* A multistep method has no stages of lower order: its error is that of its weights over lambda, some h^2 / |lambda|.
  * The method that starts it has: the error of the first step is some h / |lambda|, and decays by the spectral radius a
- * step; from t = 1 on it has gone. The one-step methods of one implicit stage are alike: their weights' error over lambda. */
+ * step; from t = 1 on it has gone. The one-step methods of one implicit stage are alike: their weights' error over
+ * lambda. */
 KT_TEST(the_order_does_not_fall_where_the_equation_is_stiff) {
     static const char *const of[] = {"bdf2", "two-step", "crank-nicolson", "implicit-euler"};
     static const int orders[] = {2, 2, 2, 1};
@@ -327,7 +328,8 @@ KT_TEST(the_principal_root_is_the_motion_to_the_order) {
 
 /* ab2: xi^2 - (1 + z + 3 z^2 / 4) xi + z^2 / 4 has the root 1 at z = -2. ab4: published in J. D. Lambert, Numerical
  * Methods for Ordinary Differential Systems, 1991, section 4.3, as some -1.25; here by runs on both sides. On the
- * imaginary axis, by the roots in 40 digits: |xi| - 1 is -y^4 / 4 of ab2, and 0.16 y^6 of ab4, which is not stable there. */
+ * imaginary axis, by the roots in 40 digits: |xi| - 1 is -y^4 / 4 of ab2, and 0.16 y^6 of ab4, which is not stable
+ * there. */
 KT_TEST(limits_of_the_adams_methods_are_where_runs_begin_to_grow) {
     static double y[400][2];
     const kt_stability two = stability_of(kt_method_find("ab2")), four = stability_of(kt_method_find("ab4"));

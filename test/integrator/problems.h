@@ -29,8 +29,8 @@ extern const problem problem_tangent;
 /* The plane Kepler problem, eccentricity 0.2, one revolution and a half. */
 extern const problem problem_kepler;
 
-/* Van der Pol's oscillator, mu = 1e6; and y' = lambda (y - sin t) + cos t, whose solution through 0 is sin t, with lambda in
- * *user. Both stiff. */
+/* Van der Pol's oscillator, mu = 1e6; and y' = lambda (y - sin t) + cos t, whose solution through 0 is sin t, with
+ * lambda in *user. Both stiff. */
 int van_der_pol(double t, const double *y, double *dydt, void *user);
 int forced(double t, const double *y, double *dydt, void *user);
 

@@ -258,9 +258,9 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     integrator_free(it);
 }
 
-/* A mass of 1 kg on stiff ground, lifted by a force that grows: z'' = 18 t - 10 - 5 z' + N with N = 1e9 (-z)^1.2 max(0, 1 -
- * 150 z') below 0, as of a contact. The ground lets go within a step, and its matrix hides from the corrections what is
- * left: when two of them were enough, the mass stayed on the ground or was flung away. */
+/* A mass of 1 kg on stiff ground, lifted by a force that grows: z'' = 18 t - 10 - 5 z' + N with N = 1e9 (-z)^1.2 max(0,
+ * 1 - 150 z') below 0, as of a contact. The ground lets go within a step, and its matrix hides from the corrections
+ * what is left: when two of them were enough, the mass stayed on the ground or was flung away. */
 static int lifted(double t, const double *y, double *dydt, void *user) {
     const double depth = -y[0];
     (void)user;
@@ -292,8 +292,8 @@ KT_TEST(ground_that_lets_go_within_a_step_is_noticed) {
         kt_check_near("speed", lifted_to("radau5", tolerances[i]), expected, tolerances[i] * (i == 0 ? 30.0 : 1.0));
 }
 
-/* y' = g' - lambda n n' (y - g) with n = (cos 3t, sin 3t): the stiff direction turns, and y stays with g = (cos t, sin 2t).
- * How long a step Newton's iteration bears follows from how far n turns in it, whatever the error. */
+/* y' = g' - lambda n n' (y - g) with n = (cos 3t, sin 3t): the stiff direction turns, and y stays with g = (cos t, sin
+ * 2t). How long a step Newton's iteration bears follows from how far n turns in it, whatever the error. */
 static int turning(double t, const double *y, double *dydt, void *user) {
     const double n[2] = {cos(3.0 * t), sin(3.0 * t)}, off[2] = {y[0] - cos(t), y[1] - sin(2.0 * t)};
     const double pull = -1e5 * (n[0] * off[0] + n[1] * off[1]);

@@ -1,5 +1,5 @@
-/* What Rosenbrock methods do that others do not: their conditions and transformed table, an exact Jacobian, the slope in
- * time, stiff equations, quadratures. */
+/* What Rosenbrock methods do that others do not: their conditions and transformed table, an exact Jacobian, the slope
+ * in time, stiff equations, quadratures. */
 #include "check.h"
 
 #include "problems.h"

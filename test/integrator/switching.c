@@ -167,8 +167,8 @@ static kt_integrator_counts count_ringing(const kt_method *method, ringing *r, d
     return counts;
 }
 
-/* Rates at which the tolerance alone would allow ten times the step. At most 0.57 of the evaluations were measured, where
- * the damping is 0.05, and 0.08 where it is above 0.3. */
+/* Rates at which the tolerance alone would allow ten times the step. At most 0.57 of the evaluations were measured,
+ * where the damping is 0.05, and 0.08 where it is above 0.3. */
 KT_TEST(modes_that_ring_while_they_decay_are_found) {
     static const double dampings[] = {0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0};
     static const double tolerances[] = {1e-3, 1e-5, 1e-7}, rates[] = {5e3, 3e4, 1e6};

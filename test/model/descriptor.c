@@ -52,7 +52,8 @@ KT_TEST(every_type_has_a_descriptor_with_words) {
     kt_check_true("a caller's own has none", kt_effect_descriptor(KT_EFFECT_CUSTOM) == NULL);
 }
 
-/* A key has a name of its own, words, a member within its struct, and a default in words where its kind has no other. */
+/* A key has a name of its own, words, a member within its struct, and a default in words where its kind has no
+ * other. */
 KT_TEST(keys_are_whole) {
     for (size_t f = 0; f < sizeof families / sizeof *families; f++)
         for (int type = families[f].first; type < families[f].count; type++) {

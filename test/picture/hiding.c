@@ -21,7 +21,8 @@ static double front_of(const kt_solid *solid, double x, double y) {
                : -DBL_MAX;
 }
 
-/* How much nearer than what is painted last at a point of the picture something is that lies there. 0: nothing is wrong. */
+/* How much nearer than what is painted last at a point of the picture something is that lies there. 0: nothing is
+ * wrong. */
 static double error_at(const kt_pieces *sorted, double x, double y) {
     double nearest = -DBL_MAX, painted = -DBL_MAX;
     for (int i = 0; i < sorted->count; i++) {

@@ -75,8 +75,8 @@ static double volume_in_closed_form(const kt_solid *solid) {
     return volumes[solid->type];
 }
 
-/* To leading order, a polygon of n corners in a circle lacks 2/3 (pi / n)^2 of its area. Arcs of a meridian lie 1/3 (pi /
- * n)^2 of the radius outside of their chords in the mean, which is three times that of the volume of a ball: together
+/* To leading order, a polygon of n corners in a circle lacks 2/3 (pi / n)^2 of its area. Arcs of a meridian lie 1/3 (pi
+ * / n)^2 of the radius outside of their chords in the mean, which is three times that of the volume of a ball: together
  * 5/3 (pi / n)^2, of a rod a mean of that and of 2/3. */
 KT_TEST(volume_is_that_of_the_solid) {
     kt_random random = kt_random_of_test();

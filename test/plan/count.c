@@ -1,7 +1,7 @@
 /* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
  * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
- * assembled; or run it (run). Or, with the kernels of x86-64-v3, accelerations, and mass, stiffness and damping matrices
- * (stiffness). */
+ * assembled; or run it (run). Or, with the kernels of x86-64-v3, accelerations, and mass, stiffness and damping
+ * matrices (stiffness). */
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 

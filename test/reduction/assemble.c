@@ -111,7 +111,8 @@ static void assemble_one(tangle *g, const tangle_plan *plan, kt_random *random, 
     memcpy(g->v, v, sizeof v);
     kt_residual r = {(double)NAN, (double)NAN};
     (void)kt_tree_fine("residual", kt_loop_residual(g->tree.model, g->tree.data, g->t, q, v, &r, &e), &e);
-    /* a search for positions is done where the squares of the residuals, over the mechanism's length, are 1e-28 a row */
+    /* a search for positions is done where the squares of the residuals, over the mechanism's length, are 1e-28 a
+     * row */
     const double settled = 1e-14 * sqrt(g->rows) * fmax(1.0, g->tree.model->length);
     kt_worst_below(&o->closed, r.position, settled, "nv %d", nv);
     kt_worst_below(&o->closed, r.velocity, 1e-13 * fmax(1.0, kt_tree_largest(v, nv)), "nv %d", nv);
@@ -234,8 +235,8 @@ KT_TEST(four_bar_is_assembled_as_a_search_over_its_crank_says) {
  */
 
 /* Three bars in one line must fold to end 2 m away: at first all of them can only move across. */
-/* Two bars of 1 m, all but stretched, end at 2 cos u, which grows by 2 u = 2e-5 m a radian of the first: of a gap of 4e-13 m
- * there a damped step takes a ten millionth, which rounding hides. */
+/* Two bars of 1 m, all but stretched, end at 2 cos u, which grows by 2 u = 2e-5 m a radian of the first: of a gap of
+ * 4e-13 m there a damped step takes a ten millionth, which rounding hides. */
 KT_TEST(last_roundings_are_closed_along_a_weak_direction_too) {
     static linkage l;
     const double u = 1e-5, off = 2e-8;

@@ -148,8 +148,8 @@ KT_TEST(accelerations_near_a_singular_position_are_those_of_the_motion) {
         check_near_crossing(n, 0.0, 0.0);
 }
 
-/* A window of cranks of 1 m whose first tip, at (sin(theta), cos(theta)), moves a slide along the line x = X by a rod of 1 m, drawn so that
- * the rod lies across the slide, but for `slack`, where the window is singular, theta = pi / 2:
+/* A window of cranks of 1 m whose first tip, at (sin(theta), cos(theta)), moves a slide along the line x = X by a rod
+ * of 1 m, drawn so that the rod lies across the slide, but for `slack`, where the window is singular, theta = pi / 2:
  *     y = cos(theta) + r,   r^2 = 1 - (X - sin(theta))^2,   X = 2 - slack
  *     (5/3 + m y'^2) theta'' = tau - m y' y'' theta'^2
  * The slide's motion y(theta) varies within sqrt(2 slack), whatever the joints' units. */

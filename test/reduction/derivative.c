@@ -1,5 +1,5 @@
-/* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations; and mass, stiffness
- * and damping matrices, against differences of inverse dynamics and against these derivatives. */
+/* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations; and mass,
+ * stiffness and damping matrices, against differences of inverse dynamics and against these derivatives. */
 #include "tangle.h"
 
 #include "kinetree/effect.h"

@@ -79,7 +79,8 @@ static void add_relations(const rope_plan *plan, long double k[ROPE_ALL][ROPE_AL
 }
 
 /* [M A'; A 0] (alpha, -lambda) = (f, b) in the bars' angles against x, in long double, by elimination. With m(i, j) the
- * number of whole bars beyond both, M_ij = (m + 1/2) cos(phi_i - phi_j), or m + 1/3 if i = j, and armature by joints. */
+ * number of whole bars beyond both, M_ij = (m + 1/2) cos(phi_i - phi_j), or m + 1/3 if i = j, and armature by
+ * joints. */
 static void solve_rope(const linkage *l, const rope_plan *plan, double *a) {
     static long double k[ROPE_ALL][ROPE_ALL + 1];
     long double cosine[ROPE], sine[ROPE], rate[ROPE], angle = 0.0L, w = 0.0L, x[ROPE_ALL];
@@ -166,7 +167,8 @@ static void check_ropes(bool relations, bool geared, double bound) {
     }
 }
 
-/* Of the largest acceleration. Measured: 8e-12 at most; the fronts have 5e-11 and dense matrices 8e-10 with 100 links. */
+/* Of the largest acceleration. Measured: 8e-12 at most; the fronts have 5e-11 and dense matrices 8e-10 with 100
+ * links. */
 KT_TEST(rope_held_at_both_ends_is_exact) { check_ropes(false, false, 2e-11); }
 KT_TEST(rope_with_armature_is_exact) { check_ropes(false, true, 2e-11); }
 
@@ -177,8 +179,8 @@ KT_TEST(rope_with_a_driven_joint_and_a_gear_is_exact) {
     check_ropes(true, true, 4e-10);
 }
 
-/* Its projections, in positions (least in coordinates or in kinetic energy) and velocities. Measured: 8e-13; a state 1e-4
- * away is 1e-8 from closed after the first step and 1e-15 after the second. */
+/* Its projections, in positions (least in coordinates or in kinetic energy) and velocities. Measured: 8e-13; a state
+ * 1e-4 away is 1e-8 from closed after the first step and 1e-15 after the second. */
 static double rope_projection_error(const rope_plan *plan, kt_metric metric) {
     static linkage l, dense;
     double error = (double)NAN;
@@ -363,8 +365,8 @@ static void add_effects(tangle *g, kt_effect *effects) {
     d->effect_count = count;
 }
 
-/* What rounding of the matrices makes of a column x of derivatives, which satisfies the same equations as accelerations with
- * other right-hand sides: a unit joint force, or if `unit` is negative those of x itself without multipliers. */
+/* What rounding of the matrices makes of a column x of derivatives, which satisfies the same equations as accelerations
+ * with other right-hand sides: a unit joint force, or if `unit` is negative those of x itself without multipliers. */
 static void round_column(const tangle *g, const tangle_system *s, const double *x, int unit, double *moved) {
     static tangle_system of;
     const int nv = g->tree.nv;
@@ -383,8 +385,8 @@ static void round_column(const tangle *g, const tangle_system *s, const double *
     (void)tangle_solve(g, &of, (tangle_way){.mixes = true}, solution, moved);
 }
 
-/* The derivatives of the accelerations: by both reductions, up to 1e-12 of scale or twice what rounding of the matrices makes of a
- * column (measured of 20 seeds: 0.8 of that); and along one direction of v against differences of order
+/* The derivatives of the accelerations: by both reductions, up to 1e-12 of scale or twice what rounding of the matrices
+ * makes of a column (measured of 20 seeds: 0.8 of that); and along one direction of v against differences of order
  * four. */
 static void compare_derivatives(const tangle *g, const tangle_system *s, const few_results *few,
                                 const few_results *dense, kt_worst *both, kt_worst *differences) {

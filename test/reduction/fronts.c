@@ -83,10 +83,10 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
     o->by_mass += fronts->metric == KT_METRIC_MASS;
 }
 
-/* Accelerations: the bound is what the condition of the mechanism makes of rounding (tangle_solve), or 1e-10 of scale. Next to
- * singular positions both interpolate, from neighbouring states that differ by what projections leave: measured of 20 seeds 5e-7 of
- * scale. Where one alone does, as what is usual is a matter of the order, the other's acceleration has the error of its position over
- * the cube of the distance, 2 eps / x^3 = 1e-6 at x = 0.8e-3: measured 1.3e-6. */
+/* Accelerations: the bound is what the condition of the mechanism makes of rounding (tangle_solve), or 1e-10 of scale.
+ * Next to singular positions both interpolate, from neighbouring states that differ by what projections leave: measured
+ * of 20 seeds 5e-7 of scale. Where one alone does, as what is usual is a matter of the order, the other's acceleration
+ * has the error of its position over the cube of the distance, 2 eps / x^3 = 1e-6 at x = 0.8e-3: measured 1.3e-6. */
 static bool compare_accelerations(const tangle *g, const pair *fronts, const pair *dense, const char *of, outcome *o) {
     static tangle_system s;
     double a[KT_TREE_NV], b[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
@@ -187,7 +187,8 @@ KT_TEST(fronts_and_dense_matrices_agree_in_a_plane) {
     kt_check_above("planar", o.planar, 200);
 }
 
-/* Trees and loops of one plane, which planar kernels would reduce to two or three equations a loop: in space each repeats equations. */
+/* Trees and loops of one plane, which planar kernels would reduce to two or three equations a loop: in space each
+ * repeats equations. */
 KT_TEST(fronts_and_dense_matrices_agree_on_redundant_loops) {
     tangle_plan plan = tangle_plan_planar();
     outcome o;
@@ -208,8 +209,8 @@ KT_TEST(fronts_and_dense_matrices_agree_on_crowded_mechanisms) {
     kt_check_above("compared", o.compared, 80);
 }
 
-/* Random mechanisms that stand 1e-1 to 1e-12 from a singular position, and at it; every second time the equation that is lost there
- * is redundant, and positions are regular. */
+/* Random mechanisms that stand 1e-1 to 1e-12 from a singular position, and at it; every second time the equation that
+ * is lost there is redundant, and positions are regular. */
 KT_TEST(fronts_and_dense_matrices_agree_next_to_singular_positions) {
     enum { PLACES = 13, ROUNDS = 10 };
     static tangle g;
@@ -243,8 +244,8 @@ KT_TEST(fronts_and_dense_matrices_agree_next_to_singular_positions) {
 
 /* ---- wheels joined by rods --------------------------------------------------------------------------------------- */
 
-/* Wheels of radius 1 at equal angles turn as one, whichever pairs of them rods join: rods beyond those of a spanning tree are redundant
- * everywhere on this branch of their positions. a = the sum of torques over that of inertias. */
+/* Wheels of radius 1 at equal angles turn as one, whichever pairs of them rods join: rods beyond those of a spanning
+ * tree are redundant everywhere on this branch of their positions. a = the sum of torques over that of inertias. */
 enum { WHEELS_MOST = 8 };
 
 typedef struct wheels {
@@ -300,7 +301,8 @@ static bool build_wheels(wheels *w, double off, kt_structure structure, bool spa
     return linkage_compile(l);
 }
 
-/* The largest error of the accelerations next to the state, and of the forces that hold the rods, A' lambda = M a - tau. */
+/* The largest error of the accelerations next to the state, and of the forces that hold the rods, A' lambda = M a -
+ * tau. */
 typedef struct wheels_errors {
     double acceleration, force;
 } wheels_errors;
@@ -334,10 +336,11 @@ static wheels_errors errors_of(wheels *w, kt_random *random) {
     return done ? error : (wheels_errors){(double)NAN, (double)NAN};
 }
 
-/* Bounds: noise of 1e-14 in positions and velocities times the 16 below which a preferred rod is replaced, and its neighbour's 16; or a
- * few times the dense error. Measured of 13 seeds: 1.8e-12 next to 0.01, where fronts prefer another rod than dense matrices do, and
- * 1e-15. Fronts that accepted what they met first were off by 6e-11 with three wheels, and by 0.4 with five; those that preferred
- * what they had met first, by 6e-11 with five, and forces by 2e-13. */
+/* Bounds: noise of 1e-14 in positions and velocities times the 16 below which a preferred rod is replaced, and its
+ * neighbour's 16; or a few times the dense error. Measured of 13 seeds: 1.8e-12 next to 0.01, where fronts prefer
+ * another rod than dense matrices do, and 1e-15. Fronts that accepted what they met first were off by 6e-11 with three
+ * wheels, and by 0.4 with five; those that preferred what they had met first, by 6e-11 with five, and forces by
+ * 2e-13. */
 static void compare_wheels(int count, int mechanisms, bool spatial, kt_worst worst[2]) {
     static wheels w;
     kt_random random = kt_random_of_test();
@@ -376,8 +379,8 @@ KT_TEST(equation_that_is_small_next_to_a_dead_centre_does_not_spoil_later_ones) 
 
 /* ---- levers ------------------------------------------------------------------------------------------------------ */
 
-/* Each lever turns the next by three times its angle: a solution that is carried on lever by lever grows to 3^40, as does what turns them all, and
- * they have to cancel. At rest a_i = 3^i sum(3^j tau_j) / sum(9^j I_j). */
+/* Each lever turns the next by three times its angle: a solution that is carried on lever by lever grows to 3^40, as
+ * does what turns them all, and they have to cancel. At rest a_i = 3^i sum(3^j tau_j) / sum(9^j I_j). */
 enum { LEVERS = 41 };
 
 static double lever_error(kt_structure structure) {
@@ -550,9 +553,10 @@ static bool build_row(linkage *l, bool loaded, kt_random *random) {
     return linkage_build(l, 0.0);
 }
 
-/* Both close positions up to rounding, eps times the row's length, which moves coordinates by up to 1 / sigma times that, where sigma is
- * the smallest direction of the equations; velocities follow by up to speed / sigma times as much. The last number on R's diagonal is
- * some larger than sigma, and roundings are several: 4 times that (measured of 20 seeds: 0.05 to 1.2). */
+/* Both close positions up to rounding, eps times the row's length, which moves coordinates by up to 1 / sigma times
+ * that, where sigma is the smallest direction of the equations; velocities follow by up to speed / sigma times as much.
+ * The last number on R's diagonal is some larger than sigma, and roundings are several: 4 times that (measured of 20
+ * seeds: 0.05 to 1.2). */
 static double projection_bound(const linkage *dense, double fastest) {
     const double reach = 1.0 / dense->data->last[0], moved = 4.0 * DBL_EPSILON * ROW * reach;
     return moved * (1.0 + fastest * reach);
@@ -627,8 +631,8 @@ static double build_fork(linkage *l, double theta) {
     return mass;
 }
 
-/* One branch is ended before the next is begun, so that a link is open for each fork above and two more; where the first links came
- * first it was one for every fourth window, here 12. Error: measured 7e-14. */
+/* One branch is ended before the next is begun, so that a link is open for each fork above and two more; where the
+ * first links came first it was one for every fourth window, here 12. Error: measured 7e-14. */
 KT_TEST(row_that_forks_opens_as_many_links_as_forks_are_above_each_other) {
     static linkage l;
     const double theta = 0.5, mass = build_fork(&l, theta), cranks = WINDOWS + 1;
@@ -673,8 +677,8 @@ static int32_t ancestor_of(const kt_model *m, int32_t i, int32_t j) {
     return i;
 }
 
-/* The number of links on paths of loops, each counted as often as it is on one; *wrong: paths and ancestors that are not
- * what the links' parents say. */
+/* The number of links on paths of loops, each counted as often as it is on one; *wrong: paths and ancestors that are
+ * not what the links' parents say. */
 static int check_paths(const kt_model *m, int *wrong) {
     int sum = 0;
     for (size_t i = 0; i < m->n.loop; i++) {

@@ -1,5 +1,6 @@
-/* Where substitutions one after the other could multiply rounding errors: rows of windows whose cranks turn three times as fast from
- * each to the next, and ropes of heavy links on light ones. The reference is the elimination of [M A'; A 0] in long double. */
+/* Where substitutions one after the other could multiply rounding errors: rows of windows whose cranks turn three times
+ * as fast from each to the next, and ropes of heavy links on light ones. The reference is the elimination of [M A'; A
+ * 0] in long double. */
 #include "linkage.h"
 
 #include "kinetree/simulation.h"
@@ -17,7 +18,8 @@ enum { WINDOWS = 20, BARS = 40, COORDINATES = 64, ROWS = 5 * WINDOWS, MOST = 2 *
 
 /* ---- the reference ----------------------------------------------------------------------------------------------- */
 
-/* M (nv x nv), A (rows x nv) and b'' of a state, f = tau - h; independent rows of A; the inverse of [M A'; A 0] with these. */
+/* M (nv x nv), A (rows x nv) and b'' of a state, f = tau - h; independent rows of A; the inverse of [M A'; A 0] with
+ * these. */
 typedef struct matrices {
     int nv, rows, rank, chosen[COORDINATES];
     double mass[COORDINATES * COORDINATES], jacobian[ROWS * COORDINATES], force[COORDINATES], drift[ROWS];
@@ -122,8 +124,8 @@ static bool find_matrices(const linkage *l, const double *tau, matrices *m) {
     return true;
 }
 
-/* [M A'; A 0] (x, -lambda) = (f, b), refined; |dx| <= eps |inverse| (|matrix| |x| + |right|), with the largest of the last bracket among
- * forces and among equations. */
+/* [M A'; A 0] (x, -lambda) = (f, b), refined; |dx| <= eps |inverse| (|matrix| |x| + |right|), with the largest of the
+ * last bracket among forces and among equations. */
 static void solve(const matrices *m, const double *f, const double *b, solution *s) {
     const int n = m->nv + m->rank;
     long double x[MOST] = {0.0L}, left[MOST], most[2] = {0.0L, 0.0L};
@@ -171,8 +173,8 @@ static void conclude(const errors *e) {
     kt_check_worst(&e->velocity);
 }
 
-/* A a = b up to the rounding of orthogonal factors, 16 eps |row| max|a|, or of few equations 256: measured of 7 seeds 6 and 40. A' lambda is unique where equations
- * depend on each other, too. */
+/* A a = b up to the rounding of orthogonal factors, 16 eps |row| max|a|, or of few equations 256: measured of 7 seeds 6
+ * and 40. A' lambda is unique where equations depend on each other, too. */
 static void compare_accelerations(const linkage *l, const double *tau, const matrices *m, const char *of, errors *e) {
     static solution exact;
     double a[COORDINATES], lambda[ROWS], fastest = 0.0;
@@ -347,8 +349,9 @@ static bool build_row(linkage *l, course c, const row_kind *kind, kt_structure s
     return linkage_compile(l);
 }
 
-/* Fronts change their parameters by orthogonal factors alone until they are minimised out, so nothing grows, whatever the gains and their
- * order: errors are those of the matrices' own rounding, in a valley 1e-11 by its condition, for fronts and dense matrices alike. */
+/* Fronts change their parameters by orthogonal factors alone until they are minimised out, so nothing grows, whatever
+ * the gains and their order: errors are those of the matrices' own rounding, in a valley 1e-11 by its condition, for
+ * fronts and dense matrices alike. */
 KT_TEST(gains_of_windows_multiply_no_error) {
     static const row_kind kinds[] = {{.name = "narrow"},
                                      {.name = "in space", .plan = KT_PLAN_SPATIAL},
@@ -414,8 +417,8 @@ static bool is_told(const kt_model *model) {
     return told;
 }
 
-/* Ropes that are solved by their few equations had them off by 7e-12 with masses 1 and 1e6, by 6e-9 with 1e9, and the forces in them by 3e-9
- * and 2e-6: these are left to the fronts. */
+/* Ropes that are solved by their few equations had them off by 7e-12 with masses 1 and 1e6, by 6e-9 with 1e9, and the
+ * forces in them by 3e-9 and 2e-6: these are left to the fronts. */
 KT_TEST(ropes_of_heavy_links_on_light_ones_are_left_to_the_fronts) {
     static linkage l;
     kt_random random = kt_random_of_test();

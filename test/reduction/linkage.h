@@ -41,8 +41,8 @@ void linkage_free(linkage *l);
 /* compiles, and assembles at time t */
 bool linkage_build(linkage *l, double t);
 
-/* Projects the state moved by 1e-4 in alternating directions, on two models of the same mechanism: the largest difference of
- * their positions and velocities. NaN where one cannot be projected. */
+/* Projects the state moved by 1e-4 in alternating directions, on two models of the same mechanism: the largest
+ * difference of their positions and velocities. NaN where one cannot be projected. */
 double linkage_projections_differ(const kt_model *const model[2], kt_data *const data[2], double t, const double *q,
                                   const double *v);
 

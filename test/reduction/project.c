@@ -289,8 +289,8 @@ KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
 /* ---- dead points ------------------------------------------------------------------------------------------------- */
 
 /* A cart on a wheel that rolls, a lift on it that is driven to y = t - 1/4, and a rod from there to the origin, whose
- * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 it is at x: towards x = 0 the rod loses
- * the cart's direction, of which it has x / L, and asks for rate - 1 along it. */
+ * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 it is at x: towards x = 0 the rod
+ * loses the cart's direction, of which it has x / L, and asks for rate - 1 along it. */
 typedef struct cart {
     double lift[2], rod[3];
     linkage l;
@@ -326,8 +326,8 @@ static bool make_cart(cart *c, double x, double rate) {
     return linkage_compile(l);
 }
 
-/* Whether the projection says that it is a dead point; -1 where something else is wrong. *size: of the direction that is
- * about to be lost, over what is usual. */
+/* Whether the projection says that it is a dead point; -1 where something else is wrong. *size: of the direction that
+ * is about to be lost, over what is usual. */
 static int project_cart(double x, double rate, double *size) {
     static cart c;
     int dead = -1;

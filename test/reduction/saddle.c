@@ -1,5 +1,5 @@
-/* The equations of motion with multipliers for many right-hand sides, and what is made of them: derivatives along the tree
- * against those of dense factors. */
+/* The equations of motion with multipliers for many right-hand sides, and what is made of them: derivatives along the
+ * tree against those of dense factors. */
 #include "linkage.h"
 #include "tangle.h"
 
@@ -241,8 +241,8 @@ static bool is_plain(const kt_model *model) {
     return rows == kt_model_mobility(model).rank;
 }
 
-/* With redundant equations positions that violate the loops have the accelerations of those that are chosen: there only the
- * response to forces, or the mass matrix, is compared. */
+/* With redundant equations positions that violate the loops have the accelerations of those that are chosen: there only
+ * the response to forces, or the mass matrix, is compared. */
 static void compare_ways(bool reduced, const char *const name[3]) {
     enum { MECHANISMS = 60 };
     static tangle g;

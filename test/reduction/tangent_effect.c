@@ -1,6 +1,6 @@
-/* What effects add to derivatives (reduction/effect_slopes.h), against differences of their joint forces: of every type, on
- * trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces and derivatives
- * (measured over forty seeds: up to 0.73 of the bounds).
+/* What effects add to derivatives (reduction/effect_slopes.h), against differences of their joint forces: of every
+ * type, on trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces and
+ * derivatives (measured over forty seeds: up to 0.73 of the bounds).
  */
 #include "tangle.h"
 
@@ -267,8 +267,8 @@ static bool add_all(const stage *s, double *f, double *size) {
     return true;
 }
 
-/* Bounds: rounding of positions, some eps of the mechanism's few metres, changes forces that grow by the stiffnesses, which
- * are near 1; measured over forty seeds: up to 57 eps. */
+/* Bounds: rounding of positions, some eps of the mechanism's few metres, changes forces that grow by the stiffnesses,
+ * which are near 1; measured over forty seeds: up to 57 eps. */
 KT_TEST(effects_add_up_to_their_generalised_forces) {
     kt_random random = kt_random_of_test();
     const kt_tree_plan plan = kt_tree_plan_default();

@@ -268,8 +268,8 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 
 /* ---- a rod at its dead centre ------------------------------------------------------------------------------------ */
 
-/* A body on a revolute joint that moves and whose link is in a group, or 0; none where there is a screw, which is closed at its initial state
- * and would be open if another became that. */
+/* A body on a revolute joint that moves and whose link is in a group, or 0; none where there is a screw, which is
+ * closed at its initial state and would be open if another became that. */
 static int revolute_in_a_loop(const tangle *g) {
     const kt_model *model = g->tree.model;
     for (int i = 0; i < g->loops; i++)

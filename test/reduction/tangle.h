@@ -44,9 +44,10 @@ typedef struct tangle {
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
 void tangle_free(tangle *g);
 
-/* Adds to one that no loop drives a body beside one on a revolute joint in a loop, and a rod between equal arms of both, which is
- * `off` (radians) from its dead centre where the mechanism stands, and if `braced` a second one, at right angles: redundant everywhere, as
- * both bodies turn as one. Compiles the mechanism again, with its state as the initial one; false if it has no such body. */
+/* Adds to one that no loop drives a body beside one on a revolute joint in a loop, and a rod between equal arms of
+ * both, which is `off` (radians) from its dead centre where the mechanism stands, and if `braced` a second one, at
+ * right angles: redundant everywhere, as both bodies turn as one. Compiles the mechanism again, with its state as the
+ * initial one; false if it has no such body. */
 bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_options *options, kt_random *random);
 
 /* The matrices of M a + h = tau + A' lambda, A a = b'' at the state: mass (nv x nv), force = tau + J' external - h

@@ -1,5 +1,5 @@
-/* Adjoints of steps against the transposed matrices of the same steps, and gradients over many steps against products of
- * these. */
+/* Adjoints of steps against the transposed matrices of the same steps, and gradients over many steps against products
+ * of these. */
 #include "../reduction/linkage.h"
 #include "differences.h"
 #include "grown.h"
@@ -11,9 +11,10 @@
 
 static void *take(size_t bytes) { return aligned_alloc(64, (bytes + 63) / 64 * 64); }
 
-/* A'y and B'y of random y. The two round by themselves, by eps times the condition of inertia and loops. Without loops the
- * bound is 1e-10 of the largest term of a number: measured over forty seeds, 0.06 of it at most. With loops it is 1e-10 of
- * the largest number: 0.64 of it, by the matrices, which differ as much from themselves where positions change by 1e-16. */
+/* A'y and B'y of random y. The two round by themselves, by eps times the condition of inertia and loops. Without loops
+ * the bound is 1e-10 of the largest term of a number: measured over forty seeds, 0.06 of it at most. With loops it is
+ * 1e-10 of the largest number: 0.64 of it, by the matrices, which differ as much from themselves where positions change
+ * by 1e-16. */
 static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst *worst, const char *name) {
     const int n = kt_model_nv(c->model), rows = 2 * n;
     const size_t size = kt_step_work_size(c->model, c->step.method);

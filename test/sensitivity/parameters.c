@@ -133,8 +133,8 @@ static bool step_shifted(mechanism *m, const kt_step *step, const kt_parameter *
     return fine;
 }
 
-/* Column k by differences of order eight. A number that may not be negative and is 0 is seen from one side, by order six:
- * the coefficients of both are those of the polynomial through the points. */
+/* Column k by differences of order eight. A number that may not be negative and is 0 is seen from one side, by order
+ * six: the coefficients of both are those of the polynomial through the points. */
 static bool difference(mechanism *m, const kt_step *step, const kt_parameter *parameter, const double *now, int k,
                        const double *from, double *column) {
     static const double both[] = {1.0 / 280, -4.0 / 105, 1.0 / 5,   -4.0 / 5,  0.0,

@@ -81,8 +81,8 @@ static double force_of(const kt_scene *scene, double length, double rate) {
     return most;
 }
 
-/* What eight roundings of each position, of a metre or a radian at least, and of each velocity do to the accelerations, at
- * most: conversions between the formulations round both, and where springs measure them that is a force. amount[i]
+/* What eight roundings of each position, of a metre or a radian at least, and of each velocity do to the accelerations,
+ * at most: conversions between the formulations round both, and where springs measure them that is a force. amount[i]
  * receives that of a_i, times its weight. Zero where loops are at a singular position, which has no derivatives. */
 static bool amplify(kt_simulation *tree, const kt_model *model, kt_data *data, void *work, double *amount) {
     static double by_q[NUMBERS * NUMBERS], by_v[NUMBERS * NUMBERS], mass[NUMBERS * NUMBERS];
@@ -105,8 +105,8 @@ static bool amplify(kt_simulation *tree, const kt_model *model, kt_data *data, v
     return kt_fine("derivatives", status, &error);
 }
 
-/* Relative to the largest; bound: five times the largest of all scenes without springs, for each freedom squared, and what
- * the scene makes of roundings. */
+/* Relative to the largest; bound: five times the largest of all scenes without springs, for each freedom squared, and
+ * what the scene makes of roundings. */
 static void compare_accelerations(const char *name, const kt_scene *scene, const kt_model *model,
                                   const kt_absolute *absolute) {
     kt_worst worst = kt_worst_make(name);

@@ -101,8 +101,8 @@ static bool keep_ledger(stage *s, const char *integrator, double step, double to
 /* ---- forces with kinks ------------------------------------------------------------------------------------------- */
 
 /* The rocker runs against a stop, again and again. All other forces in this file are smooth, and their bounds a few
- * tolerances a joule; a step over a kink is of first order, and its estimate of the error may be zero by chance. Measured:
- * 5 to 350 tolerances, of 14 J. */
+ * tolerances a joule; a step over a kink is of first order, and its estimate of the error may be zero by chance.
+ * Measured: 5 to 350 tolerances, of 14 J. */
 KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_tolerance) {
     stage s;
     kt_worst drift = kt_worst_make("drift, relative");

@@ -27,7 +27,8 @@ kt_model *kt_both_compile(const kt_description *description, const kt_model_opti
 /* A simulation of a model, in the absolute formulation unless that is NULL; NULL after a failed check. */
 kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run);
 
-/* Runs such a simulation with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed check. */
+/* Runs such a simulation with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed
+ * check. */
 bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
                  kt_both_trace *t);
 

@@ -99,8 +99,8 @@ KT_TEST(restored_simulation_goes_on_bit_for_bit) {
     kt_tree_free(&stage.tree);
 }
 
-/* rho is that of the run: 0 has the bits of bdf2, as a method of the caller's has those of the run; and a checkpoint of one
- * is not taken for one of another. */
+/* rho is that of the run: 0 has the bits of bdf2, as a method of the caller's has those of the run; and a checkpoint of
+ * one is not taken for one of another. */
 KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     static kt_stage stage;
     kt_error error;

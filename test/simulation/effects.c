@@ -143,8 +143,8 @@ static double slope_of(const kt_model *model, kt_data *data, const double *q, co
 }
 
 /* The joint forces that stand for the effects at rest, M a + g, along a random direction. Energies are up to 200 J, so
- * rounding EPS V / h is 4e-11; bound: five times the largest of forty seeds. Where a stop or a contact begins within the
- * difference, it is off, as that of half its width shows; few may be. */
+ * rounding EPS V / h is 4e-11; bound: five times the largest of forty seeds. Where a stop or a contact begins within
+ * the difference, it is off, as that of half its width shows; few may be. */
 KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
     static stage s;
     kt_random random = kt_random_of_test();
@@ -255,8 +255,8 @@ KT_TEST(energy_balance_closes_on_random_trees_under_smooth_forces) { check_balan
 
 KT_TEST(energy_balance_closes_on_random_trees_under_forces_with_kinks) { check_balance(MOST, bound_kinked); }
 
-/* Steps err in each formulation's own coordinates, where forces vary within a step by as much as they themselves: what half the step
- * changes tells it, of which a tenth is allowed (measured of 20 seeds: a hundredth). */
+/* Steps err in each formulation's own coordinates, where forces vary within a step by as much as they themselves: what
+ * half the step changes tells it, of which a tenth is allowed (measured of 20 seeds: a hundredth). */
 static kt_both_bounds widen(const kt_both_bounds *rounding, const kt_both_trace *whole, const kt_both_trace *half) {
     kt_both_worst step = kt_both_worst_make();
     kt_both_compare(&step, "half the step", whole, half, rounding);

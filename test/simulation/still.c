@@ -1,8 +1,8 @@
 /* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
  * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h) and the regressor
  * (identification.h), and every hundredth derivatives of steps and gradients (sensitivity.h) and new numbers of a
- * parameter, under Linux' strict seccomp, where any system call but read, write, exit and sigreturn ends the process; and
- * nothing is allocated.
+ * parameter, under Linux' strict seccomp, where any system call but read, write, exit and sigreturn ends the process;
+ * and nothing is allocated.
  */
 #include "scenes.h"
 
