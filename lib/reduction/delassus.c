@@ -291,7 +291,7 @@ bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t
         s.d.transform[r][r] = 1.0;
     }
     place_loads(&s, 1.0);
-    if (memchr(s.f.fixed, true, (size_t)s.f.w.m))
+    if (memchr(s.f.fixed, 1, (size_t)s.f.w.m))
         square_in_units(&s, square);
     else if (s.f.components == KT_FRONT_SPACE / 2)
         square_rows(&s, KT_FRONT_SPACE / 2, false, square);

@@ -289,7 +289,7 @@ static bool group_ready(const kt_model *model, kt_data *data, size_t g, kt_rows 
 
 /* Narrow fronts know no coordinates that count as constants. */
 static bool has_fixed(const kt_data *data, const kt_group *group) {
-    return group->narrow && memchr(data->front_fixed + group->v, true, (size_t)group->v_count);
+    return group->narrow && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
 }
 
 static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
