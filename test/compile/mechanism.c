@@ -51,6 +51,7 @@ static void fill_loops(mechanism *m) {
     m->loops[CLOSE] = loop_of("close", KT_LOOP_REVOLUTE, "coupler", "rocker");
     m->loops[CLOSE].between[1].marker = "end";
     m->loops[ROD] = loop_of("rod", KT_LOOP_DISTANCE, NULL, "ball");
+    m->loops[ROD].between[1].at = kt_vec3_make(0.0, 0.5, 0.0);
     m->loops[GEAR] = loop_of("gear", KT_LOOP_COUPLING, NULL, NULL);
     m->terms[0] = (kt_term){"crank", 1.0};
     m->terms[1] = (kt_term){"rocker", -2.0};

@@ -108,34 +108,6 @@ static kt_status parse(void *user) {
     return status;
 }
 
-static char robot[] =
-    "<robot name='r'><link name='a b'/><link name='b'><inertial><mass value='1'/>"
-    "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
-    "<link name='c'><inertial><mass value='1'/>"
-    "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
-    "<joint name='j' type='revolute'><parent link='a b'/><child link='b'/><dynamics damping='1'/></joint>"
-    "<joint name='k' type='revolute'><parent link='b'/><child link='c'/><mimic joint='j'/></joint>"
-    "<gazebo/></robot>";
-
-static kt_status parse_robot(void *user) {
-    const char *text = user;
-    kt_scene scene, rest = kt_scene_default();
-    kt_error error = {KT_OK, "", ""};
-    memcpy(&scene, &rest, sizeof scene);
-    const kt_status status = kt_urdf_parse("x", text, strlen(text), NULL, &scene, NULL, NULL, &error);
-    if (status == KT_OK)
-        kt_scene_free(&scene);
-    else
-        touched += !kt_same_bytes(&scene, &rest, sizeof scene) || error.code != status || error.message[0] == '\0';
-    return status;
-}
-
-KT_TEST(each_failing_allocation_is_an_error_of_reading_a_robot) {
-    touched = 0;
-    check_calls("a robot", parse_robot, robot, KT_OK, 20.0);
-    kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
-}
-
 KT_TEST(each_failing_allocation_is_an_error_of_reading) {
     touched = 0;
     check_calls("a right scene", parse, right, KT_OK, 20.0);
@@ -229,4 +201,33 @@ KT_TEST(each_failing_allocation_is_an_error_of_writing) {
         kt_scene_free(&scene);
     }
     (void)fclose(job.stream);
+}
+
+/* The last, for expat's memory leaves malloc's caches in another state every time. */
+static char robot[] =
+    "<robot name='r'><link name='a b'/><link name='b'><inertial><mass value='1'/>"
+    "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    "<link name='c'><inertial><mass value='1'/>"
+    "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    "<joint name='j' type='revolute'><parent link='a b'/><child link='b'/><dynamics damping='1'/></joint>"
+    "<joint name='k' type='revolute'><parent link='b'/><child link='c'/><mimic joint='j'/></joint>"
+    "<gazebo/></robot>";
+
+static kt_status parse_robot(void *user) {
+    const char *text = user;
+    kt_scene scene, rest = kt_scene_default();
+    kt_error error = {KT_OK, "", ""};
+    memcpy(&scene, &rest, sizeof scene);
+    const kt_status status = kt_urdf_parse("x", text, strlen(text), NULL, &scene, NULL, NULL, &error);
+    if (status == KT_OK)
+        kt_scene_free(&scene);
+    else
+        touched += !kt_same_bytes(&scene, &rest, sizeof scene) || error.code != status || error.message[0] == '\0';
+    return status;
+}
+
+KT_TEST(each_failing_allocation_is_an_error_of_reading_a_robot) {
+    touched = 0;
+    check_calls("a robot", parse_robot, robot, KT_OK, 20.0);
+    kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }
