@@ -109,9 +109,10 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
     if (distance_between(first, second) > rounding)
         return KT_OK;
     (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
-    return kt_error_set(error, KT_ERROR_MODEL, where,
-                        "it has no length, and its ends coincide at the given positions, so that its length would be 0; "
-                        "give a length, or type: spherical");
+    return kt_error_set(
+        error, KT_ERROR_MODEL, where,
+        "it has no length, and its ends coincide at the given positions, so that its length would be 0; "
+        "give a length, or type: spherical");
 }
 
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
