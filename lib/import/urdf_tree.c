@@ -130,7 +130,9 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
         kt_urdf_count(&u->rates, limit);
     const bool has_lower = kt_urdf_numbers(u->r, limit, "lower", 1, &lower);
     const bool has_upper = kt_urdf_numbers(u->r, limit, "upper", 1, &upper);
-    if (!j->kind->is_limited || (!has_lower && !has_upper))
+    const bool is_faulty = (!has_lower && kt_xml_attribute(limit, "lower") != NULL) ||
+                           (!has_upper && kt_xml_attribute(limit, "upper") != NULL);
+    if (!j->kind->is_limited || is_faulty || (!has_lower && !has_upper))
         return;
     if (lower > upper) {
         (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g", lower, upper);

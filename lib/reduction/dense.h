@@ -32,16 +32,17 @@ KT_INLINE double kt_dense_dot(const double *a, const double *b, int n) {
     return sum;
 }
 
-/* A = L L': L replaces the lower triangle of A (n x n), which alone is read. Returns false if A is not positive
- * definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj itself). */
-KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
+/* A = L L': L replaces the lower triangle of A (n x n in columns `stride` numbers apart), which alone is read. Returns false
+ * if A is not positive definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj itself).
+ */
+KT_INLINE bool kt_dense_cholesky_within(double *a, size_t stride, int n, const double *size) {
     for (int j = 0; j < n; j++) {
-        double *column = a + (size_t)j * (size_t)n;
+        double *column = a + (size_t)j * stride;
         const double whole = size ? size[j] : column[j];
         for (int k = 0; k < j; k++) {
-            const double f = a[(size_t)k * (size_t)n + (size_t)j];
+            const double f = a[(size_t)k * stride + (size_t)j];
             for (int i = j; i < n; i++)
-                column[i] -= a[(size_t)k * (size_t)n + (size_t)i] * f;
+                column[i] -= a[(size_t)k * stride + (size_t)i] * f;
         }
         if (!(column[j] > 1e-14 * whole))
             return false;
@@ -50,6 +51,11 @@ KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
             column[i] *= d;
     }
     return true;
+}
+
+/* The same of a matrix that is stored as a whole. */
+KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
+    return kt_dense_cholesky_within(a, (size_t)n, n, size);
 }
 
 /* x = (L L')^-1 x */

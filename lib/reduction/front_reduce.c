@@ -2,6 +2,7 @@
  * front.h. */
 #include "reduction/front.h"
 
+#include "reduction/dense.h"
 #include "reduction/front_link.h"
 
 #include <math.h>
@@ -264,27 +265,6 @@ KT_INLINE void add_violations(const kt_front *f, int s, const kt_front_factor *x
     }
 }
 
-/* A = L L' in the lower triangle of n x n numbers of the energy from entry `at` on; false if A is not positive definite
- * beyond rounding errors (dense.h). */
-KT_INLINE bool factor_energy(const kt_front *f, int at, int n, bool judge) {
-    double *a = f->energy + at * (f->level + 1);
-    for (int j = 0; j < n; j++) {
-        double *column = a + j * f->level;
-        const double whole = judge ? f->size[at + j] : column[j];
-        for (int k = 0; k < j; k++) {
-            const double x = a[k * f->level + j];
-            for (int i = j; i < n; i++)
-                column[i] -= a[k * f->level + i] * x;
-        }
-        if (!(column[j] > 1e-14 * whole))
-            return false;
-        const double d = 1.0 / sqrt(column[j]);
-        for (int i = j; i < n; i++)
-            column[i] *= d;
-    }
-    return true;
-}
-
 /* y = L^-1 y, y = L^-T y */
 KT_INLINE void solve_lower(const kt_front *f, int at, int n, double *y) {
     const double *l = f->energy + at * (f->level + 1);
@@ -341,7 +321,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         place_reflector(f, v, base, all);
         reflect_energy(f, f->spare, x->seen_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
-    if (!factor_energy(f, t, u, judge))
+    if (!kt_dense_cholesky_within(f->energy + t * (f->level + 1), (size_t)f->level, u, judge ? f->size + t : NULL))
         return false;
     keep_energy(f, t, u, t, u);
     memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);

@@ -290,6 +290,8 @@ KT_TEST(faults_are_told_at_their_places) {
          "3:1: link 'a': the name is that of the link in line 2, too; each needs one of its own\n"
          "3:1: link 'a': no joint has this link as child, nor the one in line 2; only one can be the root\n"},
         {PAIR("<limit lower='2' upper='1'/>", ""), "1:218: joint 'j': limit: lower, 2, is above upper, 1\n"},
+        {PAIR("<limit lower='nan' upper='-1'/>", ""),
+         "1:218: joint 'j': limit: lower: expected a number, found 'nan'\n"},
         {PAIR("<axis xyz='0 0'/>", ""), "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0'\n"},
         {PAIR("<axis xyz='0 0 nan'/>", ""), "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0 nan'\n"},
         {PAIR("<axis xyz='0 0 1e999'/>", ""),
