@@ -248,12 +248,13 @@ KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt
 /* Releases a simulation of kt_simulation_create. Does nothing for one in the caller's memory, nor for NULL. */
 KT_API void kt_simulation_free(kt_simulation *simulation);
 
-/* Time, s; positions (nq) and velocities (nv), valid until the next call that takes a simulation that is not const. */
+/* Time, s; positions (nq) and velocities (nv) at that time. The two pointers stay the same as long as the simulation
+ * lives, and what they point to is always the state after the last call: ask once, read in every tick. */
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
 
-/* Restarts at time t from q (nq) and v (nv), which are projected: quaternions to unit norm, loops closed. Counts return
+/* Restarts at time t from q (nq) and v (nv; NULL: at rest), which are projected: quaternions to unit norm, loops closed. Counts return
  * to zero; torques and wrenches remain. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros,
  * naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,

@@ -31,7 +31,7 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(torque_next, size->user_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
     X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
-    X(seen, size->seen * sizeof(double))
+    X(kept, size->kept * sizeof(double))
 
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
@@ -84,7 +84,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.torque_next, simulation->torque_next, size->user_nv * sizeof(double));
     memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
-    memcpy(to + at.seen, simulation->seen, size->seen * sizeof(double));
+    memcpy(to + at.kept, simulation->state, size->kept * sizeof(double));
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -137,7 +137,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(simulation->torque_next, from + at.torque_next, size->user_nv * sizeof(double));
     memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));
     memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
-    memcpy(simulation->seen, from + at.seen, size->seen * sizeof(double));
+    memcpy(simulation->state, from + (size->kept > 0 ? at.kept : at.y), size->state * sizeof(double));
     kt_simulation_inputs_use(simulation);
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;

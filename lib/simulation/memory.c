@@ -73,7 +73,8 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
-    size->seen = transformed ? size->user_nq + size->user_nv : 0;
+    size->state = size->user_nq + size->user_nv;
+    size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->pushed = transformed ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
@@ -144,15 +145,15 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Writes the initial state to y. It is the user model that is assembled, so that all simulations of it start from the
+/* Writes the initial state to `state` and y. It is the user model that is assembled, so that all simulations of it start from the
  * same state. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
-    const bool transformed = simulation->transformation != NULL;
-    double *q = transformed ? simulation->seen : simulation->y, *v = q + simulation->size.user_nq;
+    double *q = simulation->state, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->user_model, q, v);
     kt_status status = kt_state_assemble(simulation->user_model, simulation->user_data, 0.0, q, v, error);
-    if (status == KT_OK && transformed)
-        status = kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
+    if (status == KT_OK && simulation->transformation != NULL)
+        return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
+    memcpy(simulation->y, q, simulation->size.state * sizeof *q);
     return status;
 }
 

@@ -50,7 +50,7 @@ typedef enum kt_cached {
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
-    X(double, seen, size->seen, "transformed: q and v of the user model at the current time")                          \
+    X(double, state, size->state, "q and v of the user model at the current time")                                     \
     X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
     X(kt_wrench, pushed, size->pushed, "transformed: on the bodies of the model")                                      \
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
@@ -81,7 +81,9 @@ typedef struct kt_simulation_sizes {
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
-    size_t seen, shown, pushed, free_reaction, user_data; /* 0 without a transformation */
+    size_t state;        /* user_nq + user_nv */
+    size_t kept;         /* of these, those that a checkpoint holds */
+    size_t shown, pushed, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
@@ -160,8 +162,8 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
  * Converts forces on the user model, of which there are some, to wrenches on the bodies of the model at its positions
  * q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-/* Updates the user model's state after a step of length `ago`, s. */
-void kt_simulation_sync(kt_simulation *simulation, double ago);
+/* Updates `state`, that of the user model, after a step. */
+void kt_simulation_sync(kt_simulation *simulation);
 /* Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                           const double **v, const double **exported_a);

@@ -301,7 +301,6 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
-    double t = kt_integrator_time(simulation->integrator);
     simulation->cause.code = KT_OK;
     kt_status status = simulation->memory.waits ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
     if (status == KT_OK)
@@ -310,8 +309,10 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail_step(simulation, &from, error);
-    if (simulation->transformation != NULL)
-        kt_simulation_sync(simulation, kt_integrator_time(simulation->integrator) - t);
+    if (simulation->transformation == NULL)
+        memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
+    else
+        kt_simulation_sync(simulation);
     return KT_OK;
 }
 
@@ -393,7 +394,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
-    memmove(new_v, v, nv * sizeof(double));
+    memmove(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
@@ -401,7 +402,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         status = start_at(simulation, t, new_q, new_v, error);
     if (status != KT_OK)
         return status;
-    memcpy(simulation->seen, new_q, simulation->size.seen * sizeof(double));
+    memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
     simulation->memory.next_record = 0;
     simulation->memory.factorizations = 0;
     kt_simulation_skip_records(simulation);

@@ -1,19 +1,19 @@
-/* The coordinates, forces and reactions of the user model where a transformation of it is integrated.
+/* The state of the user model; its coordinates, forces and reactions where a transformation of it is integrated.
  *
- * `seen` is the user model's state at the current time. It is written after each step from that of the step before, so
- * that angles count whole turns; a checkpoint contains it in addition to the state that is integrated.
+ * `state` is the user model's state at the current time, at an address of its own: the integrator exchanges its arrays
+ * in every step, and a controller reads the state through pointers that it asked for once. With a transformation it is
+ * written after each step from that of the step before, so that angles count whole turns; a checkpoint then contains it
+ * in addition to the state that is integrated.
  */
 #include "reduction/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <string.h>
 
-const double *kt_simulation_positions(const kt_simulation *simulation) {
-    return simulation->transformation ? simulation->seen : kt_integrator_state(simulation->integrator);
-}
+const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation->state; }
 
 const double *kt_simulation_velocities(const kt_simulation *simulation) {
-    return kt_simulation_positions(simulation) + simulation->size.user_nq;
+    return simulation->state + simulation->size.user_nq;
 }
 
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
@@ -23,11 +23,12 @@ void kt_simulation_inputs(kt_simulation *simulation, const double *q, const doub
     *external = simulation->pushed;
 }
 
-void kt_simulation_sync(kt_simulation *simulation, double ago) {
+void kt_simulation_sync(kt_simulation *simulation) {
     const kt_transformation *by = simulation->transformation;
     const double *y = kt_integrator_state(simulation->integrator);
-    by->gather(by, y, y + simulation->size.nq, NULL, ago, simulation->seen, simulation->seen + simulation->size.user_nq,
-               NULL);
+    const double ago = kt_integrator_time(simulation->integrator) - kt_integrator_previous_time(simulation->integrator);
+    double *q = simulation->state, *v = q + simulation->size.user_nq;
+    by->gather(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
 }
 
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
@@ -40,7 +41,7 @@ void kt_simulation_export(kt_simulation *simulation, double t, const double *y, 
     if (by == NULL)
         return;
     double *to_q = simulation->shown, *to_v = to_q + size->user_nq, *to_a = to_v + size->user_nv;
-    memcpy(to_q, simulation->seen, size->seen * sizeof(double));
+    memcpy(to_q, simulation->state, size->state * sizeof(double));
     by->gather(by, y, y + size->nq, a, t - kt_integrator_time(simulation->integrator), to_q, to_v, to_a);
     *q = to_q;
     *v = to_v;

@@ -4,6 +4,7 @@ readme.py BUILD-ROOT SOURCE-ROOT COMMAND-OR-EMPTY C-COMPILER...
 
 Of a page, in a folder of its own in which `apps` is that of the sources:
 - a block of C that has a main is compiled against the shared library, and run; any other is compiled as the headers' are;
+- a block of text after it is what it prints, to the last character;
 - a block of YAML is a whole scene, with a line "kinetree: 1": it passes "kinetree check", and is there for the shell under
   the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->"), or as scene-1.yaml and so on;
 - a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
@@ -60,11 +61,14 @@ def header_blocks(text):
             i = max(i + 1, end)
 
 
-def failure(command, folder, environment):
+def failure(command, folder, environment, printed=None):
+    """What is wrong with a command; what it prints is added to the list `printed`."""
     try:
         run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
     except subprocess.TimeoutExpired:
         return ["takes more than a minute"]
+    if printed is not None:
+        printed.append(run.stdout)
     if run.returncode == 0:
         return []
     return [f"status {run.returncode}"] + (run.stdout + run.stderr).splitlines()[-20:]
@@ -73,15 +77,15 @@ def failure(command, folder, environment):
 class Page:
     def __init__(self, name, build, include, command, compiler, folder):
         self.name, self.include, self.compiler, self.folder = name, include, compiler, pathlib.Path(folder)
-        self.scenes, self.fragments = 0, []
+        self.scenes, self.fragments, self.printed = 0, [], []
         self.libraries = build / "lib"
         self.command = command
         self.environment = {**os.environ, "LC_ALL": "C", "LD_LIBRARY_PATH": str(self.libraries)}
         if command:
             self.environment["PATH"] = f"{pathlib.Path(command).parent}:{os.environ['PATH']}"
 
-    def fail(self, *command):
-        return failure(command, self.folder, self.environment)
+    def fail(self, *command, printed=None):
+        return failure(command, self.folder, self.environment, printed)
 
     def c(self, line, body):
         if not re.search(r"\bint\s+main\b", body):
@@ -95,7 +99,11 @@ class Page:
                              f"-L{self.libraries}", *libraries, "-lm")
         claim(f"{self.name}:{line}: C program compiles", problems)
         if not problems:
-            claim(f"{self.name}:{line}: C program runs", self.fail(program))
+            claim(f"{self.name}:{line}: C program runs", self.fail(program, printed=self.printed))
+
+    def text(self, line, body):
+        seen = self.printed.pop() if self.printed else "no program\n"
+        claim(f"{self.name}:{line}: the program prints it", [] if seen == body else ["it prints:", *seen.splitlines()])
 
     def compile_fragments(self):
         """All together; none is run."""
@@ -128,7 +136,7 @@ class Page:
 
     def take(self, found):
         for line, language, body in found:
-            handler = {"c": self.c, "yaml": self.scene, "xml": self.scene, "sh": self.sh}.get(language)
+            handler = {"c": self.c, "text": self.text, "yaml": self.scene, "xml": self.scene, "sh": self.sh}.get(language)
             if handler:
                 handler(line, body)
             else:
