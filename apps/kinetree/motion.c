@@ -3,7 +3,7 @@
 
 #include "command.h"
 #include "kinetree/dynamics.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 #include "json_writer.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "output.h"
 #include "view/page.h"
 

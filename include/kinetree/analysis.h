@@ -28,7 +28,7 @@
 #ifndef KINETREE_ANALYSIS_H
 #define KINETREE_ANALYSIS_H
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
 #ifdef __cplusplus

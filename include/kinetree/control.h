@@ -13,7 +13,7 @@
 #ifndef KINETREE_CONTROL_H
 #define KINETREE_CONTROL_H
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -47,7 +47,7 @@
 #define KINETREE_SENSITIVITY_H
 
 #include "kinetree/integrator.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #ifdef __cplusplus
 extern "C" {

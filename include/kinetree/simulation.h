@@ -24,8 +24,8 @@
 
 #include "kinetree/dynamics.h"
 #include "kinetree/integrator.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/model.h"
-#include "kinetree/reduction.h"
 
 #include <stdint.h>
 

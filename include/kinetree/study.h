@@ -32,7 +32,7 @@
 #ifndef KINETREE_STUDY_H
 #define KINETREE_STUDY_H
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
 #ifdef __cplusplus

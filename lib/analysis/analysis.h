@@ -3,9 +3,9 @@
 #define KT_ANALYSIS_ANALYSIS_H
 
 #include "base/arena.h"
+#include "constraint/dual_rows.h"
 #include "kinetree/analysis.h"
 #include "model/model.h"
-#include "reduction/dual.h"
 
 /* n: largest number of states; v, q: coordinates; f: numbers of a probe, which are differenced (probe.c). */
 typedef struct kt_linearization_sizes {

@@ -2,12 +2,12 @@
  *
  * Along (dq, dv)
  *
- *     da = a_q dq + a_v dv.                                                      [reduction/derivative.c]
+ *     da = a_q dq + a_v dv.                                                      [derivative/acceleration.c]
  *
  * For equilibria that of the force M a at rest is enough, and needs no factor of M: with M a = tau + f - h, h the
  * gravity forces, and the part of the multipliers that moves nothing along allowed directions left out,
  *
- *     d(M a) = -D_q dq                                           D_q at a = 0, [reduction/stiffness.c].
+ *     d(M a) = -D_q dq                                           D_q at a = 0, [derivative/stiffness.c].
  *
  * Only the given state enters, and not, for example, a contact or a stop nearby.
  *
@@ -21,9 +21,9 @@
  * or |d(M a)_k| + (forces at the state) |dq|, times a few eps, since two samples may agree by chance.
  */
 #include "analysis/analysis.h"
+#include "derivative/stiffness.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
-#include "reduction/stiffness.h"
 
 #include <float.h>
 #include <math.h>

@@ -17,8 +17,8 @@
  */
 #include "analysis/analysis.h"
 
+#include "constraint/dual_rows.h"
 #include "dynamics/dynamics.h"
-#include "reduction/dual.h"
 #include "reduction/kernel.h"
 
 #include <float.h>

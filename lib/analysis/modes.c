@@ -13,7 +13,7 @@
  */
 #include "base/arena.h"
 #include "kinetree/analysis.h"
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
 
 #include <float.h>
 #include <math.h>

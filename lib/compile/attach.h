@@ -1,4 +1,5 @@
-/* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, fronts.c and batch.c share. */
+/* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, front_order.c and batch.c
+ * share. */
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 
@@ -21,7 +22,7 @@
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
     X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")                                     \
-    X(int32_t, order, n->link, "links of a group as a front may take them (fronts.c)")                                 \
+    X(int32_t, order, n->link, "links of a group as a front may take them (front_order.c)")                            \
     X(int32_t, best, n->link, "the best of these orders")                                                              \
     X(int32_t, step, n->link, "of a link in an order; -1: not taken yet")                                              \
     X(int32_t, leave, n->link, "step at which nothing depends on a link any more")                                     \

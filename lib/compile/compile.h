@@ -28,14 +28,14 @@ void kt_articulated_number(kt_model *model);
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
-/* Leaves groups of few equations to the fronts where their own form would lose digits (few.c). */
+/* Leaves groups of few equations to the fronts where their own form would lose digits (delassus_accuracy.c). */
 kt_status kt_few_measure(kt_model *model, kt_error *error);
 
 /* Gives the groups' matrices their places in the data (gather.c). */
 void kt_groups_place_matrices(kt_model *model);
 
 /* Determines from the ranks at which steps of fronts equations may be passed on, and how much
- * memory the groups need then (fronts.c); kt_groups_place_matrices has to follow. */
+ * memory the groups need then (front_order.c); kt_groups_place_matrices has to follow. */
 void kt_fronts_pass(kt_model *model);
 
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
@@ -46,7 +46,7 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
-/* weigh.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
+/* link_inertia.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
 void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
 void kt_link_weigh(kt_model *model, int32_t index);

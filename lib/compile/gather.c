@@ -6,8 +6,8 @@
  */
 #include "compile/attach.h"
 #include "compile/compile.h"
-#include "reduction/evaluate.h"
-#include "reduction/reduce.h"
+#include "constraint/group.h"
+#include "mechanism/evaluate.h"
 
 static int32_t set_of(kt_attach *a, int32_t i) {
     while (a->above[i] != i) {

@@ -5,13 +5,13 @@
  * largest counts. Equations whose rows and residuals vanish at all of them (the out-of-plane ones of a planar loop) are
  * void and are not evaluated again. If some of the others are redundant, those that were chosen at the position with
  * the largest last direction get a weight by which they are chosen everywhere, unless they are much shorter there
- * (reduce.h).
+ * (group.h).
  */
+#include "closure/levenberg_marquardt.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "reduction/delassus.h"
-#include "reduction/levenberg_marquardt.h"
-#include "reduction/planar_front.h"
+#include "reduction/front4.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -333,7 +333,7 @@ static bool is_of_few(const kt_group *group) {
            group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
 }
 
-/* Whether a group is reduced by reduction/planar_front.h: a planar group on the ground with fronts of few parameters,
+/* Whether a group is reduced by reduction/front4.h: a planar group on the ground with fronts of few parameters,
  * each step with at most two equations, all of them independent. */
 static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;

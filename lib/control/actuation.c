@@ -4,7 +4,7 @@
  * and with y = sqrt(W) forces the least y is that of least forces' W forces.
  */
 #include "control/control.h"
-#include "reduction/evaluate.h"
+#include "mechanism/evaluate.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Equations with a matrix A (m x k), factored by QR decomposition with column pivoting, A P = Q [R; 0]
- * (reduction/householder.h). */
+ * (linear/qr.h). */
 #ifndef KT_CONTROL_LEAST_H
 #define KT_CONTROL_LEAST_H
 
-#include "reduction/householder.h"
+#include "linear/qr.h"
 
 typedef struct kt_least {
     kt_group_work qr;   /* m, k; factor: A (m x k), then its factors; reflector (k), pivot (k) */

@@ -1,10 +1,10 @@
 /* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z', by
- * these matrices where loops are few, otherwise along the tree (reduction/saddle.h). */
+ * these matrices where loops are few, otherwise along the tree (derivative/kkt.h). */
 #include "control/mass_inverse.h"
 
+#include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
-#include "reduction/dense.h"
-#include "reduction/stiffness.h"
+#include "reduction/maggi_kane.h"
 
 #include <string.h>
 

@@ -2,12 +2,12 @@
 #ifndef KT_CONTROL_MASS_INVERSE_H
 #define KT_CONTROL_MASS_INVERSE_H
 
+#include "derivative/kkt.h"
 #include "dynamics/mass_inverse.h"
 #include "kinetree/control.h"
-#include "reduction/saddle.h"
 
 /* Every array: type, name, count, meaning. closed: v with loops and dense factors, otherwise 0; along, data: the bytes
- * of saddle.h and of its own data, with loops and factors along the tree. */
+ * of kkt.h and of its own data, with loops and factors along the tree. */
 #define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
     X(char, terms, s->terms, "of a tree")                                                                              \
     X(char, along, s->along, "of `saddle`")                                                                            \

@@ -2,11 +2,11 @@
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
  */
 #include "control/mass_inverse.h"
-#include "reduction/dense.h"
+#include "reduction/maggi_kane.h"
 
 #include <string.h>
 
-/* The part of a row of J X that must be left beside the rows before it, as in dense.h. */
+/* The part of a row of J X that must be left beside the rows before it, as in maggi_kane.h. */
 #define KT_TASK_RANK 1e-14
 
 /* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`. */

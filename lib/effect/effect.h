@@ -67,7 +67,7 @@ typedef struct kt_effect_kind {
     kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                            kt_effect_power *balance);
     /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken
-     * of its own code by dual numbers (reduction/dual_effect.c), which cost some ten times as much. */
+     * of its own code by dual numbers (derivative/dual_effect.c), which cost some ten times as much. */
     void (*slopes)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                    kt_effect_slopes *slopes);
     void (*joint_slopes)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,

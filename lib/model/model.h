@@ -93,7 +93,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2, KT_VELOCITY_KEPT = 4 };
 
 /* Accelerations of a mechanism, effects not included: kt_forward_tree (dynamics/dynamics.h) or kt_closed_forward
- * (reduction/evaluate.h). Wrenches have been checked. */
+ * (mechanism/evaluate.h). Wrenches have been checked. */
 typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   const double *tau, const kt_wrench *external, double *a, kt_error *error);
 
@@ -104,7 +104,7 @@ struct kt_model {
     kt_isa level;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
-    const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (reduction/reduce.h) */
+    const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
     kt_metric metric;
     kt_structure structure;
     kt_sweep sweep; /* which links there are: spatial, planar or both */
@@ -254,7 +254,7 @@ struct kt_data {
     void *owned; /* memory of kt_data_create, or NULL */
     const kt_model *model;
     bool has_external; /* external wrenches act on links, and `origin` has them */
-    bool dead;         /* the last projection was refused at a dead point (reduction/project.c) */
+    bool dead;         /* the last projection was refused at a dead point (closure/project.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
     kt_iterations iterations;   /* since the last call of kt_data_iterations */

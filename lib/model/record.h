@@ -138,13 +138,13 @@ typedef struct kt_group {
     int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
-    double least;                 /* the least size that the first direction counts as (reduction/reduce.h) */
+    double least;                 /* the least size that the first direction counts as (constraint/group.h) */
     bool apart;                   /* it is reduced by fronts, or has armature */
-    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/planar_pin.h) */
+    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/pin.h) */
     bool few;                     /* few loops on many links: damped steps are those of reduction/delassus.h */
     bool delassus;                /* few independent equations on many links: dynamics, too */
-    bool inexact;                 /* dynamics so would lose digits, and is left to the fronts (compile/few.c) */
-    bool narrow;                  /* fronts of few parameters in a plane (reduction/planar_front.h) */
+    bool inexact;                 /* the fronts solve it: delassus.h would lose digits (compile/delassus_accuracy.c) */
+    bool narrow;                  /* fronts of few parameters in a plane (reduction/front4.h) */
     bool fits_pin;                /* `pin`, were there no armature (dynamics/armature.c) */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */

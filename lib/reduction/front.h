@@ -2,7 +2,7 @@
  * cube of it.
  *
  * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are
- * taken parents first (compile/fronts.c). Its motions are x = x0 + X p with parameters p, of which there are no more
+ * taken parents first (compile/front_order.c). Its motions are x = x0 + X p with parameters p, of which there are no more
  * than the links still to come can distinguish. For each link i on which one of them or a loop that is still open
  * depends, a slot holds T_i in (alpha, a)_i = T_i p + t_i. A step
  *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
@@ -29,8 +29,8 @@
 #ifndef KT_REDUCTION_FRONT_H
 #define KT_REDUCTION_FRONT_H
 
-#include "reduction/front_lanes.h"
-#include "reduction/reduce.h"
+#include "constraint/group.h"
+#include "linear/lanes.h"
 
 /* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the
  * coordinates, or that of the equations' violations with a damping times the coordinates' in their units. */
@@ -40,7 +40,7 @@ typedef struct kt_front_aim {
     const double *gap; /* damped: violations of the equations (k) */
     double damping;    /* damped */
     bool base;         /* dynamics: the parent accelerates */
-    double **kept;     /* dynamics: where saddle.h keeps factors of the energy, moved on past them; or NULL */
+    double **kept;     /* dynamics: where kkt.h keeps factors of the energy, moved on past them; or NULL */
 } kt_front_aim;
 
 /* The wrench that the parent has to exert for its acceleration (alpha, a): inertia (alpha, a) + bias, column-major. */

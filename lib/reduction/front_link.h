@@ -3,8 +3,8 @@
 #ifndef KT_REDUCTION_FRONT_LINK_H
 #define KT_REDUCTION_FRONT_LINK_H
 
+#include "constraint/planar_rows.h"
 #include "reduction/front.h"
-#include "reduction/planar_rows.h"
 
 /* From the parent's origin to the link's. */
 KT_INLINE kt_v4 kt_front_offset(const kt_front *f, int32_t i) {

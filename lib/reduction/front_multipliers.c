@@ -8,8 +8,8 @@
  */
 #include "reduction/front.h"
 
+#include "linear/qr.h"
 #include "reduction/front_link.h"
-#include "reduction/householder.h"
 
 #include <string.h>
 

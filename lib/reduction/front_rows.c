@@ -1,4 +1,4 @@
-/* The equations of a group that is reduced by fronts (front.h): rows.h and planar_rows.h without A.
+/* The equations of a group that is reduced by fronts (front.h): spatial_rows.h and planar_rows.h without A.
  *
  * Motions are relative to the origin of the group's parent, so that those of all links take one pass, however long the
  * loops' paths are. A row is kept as the wrenches (n, f) of a unit multiplier on its two links, about their origins:
@@ -7,8 +7,8 @@
  */
 #include "reduction/front.h"
 
+#include "constraint/spatial_rows.h"
 #include "reduction/front_link.h"
-#include "reduction/rows.h"
 
 #include <string.h>
 

@@ -2,9 +2,9 @@
 #ifndef KT_REDUCTION_KERNEL_H
 #define KT_REDUCTION_KERNEL_H
 
-#include "reduction/reduce.h"
+#include "constraint/group.h"
 
-/* data->solved: groups of few equations (delassus.h) and of narrow fronts (planar_front.h) may be solved in their own
+/* data->solved: groups of few equations (delassus.h) and of narrow fronts (front4.h) may be solved in their own
  * forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
 enum { KT_SOLVED_NOT = 0, KT_SOLVED_REGULAR, KT_SOLVED_WHOLE };
 static inline uint8_t kt_solved_as(bool regular) { return regular ? KT_SOLVED_REGULAR : KT_SOLVED_WHOLE; }

@@ -1,13 +1,14 @@
-/* One constraint group inside the articulated-body recursion, in a plane: group.h with three numbers instead of six.
+/* One constraint group inside the articulated-body recursion, in a plane: spatial_group.h with three numbers instead
+ * of six.
  *
  * Velocities alone give no angular acceleration in a plane. For a group on the ground F and Ic are not needed.
  */
 #ifndef KT_REDUCTION_PLANAR_GROUP_H
 #define KT_REDUCTION_PLANAR_GROUP_H
 
+#include "constraint/planar_rows.h"
 #include "dynamics/planar_articulated.h"
-#include "reduction/dense.h"
-#include "reduction/planar_rows.h"
+#include "reduction/maggi_kane.h"
 
 enum { KT_PLANAR_WIDTH = 3 };
 

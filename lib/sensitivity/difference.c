@@ -9,7 +9,7 @@
  */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
-#include "reduction/evaluate.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -7,18 +7,18 @@
  * and by a parameter -(dW/dp) x and -dr/dp are added to the right.
  * With J' P = [Q1 Z] [R1; 0] as for the accelerations [MSD 7.33, 7.34]
  *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y
- * where loops are few (jacobian_qr.h), otherwise along the tree (saddle.h), in O(bodies) a column but for the products
+ * where loops are few (jacobian_qr.h), otherwise along the tree (kkt.h), in O(bodies) a column but for the products
  * with G, E and J, of which each loop's equations have entries at the coordinates on its paths alone. Of positions d
  * phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move projects the
  * changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
- * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (loop_gradient.h); d(M
+ * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h); d(M
  * x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
+#include "closure/project.h"
+#include "constraint/gradient.h"
+#include "derivative/stiffness.h"
 #include "kinetree/joint.h"
-#include "reduction/dense.h"
-#include "reduction/loop_gradient.h"
-#include "reduction/project.h"
-#include "reduction/stiffness.h"
+#include "reduction/maggi_kane.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -6,8 +6,8 @@
  * so that no matrix is formed: M x, M g and the gradient of g . M x are those of inverse dynamics at rest without
  * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M
  * g. */
+#include "constraint/gradient.h"
 #include "kinetree/joint.h"
-#include "reduction/loop_gradient.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

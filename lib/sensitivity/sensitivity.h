@@ -20,13 +20,13 @@
 
 #include "base/arena.h"
 #include "base/isa.h"
+#include "constraint/dual_rows.h"
+#include "derivative/jacobian_qr.h"
+#include "derivative/kkt.h"
 #include "dynamics/derivative.h"
 #include "dynamics/inverse_gradient.h"
 #include "dynamics/mass_inverse.h"
 #include "kinetree/sensitivity.h"
-#include "reduction/dual.h"
-#include "reduction/jacobian_qr.h"
-#include "reduction/saddle.h"
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */
 

@@ -8,8 +8,8 @@
  *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics) + d(lambda . J w + pi . (J a - b''))
  * at constant w, a, lambda and pi: one solution, one sweep for the gradient of w times inverse dynamics
  * (dynamics/inverse_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
- * equations (reduction/loop_gradient.h). With other effects, the products with the derivatives themselves. */
-#include "reduction/dense.h"
+ * equations (constraint/gradient.h). With other effects, the products with the derivatives themselves. */
+#include "reduction/maggi_kane.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* What loops add to the adjoint of an evaluation of accelerations (stage_adjoint.c). */
-#include "reduction/evaluate.h"
-#include "reduction/loop_gradient.h"
+#include "constraint/gradient.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,

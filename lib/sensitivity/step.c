@@ -1,9 +1,9 @@
 /* A step as a function of its start: the stages of the table, their sum, and the projection; the bits are those of a
  * simulation (integrator/explicit.c, simulation/step.c). A fixed step does not need the last stage of an fsal
  * method. */
+#include "closure/project.h"
 #include "integrator/integrator.h"
 #include "kinetree/joint.h"
-#include "reduction/project.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

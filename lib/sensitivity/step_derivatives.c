@@ -1,7 +1,7 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
  * change, of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
+#include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
-#include "reduction/stiffness.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -6,9 +6,9 @@
  * from the last closed position: later by a step, or by the interval between records where steps are not fixed. If they
  * cannot be closed there either, the message names the loops and how far they stay apart.
  */
+#include "closure/project.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "reduction/project.h"
 #include "simulation/simulation.h"
 
 #include <stdio.h>

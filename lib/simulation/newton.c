@@ -29,7 +29,7 @@
 #include "algebra/lu.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
-#include "reduction/evaluate.h"
+#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
  * the record, not in the state.
  */
 #include "dynamics/dynamics.h"
-#include "reduction/evaluate.h"
+#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <math.h>

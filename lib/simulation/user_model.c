@@ -5,7 +5,7 @@
  * written after each step from that of the step before, so that angles count whole turns; a checkpoint then contains it
  * in addition to the state that is integrated.
  */
-#include "reduction/evaluate.h"
+#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <string.h>

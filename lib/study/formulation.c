@@ -3,8 +3,8 @@
  * and _projection.c.
  */
 #include "study/formulation.h"
+#include "constraint/group.h"
 #include "model/model.h"
-#include "reduction/reduce.h"
 
 #include <math.h>
 #include <stdio.h>

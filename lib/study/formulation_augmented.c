@@ -19,7 +19,7 @@
  * enters along the degrees of freedom, where M alone acts, multiplied by s S: a large penalty needs few iterations and
  * loses the corresponding digits.
  */
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
 #include "study/formulation.h"
 
 #include <math.h>

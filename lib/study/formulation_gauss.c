@@ -11,7 +11,7 @@
  * condition number of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are ignored;
  * this equals the pseudo-inverse wherever c is consistent, as it is on the manifold.
  */
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
 #include "study/formulation.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
 #include "study/formulation.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The calls of LAPACK that the core does not need. */
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
 
 #ifdef KT_NO_LOOPS
 

@@ -11,7 +11,7 @@
  * pendulum in x and y, horizontal or vertical) is like any other, and the result does not depend on earlier
  * evaluations. The order of the coordinates is stored in `square`.
  */
-#include "reduction/dense.h"
+#include "reduction/maggi_kane.h"
 #include "study/reduction.h"
 
 #include <limits.h>
@@ -84,7 +84,7 @@ static int eliminate(const kt_group_work *w, int cap) {
     return cap;
 }
 
-/* The weights (reduce.h) are divided out of U again: A' W S = P' L U W. */
+/* The weights (group.h) are divided out of U again: A' W S = P' L U W. */
 static int factor(kt_group_work *w, int cap) {
     const int rank = eliminate(w, cap);
     for (int c = 0; c < rank && w->weight; c++)

@@ -2,7 +2,7 @@
 #ifndef KT_STUDY_REDUCTION_H
 #define KT_STUDY_REDUCTION_H
 
-#include "reduction/reduce.h"
+#include "constraint/group.h"
 
 KT_REDUCTION_EXTERN(kt_reduction_svd)
 KT_REDUCTION_EXTERN(kt_reduction_partition)

@@ -6,8 +6,8 @@
  *
  * U is stored in `square`, V' in `factor` in place of A' (row i: right vector i).
  */
-#include "reduction/dense.h"
-#include "reduction/lapack.h"
+#include "linear/lapack.h"
+#include "reduction/maggi_kane.h"
 #include "study/reduction.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Linearisations, modes and spectra asked for what they cannot do, or for nothing: words, and nothing touched. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "small.h"
 
 #include "kinetree/study.h"

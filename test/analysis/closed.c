@@ -1,5 +1,5 @@
 /* Springs, tops, carts and four-bars against closed forms and one-coordinate models. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "small.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
 /* Static equilibria against closed forms and against minima of the energy found by other means. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "small.h"
 
 #include <float.h>

@@ -1,6 +1,6 @@
 /* What cannot be linearised is refused in words and leaves what was known; nothing is allocated after set-up; equal
  * inputs give equal bits, whatever was asked before. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "interpose.h"
 #include "small.h"
 

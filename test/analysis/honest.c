@@ -6,7 +6,7 @@
  * and those with another step say how good they are. Then state y must be
  * S (dv + C dq, da), C from the joints' exponential maps: d/dt of log(p^-1 p') for two motions p, p' by differencing.
  */
-#include "../reduction/tangle.h"
+#include "../constraint/tangle.h"
 #include "small.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
 /* Every allocation of setting up an analysis fails once: the call says so, nothing leaks, and nothing is handed out. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "interpose.h"
 
 #include "kinetree/analysis.h"

@@ -4,7 +4,7 @@
 #include "check.h"
 
 #include "interpose.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 

@@ -1,7 +1,7 @@
 /* Structural rank: of the equations, how many are independent where nothing is special; not at the position that
  * happens to be given, nor off the manifold. */
-#include "reduction/linkage.h"
-#include "reduction/tangle.h"
+#include "constraint/linkage.h"
+#include "constraint/tangle.h"
 
 #include "model/model.h"
 

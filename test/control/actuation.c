@@ -9,7 +9,7 @@
  *     sum f s = m (x'' - g),    tau = J th'' - m_arm L g.e' / 2 + f L s.e'
  */
 #include "../../bench/realtime/leg.h"
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 
 #include "kinetree/control.h"
 #include "kinetree/scene.h"

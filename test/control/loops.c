@@ -1,7 +1,7 @@
 /* Random closed mechanisms, in space and in planes, reduced by dense matrices and by fronts: independent coordinates,
  * the forces of actuators, and operational-space inertia, against the equations of motion in long double
- * (reduction/tangle.h) and against forward dynamics. */
-#include "../reduction/tangle.h"
+ * (constraint/tangle.h) and against forward dynamics. */
+#include "../constraint/tangle.h"
 
 #include "kinetree/control.h"
 

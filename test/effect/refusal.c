@@ -1,7 +1,7 @@
 /* Effects that make no sense: every fault is told, and a number that is none is not compared with others. */
 #include "../simulation/scenes.h"
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdio.h>

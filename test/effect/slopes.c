@@ -5,7 +5,7 @@
  */
 #include "check.h"
 
-#include "reduction/dual.h"
+#include "constraint/dual_rows.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * both refuse it in the same words, or the model is whole. What is right can be written as a scene, and read again.
  */
 #include "fuzz.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 
 #include <stdio.h>

@@ -6,8 +6,8 @@
 #include "motion.h"
 #include "fuzz.h"
 
+#include "closure/project.h"
 #include "model/model.h"
-#include "reduction/project.h"
 
 #include <stdlib.h>
 #include <string.h>

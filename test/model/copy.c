@@ -2,7 +2,7 @@
 #include "check.h"
 #include "scene_files.h"
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 #include "model/model.h"
 

@@ -113,7 +113,7 @@ plain = counted(scene(effects=EFFECTS), function="kt_simulation_run", what="run"
 kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="kt_simulation_run", what="run")
 claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/reduction/power.c"))
 claim("run_with_balance_does", [] if files(kept, "/lib/reduction/power.c") else ["nothing of power.c"])
-claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/reduction/reaction.c") + files(plain, "/lib/reduction/loop_wrenches.c"))
+claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanism/reaction.c") + files(plain, "/lib/constraint/loop_wrenches.c"))
 
 # ---- the matrices of an implicit method --------------------------------------------------------------------------------
 

@@ -1,6 +1,6 @@
 /* Groups reduced by fronts against the same groups reduced by dense matrices, on random mechanisms. */
-#include "linkage.h"
-#include "tangle.h"
+#include "../constraint/linkage.h"
+#include "../constraint/tangle.h"
 
 #include "model/model.h"
 

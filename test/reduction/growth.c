@@ -1,12 +1,12 @@
 /* Where substitutions one after the other could multiply rounding errors: rows of windows whose cranks turn three times
  * as fast from each to the next, and ropes of heavy links on light ones. The reference is the elimination of [M A'; A
  * 0] in long double. */
-#include "linkage.h"
+#include "../constraint/linkage.h"
 
 #include "kinetree/simulation.h"
 
+#include "derivative/kkt.h"
 #include "model/model.h"
-#include "reduction/saddle.h"
 
 #include <float.h>
 #include <math.h>

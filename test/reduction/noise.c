@@ -1,12 +1,12 @@
 /* What rounding leaves is taken neither for an equation nor for a speed, and where the line is: the thresholds of rank,
  * closure and singular positions, at literal values on either side.
  */
-#include "linkage.h"
+#include "../constraint/linkage.h"
 
+#include "closure/project.h"
 #include "kinetree/simulation.h"
 #include "kinetree/study.h"
 #include "model/model.h"
-#include "reduction/project.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,11 +1,11 @@
 /* Groups of three links in a plane that one pin closes, which forward dynamics takes at one go, against the spatial
  * kernels, which factor and solve: on the manifold and off it, on the ground and on a link in motion, with every number
  * of links on the first end's path, turns about n and -n, slides, and bars that hang on them. */
-#include "linkage.h"
+#include "../constraint/linkage.h"
 
+#include "../constraint/tangle.h"
 #include "kinetree/dynamics.h"
 #include "model/model.h"
-#include "tangle.h"
 
 #include <float.h>
 #include <math.h>

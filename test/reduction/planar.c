@@ -1,6 +1,6 @@
 /* Mechanisms in a plane against the same mechanisms by the spatial kernels: whatever can be asked of their loops has
  * the same answer but for rounding. (acceleration.c and equations.c hold both against other formulations.) */
-#include "tangle.h"
+#include "../constraint/tangle.h"
 
 #include "model/model.h"
 

@@ -1,5 +1,5 @@
 /* Which mechanisms are computed in their plane, and what is refused there. */
-#include "linkage.h"
+#include "../constraint/linkage.h"
 
 #include <math.h>
 #include <stdio.h>

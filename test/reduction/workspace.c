@@ -4,9 +4,9 @@
  * From 40 coordinates of a group on LAPACK factors, whose bits are those of its kernels for this processor: the same on
  * every level of this library, and not promised between processors.
  */
+#include "../constraint/linkage.h"
+#include "../constraint/tangle.h"
 #include "interpose.h"
-#include "linkage.h"
-#include "tangle.h"
 
 #include "dynamics/dynamics.h"
 

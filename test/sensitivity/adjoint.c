@@ -1,6 +1,6 @@
 /* Adjoints of steps against the transposed matrices of the same steps, and gradients over many steps against products
  * of these. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "differences.h"
 #include "grown.h"
 

@@ -2,7 +2,7 @@
 #ifndef KT_TEST_SENSITIVITY_DIFFERENCES_H
 #define KT_TEST_SENSITIVITY_DIFFERENCES_H
 
-#include "../reduction/tangle.h"
+#include "../constraint/tangle.h"
 #include "check.h"
 
 #include "kinetree/sensitivity.h"

@@ -1,5 +1,5 @@
 /* Steps of mechanisms with loops, with the projection after them: coarse steps, which leave the loops open by much. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "differences.h"
 
 #include "kinetree/simulation.h"

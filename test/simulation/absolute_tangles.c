@@ -1,6 +1,6 @@
 /* Random closed mechanisms, with loops of every type, in the absolute formulation: their accelerations against the
  * dense solution of the tree's equations, and their mobility. */
-#include "../reduction/tangle.h"
+#include "../constraint/tangle.h"
 
 #include "../formulation.h"
 #include "model/model.h"
@@ -31,7 +31,7 @@ static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data 
     return !tangle_was_near_singular(absolute, data);
 }
 
-/* The bound is what rounding may do to the tree's own equations, as in reduction/acceleration.c; a joint's acceleration
+/* The bound is what rounding may do to the tree's own equations, as in mechanism/acceleration.c; a joint's acceleration
  * is the difference of two bodies', which mix what all joints on the way do. A quarter of it was the most in 12 x 60
  * mechanisms. */
 KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {

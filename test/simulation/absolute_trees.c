@@ -3,7 +3,7 @@
 #include "../dynamics/tree.h"
 
 #include "../formulation.h"
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #include <float.h>
 #include <math.h>

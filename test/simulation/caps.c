@@ -1,7 +1,7 @@
 /* Caps of iterations: each is reached by a case made for it, and told: in an error where something is left open, in the
  * counts always.
  */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "scene_files.h"
 #include "scenes.h"
 

@@ -1,8 +1,8 @@
 /* The plan of a scene: which kernels it lists, on how many items, and the reason for each that it leaves out. That what
  * is left out costs no instruction is counted by test/plan.
  */
+#include "../constraint/linkage.h"
 #include "../formulation.h"
-#include "../reduction/linkage.h"
 
 #include "kinetree/simulation.h"
 #include "kinetree/study.h"

@@ -4,7 +4,7 @@
 #include "../formulation.h"
 #include "interpose.h"
 
-#include "kinetree/reduction.h"
+#include "kinetree/mechanism.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 #ifndef KT_TEST_ANALYSIS_CLOSURE_H
 #define KT_TEST_ANALYSIS_CLOSURE_H
 
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 #include "check.h"
 
 #include "kinetree/study.h"

@@ -1,7 +1,7 @@
 /* Accelerations of the other coordinate sets on random closed mechanisms, where they all ask for the same; and what can
  * be given to them wrong. */
+#include "../constraint/tangle.h"
 #include "../interpose.h"
-#include "../reduction/tangle.h"
 #include "closure.h"
 
 #include "model/model.h"

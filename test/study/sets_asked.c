@@ -1,5 +1,5 @@
 /* Coordinate sets asked for what they cannot do, or where there is nothing to do. */
-#include "../reduction/linkage.h"
+#include "../constraint/linkage.h"
 
 #include "kinetree/study.h"
 

@@ -1,0 +1,400 @@
+/* Projection onto the constraint manifold [MSD 7.55 to 7.58]:
+ *   u <- u (+) du,   A du = -phi           repeated
+ *   v <- v + dv,     A dv = b' - A v
+ * du is least in the model's metric. dv is always least in kinetic energy, which makes it the impulse that the loops
+ * themselves would exert: the error of an evaluation near a singular position is a force of the loops, and only this
+ * metric removes it completely (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the identity).
+ *
+ * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
+ * size, which would amplify the rounding errors of phi. There is little to close in it, though: phi is the missing step
+ * times that size. So it is left out until the motion has moved on, unless the gap exceeds the tolerance.
+ */
+#include "closure/levenberg_marquardt.h"
+
+#include "dynamics/dynamics.h"
+
+#include <float.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
+
+bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->near[g])
+            return true;
+    return false;
+}
+
+/* Leaves the equations at q, with the violations of the velocities in `right`. */
+static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v, int most,
+                                  double goal, bool *changed, kt_violation *violation) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    double before = (double)INFINITY;
+    bool regular = true, near = false;
+    for (int i = 0;; i++) {
+        data->closing.position = (uint32_t)i;
+        if (!kernels->look(model, data, t, q, v, NULL, violation))
+            return KT_CLOSURE_NOT_FINITE;
+        /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
+         * a direction out may have increased it.) */
+        const bool slow = violation->gap > 0.5 * before;
+        if (violation->gap <= goal || i == most || (slow && fmax(before, violation->gap) <= 4e3 * KT_CLOSED))
+            return KT_CLOSURE_DONE;
+        if (slow && near)
+            regular = false;
+        before = violation->gap;
+        if (!kernels->ready(model, data, KT_ROWS_CLOSED, regular))
+            return KT_CLOSURE_NOT_FINITE;
+        kt_residuals_to_right_hand_side(model, data, goal);
+        if (!kernels->close(model, data, model->metric, model->zero, data->delta))
+            return KT_CLOSURE_SINGULAR;
+        near = kt_is_near_singular(model, data);
+        kt_move(model, NULL, q, data->delta, data->moved_q);
+        memcpy(q, data->moved_q, model->n.q * sizeof *q);
+        *changed = true;
+    }
+}
+
+void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+                                 kt_violation *violation) {
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    if (!model->group[g].front.used) {
+        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
+        return;
+    }
+    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    kt_group_violation(&w, w.multiplier, violation);
+}
+
+static void look_at_velocities(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
+    violation->velocity = violation->slip = 0.0;
+    violation->speed = KT_SPEED_LEAST;
+    for (size_t g = 0; g < model->n.group; g++)
+        kt_group_look_at_velocities(model, data, g, v, violation);
+}
+
+/* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
+ * the given speeds throughout. */
+static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
+                                  kt_violation *violation) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    if (!kernels->ready(model, data, KT_ROWS_ALL, regular))
+        return KT_CLOSURE_NOT_FINITE;
+    const double given = violation->speed;
+    double before = (double)INFINITY;
+    for (int i = 0; violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before; i++) {
+        if (i == VELOCITY_MOST) {
+            data->closing.capped = 1;
+            break;
+        }
+        data->closing.velocity++;
+        before = violation->slip;
+        if (!kernels->close(model, data, KT_METRIC_MASS, model->zero, data->delta))
+            return KT_CLOSURE_SINGULAR;
+        for (size_t k = 0; k < model->n.v; k++) {
+            const double old = v[k];
+            v[k] += data->delta[k];
+            *changed |= v[k] != old;
+        }
+        look_at_velocities(model, data, v, violation);
+        violation->speed = fmax(violation->speed, given);
+    }
+    return KT_CLOSURE_DONE;
+}
+
+/* Requires filled equations and their violations in `right`. */
+static kt_closure close_velocities(const kt_model *model, kt_data *data, double *v, bool *changed,
+                                   kt_violation *violation) {
+    if (violation->slip <= KT_CLOSED * violation->speed)
+        return KT_CLOSURE_DONE;
+    kt_closure closure = push_velocities(model, data, true, v, changed, violation);
+    if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) &&
+        violation->slip > 0.1 * KT_CLOSED_STEP * violation->speed)
+        closure = push_velocities(model, data, false, v, changed, violation);
+    return closure;
+}
+
+bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance) {
+    double widest = 0.0, fastest = 0.0, slip = 0.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int i = 0; i < w.m && model->group[g].front.used; i++)
+            fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
+        for (int r = 0; r < w.k; r++) {
+            if (model->group[g].front.used)
+                widest = fmax(widest, kt_front_reach(model, data->front_planar[g], &w, r));
+            for (int i = 0; i < w.m && !model->group[g].front.used; i++) {
+                const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
+                widest = fmax(widest, a / w.scale[r]);
+                if (a > 0.0)
+                    fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
+            }
+            slip = fmax(slip, fabs(w.right[r]) / w.scale[r]);
+        }
+    }
+    return slip <= tolerance * widest * fastest;
+}
+
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
+                               double goal, double tolerance, bool *changed, kt_violation *violation) {
+    data->closing = (kt_iterations){0, 0, 0, 0};
+    kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
+    if (closure != KT_CLOSURE_DONE)
+        return closure;
+    if (!(violation->gap <= tolerance))
+        return KT_CLOSURE_OPEN;
+    closure = close_velocities(model, data, v, changed, violation);
+    if (closure != KT_CLOSURE_DONE)
+        return closure;
+    if (!isfinite(violation->velocity))
+        return KT_CLOSURE_NOT_FINITE;
+    return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, v, tolerance)
+               ? KT_CLOSURE_DONE
+               : KT_CLOSURE_OPEN;
+}
+
+/* At a dead point one direction of a group is lost, and the drives prescribe a rate along it. No velocities satisfy the
+ * equations there. Towards it they grow like 1 / sqrt(t* - t), until rounding errors let a step jump to positions where
+ * the drives move the mechanism back again. If a motion passes through a singular position instead, its velocities stay
+ * finite, and the prescribed rate along the lost direction vanishes with the size of that direction. So near the
+ * position (KT_DEAD) the rates of the drives are compared with those that the other directions alone can follow. */
+static bool is_dead(const kt_group_work *w, const double *missed) {
+    double most = 0.0, rate = 0.0;
+    for (int r = 0; r < w->k; r++) {
+        most = fmax(most, fabs(missed[r]) / w->scale[r]);
+        rate = fmax(rate, fabs(w->rate[r]) / w->scale[r]);
+    }
+    return most > KT_DEAD_SHARE * rate;
+}
+
+/* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
+ * are all holonomic are not tested: for them a search for later positions finds where the motion ends
+ * (simulation/fail.c). */
+static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
+    const kt_group *group = &model->group[g];
+    return group->count[KT_ROWS_ALL] > group->count[KT_ROWS_CLOSED] && data->near[g] &&
+           (data->rank[g] < group->rank[KT_ROWS_ALL] || data->last[g] < KT_DEAD * group->usual[KT_ROWS_ALL]);
+}
+
+/* Whether the state is a dead point. Requires the equations as a projection leaves them; at a dead point `right` then
+ * holds the rates that cannot be followed, and zeros in other groups. */
+static bool is_dead_point(const kt_model *model, kt_data *data) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    bool lost = false, dead = false;
+    if (!model->driven || !kt_is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
+        return false;
+    for (size_t g = 0; g < model->n.group; g++)
+        lost |= data->lost[g] = is_lost(model, data, g);
+    if (!lost || !kernels->factor(model, data, KT_ROWS_ALL, true))
+        return false;
+    memset(data->delta, 0, model->n.v * sizeof *data->delta);
+    look_at_velocities(model, data, data->delta, &violation);
+    if (!kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
+        return false;
+    look_at_velocities(model, data, data->delta, &violation);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        const bool here = data->lost[g] && is_dead(&w, w.right);
+        for (int r = 0; r < w.k && !here; r++)
+            w.right[r] = 0.0;
+        dead |= here;
+    }
+    return dead;
+}
+
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
+
+/* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
+ * in *relative. */
+static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
+                     double *relative) {
+    const kt_group *group = &model->group[loop->group];
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
+    double largest = 0.0;
+    *relative = 0.0;
+    for (int r = 0; r < loop->row_count; r++) {
+        const int32_t k = kt_rows_slots(model, group, loop)[r];
+        const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
+        if (k < 0 || !(x / w.scale[k] > *relative))
+            continue;
+        *relative = x / w.scale[k];
+        largest = x;
+    }
+    return largest;
+}
+
+/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, by the largest length and the largest angle. */
+typedef struct gap_text {
+    char text[64];
+} gap_text;
+
+static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_group *group = &model->group[loop->group];
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
+    double most[KT_MEASURE_NONE + 1] = {0.0};
+    for (int r = 0; r < loop->row_count; r++) {
+        const int32_t k = kt_rows_slots(model, group, loop)[r];
+        double *of = &most[kt_loop_measure_of(model, index, r)];
+        *of = k < 0 ? *of : fmax(*of, fabs(w.residual[k]));
+    }
+    gap_text gap = {""};
+    const double turn = most[KT_MEASURE_ANGLE], tiny = 1e-3 * most[KT_MEASURE_LENGTH] / model->length;
+    const double degrees = 180.0 / 3.14159265358979323846 * (loop->term_count ? turn : 4.0 * atan(turn / 4.0));
+    size_t used = 0;
+    if (most[KT_MEASURE_SUM] > 0.0)
+        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g (rad or m)", most[KT_MEASURE_SUM]);
+    if (most[KT_MEASURE_LENGTH] > 1e-3 * turn * model->length)
+        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g m", most[KT_MEASURE_LENGTH]);
+    if (turn > tiny)
+        used += (size_t)snprintf(gap.text + used, sizeof gap.text - used, "%s%.3g deg", used ? " and " : "", degrees);
+    if (used == 0) /* the loop is closed to the last bit */
+        (void)snprintf(gap.text, sizeof gap.text, "0 (m or rad)");
+    return gap;
+}
+
+/* The loop with the largest gap below `below`, or with that gap and a larger index than `after`. Loops that are closed
+ * to the last bit are included, so that there is always a first. */
+static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
+    int worst = -1;
+    double most = -1.0, relative;
+    for (int i = 0; i < (int)model->n.loop; i++) {
+        (void)gap_of(model, data, &model->loop[i], moving, &relative);
+        if ((relative < below || (relative == below && i > after)) && relative > most) {
+            most = relative;
+            worst = i;
+        }
+    }
+    return worst;
+}
+
+/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
+ * several that contradict each other would have all of it. */
+void kt_velocity_gaps_share(const kt_model *model, kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        if (!kt_damped_step(model, data, g, KT_ROWS_ALL, w.right, 1e-13))
+            continue;
+        if (group->front.used) {
+            for (int i = 0; i < w.m; i++)
+                data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
+            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, NULL);
+            for (int r = 0; r < w.k; r++)
+                w.right[r] += w.multiplier[r];
+            continue;
+        }
+        for (int r = 0; r < w.k; r++)
+            for (int i = 0; i < w.m; i++)
+                w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.free[i];
+    }
+}
+
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
+                              kt_error *error) {
+    enum { NAMED = 4, NAME_MOST = 40 };
+    char text[NAMED * (NAME_MOST + 80)] = "", where[KT_WHERE_SIZE];
+    size_t used = 0;
+    double relative = (double)INFINITY, most = 0.0;
+    int worst = -1;
+    bool others = false;
+    for (int n = 0; n <= NAMED; n++) { /* in order, the worst first */
+        worst = next_worst(model, data, moving, relative, worst);
+        if (worst < 0)
+            break;
+        const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
+        if (n > 0 && relative <= 1e-3 * most) /* closed except for the effect of the open ones */
+            break;
+        if (n == NAMED) {
+            others = true;
+            break;
+        }
+        most = fmax(most, relative);
+        int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by ", n ? ", " : "", NAME_MOST,
+                              model->text + model->loop[worst].name);
+        used += length > 0 ? (size_t)length : 0;
+        length = moving ? snprintf(text + used, sizeof text - used, "%.3g", gap)
+                        : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
+        used += length > 0 ? (size_t)length : 0;
+    }
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s%s%s", what, text, moving ? " (m/s or rad/s)" : "",
+                        others ? " and others" : "");
+}
+
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error) {
+    memcpy(data->assembled_q, q, model->n.q * sizeof *q);
+    if (kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q) <= tolerance)
+        return KT_OK;
+    return kt_open_loops_error(model, data, t, what, false, error);
+}
+
+/* Reports the gaps that remain when the loops are closed as far as possible; if a search closes them, which reaches
+ * farther than a projection, it reports the gaps at q. */
+static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
+    kt_violation violation;
+    const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
+                                            "the loops can no longer be closed; what stays open is", error);
+    if (status != KT_OK)
+        return status;
+    (void)kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation);
+    return kt_open_loops_error(model, data, t,
+                               "the loops are too far open to be closed again in one go (smaller steps may help); open "
+                               "are",
+                               false, error);
+}
+
+static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closure closure, const kt_input *input,
+                        bool moving, kt_error *error) {
+    if (closure == KT_CLOSURE_OPEN && !moving)
+        return refuse_open(model, data, t, input->q, error);
+    if (closure == KT_CLOSURE_DEAD)
+        return kt_open_loops_error(model, data, t,
+                                   "a dead point, where the loops cannot move as they are driven: no velocity follows",
+                                   true, error);
+    if (closure == KT_CLOSURE_OPEN) {
+        kt_velocity_gaps_share(model, data);
+        return kt_open_loops_error(model, data, t,
+                                   "the velocities cannot be brought to fit the loops, which contradict each other at",
+                                   true, error);
+    }
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    if (closure == KT_CLOSURE_SINGULAR)
+        return kt_error_set(
+            error, KT_ERROR_SINGULAR, where,
+            "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
+            "bodies that move there mass or inertia");
+    return kt_input_refuse_not_finite(model, t, input, error);
+}
+
+/* Adds the iterations of the last projection to the totals. */
+static void remember(kt_data *data) {
+    kt_iterations *most = &data->iterations;
+    const kt_iterations *last = &data->closing;
+    most->position = last->position > most->position ? last->position : most->position;
+    most->velocity = last->velocity > most->velocity ? last->velocity : most->velocity;
+    most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
+}
+
+kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
+                           bool *moved, kt_error *error) {
+    kt_violation violation;
+    /* The result must not depend on earlier uses of the data: a dead point is sought only in groups that this
+     * projection factors. */
+    if (model->driven)
+        memset(data->near, 0, model->n.group * sizeof *data->near);
+    kt_closure closure =
+        kt_project_in_place(model, data, t, q, v, KT_POSITION_STEPS_MAX, KT_CLOSED, KT_CLOSED_STEP, moved, &violation);
+    data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
+    if (data->dead)
+        closure = KT_CLOSURE_DEAD;
+    remember(data);
+    return closure == KT_CLOSURE_DONE ? KT_OK
+                                      : refuse(model, data, t, closure, input, violation.gap <= KT_CLOSED_STEP, error);
+}

@@ -1,0 +1,89 @@
+/* Projection onto the loops: tolerances, messages, one projection in place. */
+#ifndef KT_CLOSURE_PROJECT_H
+#define KT_CLOSURE_PROJECT_H
+
+#include "dynamics/dynamics.h"
+#include "kinetree/mechanism.h"
+#include "reduction/kernel.h"
+
+#include <float.h>
+
+/* The rounding level of residuals relative to their scales (a radian, or the length of the longest loop), and of
+ * velocity equations relative to their largest term; nothing smaller is required. */
+#define KT_CLOSED DBL_EPSILON
+
+/* The gap that counts as closed: after a step (from a position near to closed), and after a search. */
+#define KT_CLOSED_STEP 1e-12
+#define KT_CLOSED_ASSEMBLED 1e-9
+
+/* A state is a dead point (project.c) if a direction of a group is smaller than the fraction KT_DEAD of its usual size,
+ * and the other directions miss more than the fraction KT_DEAD_SHARE of the drives' rates. To follow them, the motion
+ * would have to be 1000 times as fast as usual, KT_DEAD_SHARE / KT_DEAD. */
+#define KT_DEAD 1e-4
+#define KT_DEAD_SHARE 0.1
+
+typedef enum kt_closure {
+    KT_CLOSURE_DONE = 0,
+    KT_CLOSURE_OPEN,
+    KT_CLOSURE_NOT_FINITE,
+    KT_CLOSURE_SINGULAR,
+    KT_CLOSURE_DEAD
+} kt_closure;
+
+/* Whether a group was near a singular position when it was last factored. */
+bool kt_is_near_singular(const kt_model *model, const kt_data *data);
+
+/* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
+ * drift). Returns false if one is zero or not finite. */
+bool kt_unit_quaternions(const kt_model *model, double *q);
+
+/* The in-place forms of kt_state_project and kt_state_assemble for a model with loops; `given` are the positions before
+ * the assembly. `input` is used in messages. */
+kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
+                           bool *moved, kt_error *error);
+kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
+                            kt_error *error);
+
+/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
+void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+                                 kt_violation *violation);
+
+/* right <- -phi in all groups whose gap is above `goal`. */
+static inline void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
+        kt_violation violation = kt_violation_none;
+        kt_group_position_residuals(&w, &violation);
+        for (int r = 0; r < w.k; r++) /* closed groups do not move, whatever others need */
+            w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
+    }
+}
+
+/* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or to the rounding level.
+ * Returns OPEN if q is not closed to `tolerance`, or v is not (then *violation.gap is closed). *changed becomes true if
+ * any number changed. */
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
+                               double goal, double tolerance, bool *changed, kt_violation *violation);
+
+/* Whether the velocity equations, whose violations are in `right`, hold to `tolerance` of the speeds in the groups. (An
+ * entry of A that is a rounding error alone times a speed is a violation, and if loops lock all other coordinates, as
+ * in a frame with a wheel in it, A v has no larger term that it could be compared with.) */
+bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance);
+
+/* Returns KT_OK if a search from q closes the loops at t to `tolerance`; otherwise kt_open_loops_error, with `what`. */
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error);
+
+/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
+ * several that contradict each other would have all of it. */
+void kt_velocity_gaps_share(const kt_model *model, kt_data *data);
+
+/* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
+ * gaps; or if `moving`, the loops whose velocity equations are violated according to `right`. */
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
+                              kt_error *error);
+
+/* Assembles the initial state into q and v; leaves them untouched if that fails. */
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
+
+#endif

@@ -1,0 +1,482 @@
+/* The plan of the groups that are reduced by fronts (reduction/front.h): in which order a front takes their links, what
+ * is complete after each of them, and how much memory that needs.
+ *
+ * A link may be taken when its parent has been. It is then open until all its children have been taken and all loops
+ * on it are complete; the front holds the accelerations of the open links as functions of its parameters. The cost
+ * grows with the cube of their number, so several orders are tried and compared by their operations: one that
+ * keeps the number of open links low link by link, that of the model, and one by depth.
+ */
+#include "compile/attach.h"
+#include "constraint/group.h"
+#include "reduction/delassus.h"
+#include "reduction/front4.h"
+
+#include <string.h>
+
+/* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below
+ * which fronts take less time than dense matrices, in the plane and in space. Narrow fronts (reduction/front4.h)
+ * always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4. */
+#define STEP_FLOPS 300.0
+#define WORTH_PLANAR 0.25
+#define WORTH_SPATIAL 0.125
+
+/* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0
+ * us an evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical
+ * joints; 5 rods in a plane 0.8 both. */
+#define FEW_COORDINATES 10
+
+typedef struct planner {
+    kt_attach *a;
+    kt_model *m;
+    const kt_group *group;
+    const int32_t *link; /* of the group */
+    int32_t count;
+} planner;
+
+static bool is_in_group(const planner *p, int32_t link) { return link != p->group->parent; }
+
+static const kt_loop_record *loop_of(const planner *p, int i) {
+    return &p->m->loop[p->m->group_loop[p->group->loop + i]];
+}
+
+/* ---- the links and loops of a group ------------------------------------------------------------------------------ */
+
+static void add_end(const planner *p, int32_t loop, int end) {
+    const int32_t link = p->m->loop[loop].link[end], at = 2 * loop + end;
+    if (!is_in_group(p, link))
+        return;
+    p->a->next_end[at] = p->a->end[link];
+    p->a->end[link] = at + 1;
+}
+
+static void gather(const planner *p) {
+    for (int l = 0; l < p->count; l++)
+        p->a->child[p->link[l]] = p->a->end[p->link[l]] = 0;
+    for (int l = p->count - 1; l >= 0; l--) {
+        const int32_t i = p->link[l], up = p->m->link[i].parent;
+        if (!is_in_group(p, up))
+            continue;
+        p->a->sibling[i] = p->a->child[up];
+        p->a->child[up] = i;
+    }
+    for (int i = p->group->loop_count - 1; i >= 0; i--) {
+        const int32_t loop = p->m->group_loop[p->group->loop + i];
+        for (int k = 0; k < 2 && !p->m->loop[loop].term_count; k++)
+            add_end(p, loop, k);
+    }
+}
+
+/* ---- orders ------------------------------------------------------------------------------------------------------ */
+
+static void order_as_in_model(const planner *p) { memcpy(p->a->order, p->link, (size_t)p->count * sizeof *p->link); }
+
+/* By depth, and where that is equal as in the model. */
+static void order_by_depth(const planner *p) {
+    kt_attach *a = p->a;
+    const int32_t top = a->depth[p->group->parent] + 1;
+    memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
+    for (int l = 0; l < p->count; l++)
+        a->change[a->depth[p->link[l]] - top + 1]++;
+    for (int l = 0; l < p->count; l++)
+        a->change[l + 1] += a->change[l];
+    for (int l = 0; l < p->count; l++)
+        a->order[a->change[a->depth[p->link[l]] - top]++] = p->link[l];
+}
+
+static bool is_taken(const planner *p, int32_t link) { return !is_in_group(p, link) || p->a->step[link] >= 0; }
+
+/* How many more links are open if i is taken: i itself, minus those that close. */
+static int32_t opening(const planner *p, int32_t i) {
+    const kt_attach *a = p->a;
+    const int32_t up = p->m->link[i].parent;
+    int32_t own = a->waiting[i], more = 0;
+    if (is_in_group(p, up) && a->waiting[up] == 1)
+        more--;
+    for (int32_t e = a->end[i]; e; e = a->next_end[e - 1]) {
+        const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
+        if (!is_taken(p, other) || other == i)
+            continue;
+        own--;
+        more -= is_in_group(p, other) && a->waiting[other] == 1;
+    }
+    return more + (own > 0);
+}
+
+static void take(const planner *p, int32_t i, int32_t at) {
+    kt_attach *a = p->a;
+    const int32_t up = p->m->link[i].parent;
+    a->step[i] = at;
+    a->order[at] = i;
+    if (is_in_group(p, up))
+        a->waiting[up]--;
+    for (int32_t e = a->end[i]; e; e = a->next_end[e - 1]) {
+        const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
+        if (!is_taken(p, other) || other == i)
+            continue;
+        a->waiting[i]--;
+        if (is_in_group(p, other))
+            a->waiting[other]--;
+    }
+}
+
+/* The link to be taken before `link` can be. */
+static int32_t first_towards(const planner *p, int32_t link) {
+    while (!is_taken(p, p->m->link[link].parent))
+        link = p->m->link[link].parent;
+    return link;
+}
+
+typedef struct choice {
+    int32_t link, opens, waits, next; /* next: which of the open links it is next to */
+} choice;
+
+static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
+    if (is_taken(p, i) || !is_taken(p, p->m->link[i].parent))
+        return;
+    const choice c = {.link = i, .opens = opening(p, i), .waits = p->a->waiting[i], .next = next};
+    const int32_t order[][2] = {
+        {best->opens, c.opens}, {best->waits, c.waits}, {c.next, best->next}, {best->link, c.link}};
+    size_t k = 0;
+    while (k + 1 < sizeof order / sizeof *order && order[k][0] == order[k][1])
+        k++;
+    if (!best->link || order[k][0] > order[k][1])
+        *best = c;
+}
+
+/* Of the links that are next to the open ones, that after which the fewest are open. If several are equal, that which
+ * the fewest others wait for, then that next to the link opened last: where a row forks, one branch is ended before the
+ * other is begun, and the open links are as many as there are forks above each other, not as there are branches. */
+static void order_by_width(const planner *p) {
+    kt_attach *a = p->a;
+    int32_t open = 0, lowest = 0, *live = a->leave;
+    for (int l = 0; l < p->count; l++) {
+        const int32_t i = p->link[l];
+        a->step[i] = -1;
+        a->waiting[i] = 0;
+        for (int32_t j = a->child[i]; j; j = a->sibling[j])
+            a->waiting[i]++;
+        for (int32_t e = a->end[i]; e; e = a->next_end[e - 1])
+            a->waiting[i]++;
+    }
+    for (int32_t at = 0; at < p->count; at++) {
+        choice best = {0};
+        for (int32_t n = 0; n < open; n++) {
+            for (int32_t j = a->child[live[n]]; j; j = a->sibling[j])
+                consider(p, j, n, &best);
+            for (int32_t e = a->end[live[n]]; e; e = a->next_end[e - 1]) {
+                const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
+                if (!is_taken(p, other))
+                    consider(p, first_towards(p, other), n, &best);
+            }
+        }
+        while (!best.link) {
+            consider(p, p->link[lowest], -1, &best);
+            lowest += best.link ? 0 : 1;
+        }
+        take(p, best.link, at);
+        live[open++] = best.link;
+        int32_t kept = 0;
+        for (int32_t n = 0; n < open; n++)
+            if (a->waiting[live[n]] > 0)
+                live[kept++] = live[n];
+        open = kept;
+    }
+}
+
+/* ---- what an order takes ----------------------------------------------------------------------------------------- */
+
+static int32_t later(int32_t a, int32_t b) { return a > b ? a : b; }
+
+/* Determines after which step each loop is complete and each link released. */
+static void measure_order(const planner *p, const int32_t *order) {
+    kt_attach *a = p->a;
+    for (int32_t l = 0; l < p->count; l++)
+        a->step[order[l]] = l;
+    memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
+    for (int i = 0; i < p->group->loop_count; i++) {
+        const int32_t index = p->m->group_loop[p->group->loop + i];
+        const kt_loop_record *loop = &p->m->loop[index];
+        int32_t last = 0, first = p->count;
+        for (int k = 0; k < loop->term_count; k++) {
+            const int32_t step = a->step[p->m->term[loop->term + k].link];
+            first = step < first ? step : first;
+            last = later(last, step);
+        }
+        for (int k = 0; k < 2 && !loop->term_count; k++)
+            if (is_in_group(p, loop->link[k]))
+                last = later(last, a->step[loop->link[k]]);
+        a->complete[index] = last;
+        if (loop->term_count) {
+            a->opened[first]++;
+            a->opened[last]--;
+        }
+    }
+    for (int32_t l = p->count - 1; l >= 0; l--) {
+        const int32_t i = order[l];
+        a->leave[i] = l;
+        for (int32_t j = a->child[i]; j; j = a->sibling[j])
+            a->leave[i] = later(a->leave[i], a->step[j]);
+        for (int32_t e = a->end[i]; e; e = a->next_end[e - 1])
+            a->leave[i] = later(a->leave[i], a->complete[(e - 1) / 2]);
+    }
+}
+
+static size_t least(size_t a, size_t b) { return a < b ? a : b; }
+
+/* The equations of a loop that is not void in a plane. */
+static size_t equations_of(const planner *p, int32_t loop) {
+    const bool flat = kt_group_is_planar(p->m, p->group) && !p->m->loop[loop].term_count;
+    return (size_t)(flat ? p->m->planar_loop[loop].count : p->m->loop[loop].row_count);
+}
+
+/* The number of open links after each step, in a->change; the numbers of equations that complete loops add, in
+ * a->slot. */
+static void count_open(const planner *p) {
+    kt_attach *a = p->a;
+    int32_t open = 0;
+    memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
+    memset(a->slot, 0, (size_t)p->count * sizeof *a->slot);
+    for (int l = 0; l < p->count; l++)
+        a->change[a->leave[p->link[l]]]++;
+    for (int l = 0; l < p->count; l++) {
+        open += 1 - a->change[l];
+        a->change[l] = open;
+    }
+    for (int i = 0; i < p->group->loop_count; i++) {
+        const int32_t loop = p->m->group_loop[p->group->loop + i];
+        a->slot[a->complete[loop]] += (int32_t)equations_of(p, loop);
+    }
+}
+
+/* Operations of an elimination, if all equations are independent. */
+static double flops_of(const planner *p, const int32_t *order) {
+    const double base = kt_group_is_planar(p->m, p->group) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE;
+    double n = 0.0, sum = 0.0, relations = 0.0;
+    measure_order(p, order);
+    count_open(p);
+    for (int32_t l = 0; l < p->count; l++) {
+        n += kt_link_dofs(&p->m->link[order[l]]);
+        relations += p->a->opened[l];
+        const double k = fmin(p->a->slot[l], n), touch = base * p->a->change[l] + relations;
+        sum += STEP_FLOPS + 2.0 * n * base * (base + n) + k * n * (6.0 * n + 4.0 * touch + 2.0 * k);
+        n -= k;
+        if (n <= touch)
+            continue;
+        sum += touch * n * (6.0 * n + 2.0 * touch) + n * (n - touch) * n;
+        n = touch;
+    }
+    return sum;
+}
+
+/* Whether this order's fronts are narrow (compile/rank.c), if all equations are independent. */
+static bool is_narrow(const planner *p, const int32_t *order) {
+    int32_t params = 0;
+    bool narrow = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
+    measure_order(p, order);
+    count_open(p);
+    for (int32_t l = 0; l < p->count && narrow; l++) {
+        const int32_t rows = p->a->slot[l];
+        params += kt_link_dofs(&p->m->link[order[l]]);
+        narrow = params <= KT_NARROW && rows <= KT_NARROW_ROWS && rows <= params && p->a->opened[l] == 0;
+        params = p->a->change[l] ? params - rows : 0;
+    }
+    return narrow;
+}
+
+/* Whether the group is solved by reduction/delassus.h (compile/rank.c), if all equations are independent, and this
+ * takes less time than dense matrices. */
+static bool has_few_equations(const planner *p) {
+    size_t count = 0;
+    bool few = p->group->parent == 0 && p->group->v_count >= FEW_COORDINATES && p->group->loop_count <= KT_DELASSUS_MAX;
+    for (int i = 0; i < p->group->loop_count && few; i++)
+        count += equations_of(p, p->m->group_loop[p->group->loop + i]);
+    for (int l = 0; l < p->count && few; l++)
+        few = p->m->link[p->link[l]].motion != KT_MOTION_FREE;
+    return few && count <= KT_DELASSUS_MAX;
+}
+
+static double dense_flops(const planner *p) {
+    double m = p->group->v_count, k = 0.0;
+    for (int i = 0; i < p->group->loop_count; i++)
+        k += (double)equations_of(p, p->m->group_loop[p->group->loop + i]);
+    const double rank = fmin(m, k), free = m - rank;
+    return 4.0 * m * k * rank + 4.0 * m * rank * free + 2.0 * m * m * free + m * free * free + free * free * free / 3.0;
+}
+
+/* ---- the plan ---------------------------------------------------------------------------------------------------- */
+
+/* Sorts the group's loops and links by the steps that complete and release them, and gives each open link a slot. */
+static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *order, int32_t first_loop) {
+    kt_attach *a = p->a;
+    kt_model *m = p->m;
+    kt_front_step *step = m->front + plan->step;
+    int32_t *vacant = a->order, vacancies = 0, left = plan->step, loop = first_loop;
+    memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
+    memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
+    for (int l = 0; l < p->count; l++)
+        a->change[a->leave[p->link[l]]]++;
+    for (int i = 0; i < p->group->loop_count; i++)
+        a->opened[a->complete[m->group_loop[p->group->loop + i]]]++;
+    for (int32_t l = 0; l < p->count; l++) {
+        step[l] = (kt_front_step){.link = order[l], .up = -1, .loop = loop, .leave = left};
+        loop += a->opened[l];
+        left += a->change[l];
+    }
+    for (int i = 0; i < p->group->loop_count; i++) {
+        const int32_t index = m->group_loop[p->group->loop + i];
+        kt_front_step *at = &step[a->complete[index]];
+        m->front_loop[at->loop + at->loop_count++] = index;
+    }
+    for (int32_t l = 0; l < p->count; l++) { /* the links that leave, by their steps */
+        kt_front_step *at = &step[a->leave[order[l]]];
+        m->front_leave[at->leave + at->leave_count++] = order[l];
+    }
+    for (int32_t l = 0; l < p->count; l++) {
+        const int32_t up = m->link[order[l]].parent;
+        a->slot[order[l]] = step[l].slot = vacancies ? vacant[--vacancies] : plan->slots++;
+        m->front_step[p->group->v + m->link[order[l]].local] = l;
+        step[l].up = is_in_group(p, up) ? a->step[up] : -1;
+        for (int32_t i = step[l].leave; i < step[l].leave + step[l].leave_count; i++) {
+            vacant[vacancies++] = a->slot[m->front_leave[i]];
+            m->front_leave[i] = a->step[m->front_leave[i]];
+        }
+    }
+}
+
+/* Sorts the terms of the group's relations by the steps of their links. */
+static void write_terms(const planner *p, kt_front_plan *plan, int32_t first_term) {
+    kt_attach *a = p->a;
+    kt_model *m = p->m;
+    kt_front_step *step = m->front + plan->step;
+    int32_t term = first_term;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = 0; i < p->group->loop_count; i++) {
+            const int32_t index = m->group_loop[p->group->loop + i];
+            const kt_loop_record *loop = &m->loop[index];
+            if (loop->term_count && !pass)
+                a->relation[index] = plan->relations++;
+            int32_t first = p->count;
+            for (int k = 0; k < loop->term_count; k++)
+                first = first < a->step[m->term[loop->term + k].link] ? first : a->step[m->term[loop->term + k].link];
+            for (int k = 0; k < loop->term_count; k++) {
+                kt_front_step *at = &step[a->step[m->term[loop->term + k].link]];
+                if (!pass) {
+                    at->term_count++;
+                    continue;
+                }
+                bool begins = at == &step[first];
+                for (int32_t n = 0; n < at->term_count && begins; n++)
+                    begins = m->front_term[at->term + n].loop != index;
+                m->front_term[at->term + at->term_count++] =
+                    (kt_front_term){.loop = index, .term = loop->term + k, .slot = a->relation[index], .first = begins};
+            }
+        }
+        for (int32_t l = 0; l < p->count && !pass; l++) {
+            step[l].term = term;
+            term += step[l].term_count;
+            step[l].term_count = 0;
+        }
+    }
+}
+
+/* Determines the most memory that the steps can need. */
+static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
+    kt_front_step *step = m->front + plan->step;
+    size_t kept = 0, open = 0, relations = 0, width = 0, used = 0;
+    for (int32_t l = 0; l < count; l++) {
+        kt_front_size s = {.params = kept + (size_t)kt_link_dofs(&m->link[step[l].link])};
+        for (int32_t i = 0; i < step[l].loop_count; i++)
+            s.rows += (size_t)m->loop[m->front_loop[step[l].loop + i]].row_count;
+        s.rows += s.rows ? (size_t)plan->pending : 0;
+        open += 1 - (size_t)step[l].leave_count;
+        for (int32_t i = 0; i < step[l].term_count; i++)
+            relations += m->front_term[step[l].term + i].first;
+        for (int32_t i = 0; i < step[l].loop_count; i++)
+            relations -= m->loop[m->front_loop[step[l].loop + i]].term_count > 0;
+        s.touch = KT_FRONT_SPACE * open + relations + (size_t)plan->pending;
+        s.kept = kept = least(s.params, s.touch);
+        width = s.params > width ? s.params : width;
+        step[l].at = used;
+        used += kt_front_step_count(&s);
+    }
+    plan->width = kt_front_padded((int32_t)width);
+    plan->count = used + kt_front_running_count(plan);
+}
+
+/* Determines at which steps equations may be passed on: those after which one is complete that its step does not need
+ * at generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
+ * Returns whether there is such a step. */
+static bool find_waits(kt_model *m, const kt_group *group, int rows) {
+    const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
+    const int32_t *cap = m->front_cap + first;
+    const bool rigid = group->rank[rows] == group->v_count;
+    bool waits = false, any = false;
+    for (int32_t l = group->link_count - 1; l >= 0; l--) {
+        const kt_front_step *step = &m->front[group->front.step + l];
+        int32_t count = 0;
+        for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
+            const kt_loop_record *loop = &m->loop[m->front_loop[i]];
+            for (int32_t r = 0; r < loop->row_count; r++) {
+                const int32_t slot = m->slot[group->row + loop->row + r];
+                count += slot >= 0 && slot < group->count[rows];
+            }
+        }
+        m->front_waits[first + (size_t)l] = waits;
+        any = any || (waits && count > 0);
+        waits = waits || count > cap[l] - (l ? cap[l - 1] : 0) || (count > 0 && rigid);
+    }
+    return any;
+}
+
+void kt_fronts_pass(kt_model *m) {
+    for (size_t g = 0; g < m->n.group; g++) {
+        kt_group *group = &m->group[g];
+        bool any = false;
+        for (int rows = 0; rows < KT_ROWS_COUNT && group->front.used; rows++)
+            any = find_waits(m, group, rows) || any;
+        group->front.pending = any ? KT_FRONT_PENDING : 0;
+        if (any)
+            write_sizes(m, &group->front, group->link_count);
+    }
+}
+
+void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
+    static void (*const orders[])(const planner *) = {order_by_width, order_as_in_model, order_by_depth};
+    int32_t step = 0, loop = 0, term = 0;
+    for (size_t g = 0; g < m->n.group; g++) {
+        kt_group *group = &m->group[g];
+        const planner p = {
+            .a = a, .m = m, .group = group, .link = m->group_link + group->link, .count = group->link_count};
+        const double worth = kt_group_is_planar(m, group) ? WORTH_PLANAR : WORTH_SPATIAL;
+        double flops = (double)INFINITY;
+        group->front = (kt_front_plan){.step = step};
+        gather(&p);
+        for (size_t k = 0; k < sizeof orders / sizeof *orders; k++) {
+            orders[k](&p);
+            const double of = flops_of(&p, a->order);
+            if (of < flops)
+                memcpy(a->best, a->order, (size_t)p.count * sizeof *a->best);
+            flops = fmin(flops, of);
+        }
+        group->front.used = m->structure == KT_STRUCTURE_FRONTS || flops < worth * dense_flops(&p) ||
+                            has_few_equations(&p) || is_narrow(&p, a->best);
+        if (!group->front.used)
+            continue;
+        measure_order(&p, a->best);
+        write_steps(&p, &group->front, a->best, loop);
+        write_terms(&p, &group->front, term);
+        write_sizes(m, &group->front, p.count);
+        step += p.count;
+        loop += group->loop_count;
+        for (int i = 0; i < group->loop_count; i++)
+            term += loop_of(&p, i)->term_count;
+    }
+}
+
+void kt_groups_place_matrices(kt_model *m) {
+    m->n.dense = 0;
+    for (size_t g = 0; g < m->n.group; g++) {
+        m->group[g].dense = m->n.dense;
+        m->n.dense += kt_group_layout(&m->group[g]);
+    }
+}

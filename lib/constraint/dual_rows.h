@@ -1,0 +1,41 @@
+/* Derivatives of loops and effects by dual numbers: their part of kt_acceleration_derivatives (acceleration.c) and of
+ * linearisations. */
+#ifndef KT_CONSTRAINT_DUAL_ROWS_H
+#define KT_CONSTRAINT_DUAL_ROWS_H
+
+#include "dynamics/dof.h"
+#include "effect/effect.h"
+
+/* A degree of freedom on the path from the link that carries both ends of a loop or an effect to one of them, expressed
+ * about a point near to them. */
+typedef struct kt_support_dof {
+    kt_dof_motion motion;
+    int32_t v;     /* its coordinate */
+    int32_t end;   /* 0 or 1 */
+    int32_t first; /* index on the path of the first degree of freedom that it moves: the first of its node */
+} kt_support_dof;
+
+/* A motion whose poses are in data, and work memory. */
+typedef struct kt_dual_motion {
+    const kt_model *model;
+    const kt_data *data;
+    double t;
+    const double *q, *v, *a;
+    kt_support_dof *dof; /* nv */
+    int32_t *chain;      /* links */
+} kt_dual_motion;
+
+/* Loops, with the multipliers lambda of all equations: subtracts d(A' lambda)/dq from d_q (nv x nv), and writes the
+ * derivatives of b'' - A a with respect to q and v (equations x nv). */
+void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v);
+
+/* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */
+void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);
+
+/* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
+void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_slopes *slopes);
+void kt_dual_joint_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                          double slope[2]);
+
+#endif

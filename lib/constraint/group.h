@@ -1,0 +1,237 @@
+/* Declarations that the files of the reduction share: a group's matrices, and the kinds of factorisation of its
+ * equations.
+ *
+ * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
+ */
+#ifndef KT_CONSTRAINT_GROUP_H
+#define KT_CONSTRAINT_GROUP_H
+
+#include "base/arena.h"
+#include "base/isa.h"
+#include "loop/loop.h"
+#include "model/model.h"
+
+#include <math.h>
+
+/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations; n: coordinates if the group is reduced
+ * by dense matrices, 0 if by fronts; s: the lesser of n and k. */
+#define KT_GROUP_FIELDS(X)                                                                                             \
+    X(a, n *k, "A', m x k")                                                                                            \
+    X(factor, n *k, "A' factored")                                                                                     \
+    X(reflector, s, "scales of the reflectors (QR); singular values (SVD)")                                            \
+    X(square, n *n, "orthogonal factor (SVD)")                                                                         \
+    X(right, k, "b'' or what is to be closed")                                                                         \
+    X(residual, k, "phi")                                                                                              \
+    X(scale, k, "what residuals are held against: a radian, or the mechanism's length")                                \
+    X(closes, k, "1 where an equation has a residual to be closed, else 0")                                            \
+    X(rate, k, "phi_t = -b'")                                                                                          \
+    X(multiplier, k, "lambda")                                                                                         \
+    X(mass, n *n, "M of the group, its parent held")                                                                   \
+    X(coupling, 6 * n, "F, parent coupling: wrench on the parent for unit accelerations; moment, force")               \
+    X(bias, m, "tau - h")                                                                                              \
+    X(free, m, "y, free acceleration: accelerations while the parent's is zero")                                       \
+    X(gain, 6 * n, "K, parent gain, m x 6: accelerations are y - K (alpha, a of the parent)")                          \
+    X(basis, n *n, "N: null space of A, m x (m - rank)")                                                               \
+    X(reduced, n *n, "N' M N, then its Cholesky factor")                                                               \
+    X(half, n *n, "M N, and other products")                                                                           \
+    X(work, n ? kt_group_work_count(m, k) : m + k, "of LAPACK")                                                        \
+    X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
+    X(front, group->front.count, "of the elimination by fronts (front.h)")
+
+KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
+
+typedef struct kt_group_work {
+    int m, k;
+    int32_t *pivot;
+    /* Among redundant equations those with the larger weights are chosen (k; NULL if there are none), so that the
+     * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
+     * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
+    const double *weight;
+    double least; /* lower bound of the size that the largest direction counts as */
+#define KT_GROUP_DECLARE(name, count, meaning) double *name;
+    KT_GROUP_FIELDS(KT_GROUP_DECLARE)
+#undef KT_GROUP_DECLARE
+} kt_group_work;
+
+/* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
+enum { KT_LARGE = 40 };
+
+/* The number of doubles that LAPACK needs as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which
+ * needs 65 x 64 more where it works in blocks) in blocks of 32. */
+static inline size_t kt_group_work_count(size_t m, size_t k) {
+    return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
+}
+
+/* Finds a group's matrices in the data. */
+KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
+    const kt_group *group = &model->group[g];
+    double *base = data->dense + group->dense;
+    const size_t *at = group->at;
+    w->m = group->v_count;
+    w->k = group->count[rows];
+    w->pivot = data->pivot + group->row;
+    w->weight =
+        group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+    w->least = group->least;
+#define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
+    KT_GROUP_FIELDS(KT_GROUP_FIND)
+#undef KT_GROUP_FIND
+}
+
+static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
+    return w;
+}
+
+#define KT_GROUP_COUNT(name, count, meaning) +1
+_Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
+               "a group has room for the places of its matrices");
+#undef KT_GROUP_COUNT
+
+/* The slots of a loop's equations, their indices among those of the group; -1 for equations that are left out. */
+KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
+    return model->slot + group->row + loop->row;
+}
+
+/* Copies numbers of a group's first `count` slots to the order of all equations, that of the loops; or back. */
+void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
+void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
+
+/* Whether a group is planar. */
+static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
+    return (size_t)model->group_link[group->link] >= model->n.spatial;
+}
+
+/* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates
+ * that change by a radian or the mechanism's length: its wrenches' components. */
+static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {
+    const int all = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE, angular = planar ? 1 : 3;
+    double most = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const double *x = w->wrench + (size_t)(2 * r + end) * KT_FRONT_SPACE;
+        for (int c = 0; c < all; c++)
+            most = fmax(most, fabs(x[c]) * (c < angular ? 1.0 : model->length));
+    }
+    return most / w->scale[r];
+}
+
+/* The largest violations of the equations. */
+typedef struct kt_violation {
+    double position; /* m or rad, over holonomic equations */
+    double gap;      /* the same, each relative to its scale: decides about closure */
+    double velocity; /* m/s or rad/s */
+    double slip;     /* the same, each relative to its scale */
+    double speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
+} kt_violation;
+
+/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest: in all the time that a
+ * simulation could span they move nothing. Without this floor the remainder of a velocity that the loops forbid falls
+ * by 1e-16 with each projection, until 5e-324 is compared with a bound that underflows to 0. */
+#define KT_SPEED_LEAST 1e-100
+
+static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
+
+/* Adds phi of a group to the violation. */
+static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        const double x = fabs(w->residual[r]);
+        violation->gap = fmax(violation->gap, x / w->scale[r]);
+        if (x > violation->position || isnan(x)) /* keeps a NaN */
+            violation->position = x;
+    }
+}
+
+/* Adds -(A v + phi_t) to the violation and stores it in `right`, which holds A v; size: the largest terms of A v. */
+static inline void kt_group_violation(const kt_group_work *w, const double *size, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        const double sum = w->rate[r] + w->right[r], largest = fmax(fabs(w->rate[r]), size[r]);
+        w->right[r] = -sum;
+        if (fabs(sum) > violation->velocity || isnan(sum))
+            violation->velocity = fabs(sum);
+        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
+        violation->speed = fmax(violation->speed, largest / w->scale[r]);
+    }
+}
+
+/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
+static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                               const double *v, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        double sum = w->rate[r], largest = fabs(w->rate[r]);
+        for (int i = 0; i < w->m; i++) {
+            const double term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
+            sum += term;
+            largest = fmax(largest, fabs(term));
+        }
+        w->right[r] = -sum;
+        if (fabs(sum) > violation->velocity || isnan(sum))
+            violation->velocity = fabs(sum);
+        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
+        violation->speed = fmax(violation->speed, largest / w->scale[r]);
+    }
+}
+
+/* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
+ * largest direction counts as at least KT_RANK_FLOOR of what it could be (rank.c): if all entries are rounding noise,
+ * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be. */
+#define KT_RANK_TOLERANCE 1e-10
+#define KT_RANK_FLOOR 1e-3
+
+/* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
+ * from neighbouring states (singular_crossing.c). */
+#define KT_NEAR_SINGULAR 1e-2
+
+/* The weight of an equation that was chosen at compilation: only one that is 16 times longer replaces it. */
+#define KT_PREFERRED 16.0
+
+/* x (m): a solution of the independent equations of A x = b (k). */
+typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
+
+/* Lays a group's matrices out; returns the number of doubles that they take. */
+size_t kt_group_layout(kt_group *group);
+
+/* w->basis: m x (m - rank), A basis = 0. */
+typedef void kt_basis(const kt_group_work *w, int rank);
+
+/* A method of solving A x = b for the coordinates (qr_method.c; others in lib/study). `cap` is the structural rank. */
+typedef struct kt_reduction_kind {
+    bool least;   /* `particular` is the least solution */
+    bool chooses; /* rank is less than the number of equations: some of them are chosen, and the others not solved */
+    bool pins;    /* a group that one pin in a plane closes may be solved in closed form instead (pin.h) */
+    bool fronts;  /* large groups may be eliminated link by link instead (front.h) */
+    int large;    /* groups with this number of coordinates and more need what `open` provides */
+    kt_status (*open)(kt_error *error);
+    /* Factors w->a; returns the numerical rank, at most cap, or -1 if a number was not finite. */
+    int (*factor)(kt_group_work *w, int cap);
+    /* The size of the i-th direction as factored. */
+    double (*size)(const kt_group_work *w, int i);
+    kt_particular *particular;
+    kt_basis *basis;
+    /* Maggi-Kane with these two (maggi_kane.h). */
+    bool (*solve)(const kt_group_work *w, int rank, int width);
+    /* lambda (k): A' lambda = g (m), zeros for dependent equations; g is overwritten. */
+    void (*multipliers)(const kt_group_work *w, int rank, double *g, double *lambda);
+} kt_reduction_kind;
+
+/* The same method, compiled for each instruction set. */
+struct kt_reduction_method {
+    const kt_reduction_kind *baseline, *v3, *v4;
+};
+
+/* Of a method whose functions end in the name of the instruction set. */
+#ifdef KT_ISAS
+#define KT_REDUCTION_METHOD(name)                                                                                      \
+    { &name##_baseline, &name##_v3, &name##_v4 }
+#else
+#define KT_REDUCTION_METHOD(name)                                                                                      \
+    { &name##_baseline, NULL, NULL }
+#endif
+
+#define KT_REDUCTION_EXTERN(name) extern const kt_reduction_kind name##_baseline, name##_v3, name##_v4;
+KT_REDUCTION_EXTERN(kt_reduction_qr)
+
+/* Returns a method's functions for an instruction set; NULL: those of QR. */
+const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa level);
+
+#endif

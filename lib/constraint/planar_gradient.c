@@ -1,0 +1,246 @@
+/* The gradient of a sum of a loop's equations in a plane (model/planar_loop.h), with respect to positions and
+ * velocities:
+ *     S = sum_f lambda_f . phi'(p_f) + pi . phi''(v, a)
+ * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. With d from point 1 to point 2,
+ * d'_f its rate along p_f, d' and d'' those along the motion (v, a), and J a rotation by a right angle, for a row
+ *   along e      phi' = e . d' + w1 J e . d,   phi'' = e . d'' + 2 w1 J e . d' + (alpha1 J e - w1^2 e) . d
+ *   of theta     phi' = s w,   phi'' = s alpha + s' w^2          w, alpha: of end 2 against end 1; s = d phi / d theta
+ *   distance     phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r
+ * these give the gradients by d, d'_f, d', d'', by the angles and by the rates of the ends. A revolute joint at o then
+ * turns what it carries,
+ *     dP = J (P - o),   dP'_f = J (P' - o')_f,   dP'' = J (P'' - o'')     by q
+ *     dP' = J (P - o),  dP'' = 2 J (P' - o')                              by v
+ * and a prismatic one along e, which turns with w and alpha, adds e, w_f J e and alpha J e - w^2 e; e and 2 w J e. */
+#include "constraint/gradient.h"
+#include "constraint/planar_rows.h"
+
+enum { FIELDS = 3, MOTION = 2 /* the field v, after p_0 and p_1 */ };
+
+/* A point on a path: position, angular velocities and velocities along all fields, accelerations of the motion. */
+typedef struct point {
+    kt_v2 at, rate[FIELDS], linear;
+    double w[FIELDS], alpha;
+} point;
+
+/* A loop, and the gradients by what joins its ends: d, d'_f, d'' and for each end its angle and rate. */
+typedef struct gradient {
+    const kt_model *model;
+    const kt_data *data;
+    const kt_loop_record *loop;
+    const kt_planar_loop *flat;
+    const double *field[FIELDS], *a;
+    point end[2];
+    kt_v2 by_d, by_rate[FIELDS], by_linear;
+    double by_angle[2], by_w[2];
+} gradient;
+
+static double across(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; } /* J a . b */
+
+static kt_v2 scaled(double s, kt_v2 a) { return kt_v2_splat(s) * a; }
+
+/* Carries a point along r, fixed in the link that moves it. */
+static void carry(const gradient *g, kt_v2 r, point *x) {
+    const kt_v2 turned = kt_v2_across(r);
+    x->at += r;
+    for (int f = 0; f < FIELDS; f++)
+        if (g->field[f])
+            x->rate[f] += scaled(x->w[f], turned);
+    x->linear += scaled(x->alpha, turned) - scaled(x->w[MOTION] * x->w[MOTION], r);
+}
+
+/* Adds the joint's own motion; e: of a prismatic one. */
+static void move(const gradient *g, const kt_planar_link *link, kt_v2 e, point *x) {
+    const int32_t i = link->v;
+    const double sign = link->revolute ? link->sign : 0.0, w = x->w[MOTION];
+    if (!link->revolute && g->a)
+        x->linear += scaled(g->a[i], e) + scaled(2.0 * w * g->field[MOTION][i], kt_v2_across(e));
+    if (g->a)
+        x->alpha += sign * g->a[i];
+    for (int f = 0; f < FIELDS; f++) {
+        if (!g->field[f])
+            continue;
+        x->w[f] += sign * g->field[f][i];
+        if (!link->revolute)
+            x->rate[f] += scaled(g->field[f][i], e);
+    }
+}
+
+static const kt_planar_link *link_of(const gradient *g, int k, int i, const kt_planar_motion **m) {
+    const int32_t at = kt_planar_index_shift(g->model, g->model->path[g->loop->path[k] + i]);
+    *m = &g->data->planar[at];
+    return &g->model->planar[at];
+}
+
+static kt_v2 along(const kt_planar_link *link, const kt_planar_motion *m) {
+    return link->revolute ? kt_v2_splat(0.0) : kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
+}
+
+static void follow(gradient *g, int k) {
+    const double *arm = g->flat->arm[k];
+    point *x = &g->end[k];
+    *x = (point){.at = -kt_v2_load(g->flat->origin)};
+    for (int i = 0; i < g->loop->length[k]; i++) {
+        const kt_planar_motion *m;
+        const kt_planar_link *link = link_of(g, k, i, &m);
+        carry(g, kt_v2_load(m->offset), x);
+        move(g, link, along(link, m), x);
+    }
+    carry(g, kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[k]].rotation), arm[0], arm[1]), x);
+}
+
+/* ---- rows -------------------------------------------------------------------------------------------------------- */
+
+/* Of rows along an axis: `sum` are the axes times lambda_f, and last times pi. */
+static void add_along(gradient *g, const kt_v2 sum[FIELDS]) {
+    const point *one = &g->end[0], *two = &g->end[1];
+    const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
+    const kt_v2 linear = two->linear - one->linear, pi = sum[MOTION], turned = kt_v2_across(pi);
+    const double w = one->w[MOTION], alpha = one->alpha;
+    for (int f = 0; f < MOTION; f++) {
+        const kt_v2 across_f = kt_v2_across(sum[f]);
+        g->by_rate[f] += sum[f];
+        g->by_d += scaled(one->w[f], across_f);
+        g->by_angle[0] += kt_v2_dot(across_f, two->rate[f] - one->rate[f]) - one->w[f] * kt_v2_dot(sum[f], d);
+    }
+    g->by_linear += pi;
+    g->by_rate[MOTION] += scaled(2.0 * w, turned);
+    g->by_d += scaled(alpha, turned) - scaled(w * w, pi);
+    g->by_angle[0] += kt_v2_dot(turned, linear) - 2.0 * w * kt_v2_dot(pi, rate) - alpha * kt_v2_dot(pi, d) -
+                      w * w * kt_v2_dot(turned, d);
+    g->by_w[0] += 2.0 * (kt_v2_dot(turned, rate) - w * kt_v2_dot(pi, d));
+}
+
+/* Of a row of theta; slope: s, s', s''. */
+static void add_turn(gradient *g, const double slope[3], const double weight[FIELDS]) {
+    const point *one = &g->end[0], *two = &g->end[1];
+    const double w = two->w[MOTION] - one->w[MOTION], alpha = two->alpha - one->alpha;
+    double by_angle = weight[MOTION] * (slope[1] * alpha + slope[2] * w * w);
+    for (int f = 0; f < MOTION; f++)
+        by_angle += weight[f] * slope[1] * (two->w[f] - one->w[f]);
+    for (int k = 0; k < 2; k++) {
+        const double sign = k ? 1.0 : -1.0;
+        g->by_angle[k] += sign * by_angle;
+        g->by_w[k] += sign * weight[MOTION] * 2.0 * slope[1] * w;
+    }
+}
+
+/* phi = factor p, p = 4 tan(theta / 4): dp/dtheta = 1 + p^2 / 16. */
+static void find_turn(double cosine, double sine, double factor, double slope[3]) {
+    const double p = kt_planar_turn(cosine, sine), rise = 1.0 + p * p / 16.0;
+    slope[0] = factor * rise;
+    slope[1] = factor * 0.125 * p * rise;
+    slope[2] = factor * 0.125 * rise * (1.0 + 3.0 * p * p / 16.0);
+}
+
+/* phi = 2 c / (1 + |s|) */
+static void find_normal(double cosine, double sine, double slope[3]) {
+    const double one = 1.0 + fabs(sine), sign = copysign(1.0, sine);
+    slope[0] = -2.0 * sign / one;
+    slope[1] = 2.0 * cosine / (one * one);
+    slope[2] = -2.0 * sine / (one * one) - 4.0 * cosine * cosine * sign / (one * one * one);
+}
+
+static void add_distance(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
+    const point *one = &g->end[0], *two = &g->end[1];
+    const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
+    const kt_v2 linear = two->linear - one->linear;
+    const double d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
+    const bool apart = d2 > DBL_MIN; /* as in planar_rows.h */
+    const double inverse = apart ? 1.0 / sqrt(d2) : 0.0, pi = weight[MOTION];
+    const kt_v2 n = apart ? scaled(inverse, d)
+                          : kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[0]].rotation), row->e[0], row->e[1]);
+    const double along_n = kt_v2_dot(n, rate);
+    const kt_v2 rest = rate - scaled(along_n, n);
+    for (int f = 0; f < MOTION; f++) {
+        const kt_v2 x = two->rate[f] - one->rate[f];
+        g->by_rate[f] += scaled(weight[f], n);
+        g->by_d += scaled(weight[f] * inverse, x - scaled(kt_v2_dot(n, x), n));
+    }
+    g->by_linear += scaled(pi, n);
+    g->by_rate[MOTION] += scaled(2.0 * pi * inverse, rest);
+    g->by_d += scaled(pi * inverse, linear - scaled(kt_v2_dot(n, linear), n));
+    g->by_d -= scaled(pi * inverse * inverse,
+                      scaled(kt_v2_dot(rate, rate) - along_n * along_n, n) + scaled(2.0 * along_n, rest));
+}
+
+static void add_rows(gradient *g, const kt_loop_sum *sum) {
+    const kt_planar_loop *flat = g->flat;
+    const kt_planar_motion *one = &g->data->planar[flat->link[0]];
+    const kt_planar_relative relative = {.first = one, .second = &g->data->planar[flat->link[1]]};
+    kt_v2 axes[FIELDS] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    for (int i = 0; i < flat->count; i++) {
+        const kt_planar_row *row = &flat->row[i];
+        const int32_t at = g->loop->equation + row->row;
+        const double weight[FIELDS] = {sum->lambda[0] ? sum->lambda[0][at] : 0.0,
+                                       sum->lambda[1] ? sum->lambda[1][at] : 0.0, sum->pi ? sum->pi[at] : 0.0};
+        double cosine, sine, slope[3];
+        if (row->kind == KT_PLANAR_ROW_ALONG) {
+            const kt_v2 e = kt_planar_sum(kt_v2_load(one->rotation), row->e[0], row->e[1]);
+            for (int f = 0; f < FIELDS; f++)
+                axes[f] += scaled(weight[f], e);
+        } else if (row->kind == KT_PLANAR_ROW_DISTANCE) {
+            add_distance(g, row, weight);
+        } else {
+            kt_planar_angle(flat, &relative, &cosine, &sine);
+            if (row->kind == KT_PLANAR_ROW_ROTATION)
+                find_turn(cosine, sine, row->constant, slope);
+            else
+                find_normal(cosine, sine, slope);
+            add_turn(g, slope, weight);
+        }
+    }
+    add_along(g, axes);
+}
+
+/* ---- joints ------------------------------------------------------------------------------------------------------ */
+
+/* The joint of a link whose origin is at o, on the path to end k. */
+static void write_joint(const gradient *g, int k, const kt_planar_link *link, kt_v2 e, const point *o, double *by_q,
+                        double *by_v) {
+    const point *p = &g->end[k];
+    const double sign = k ? 1.0 : -1.0, w = o->w[MOTION];
+    double q, v;
+    if (link->revolute) {
+        q = across(p->at - o->at, g->by_d) + across(p->linear - o->linear, g->by_linear);
+        v = across(p->at - o->at, g->by_rate[MOTION]) + 2.0 * across(p->rate[MOTION] - o->rate[MOTION], g->by_linear);
+    } else {
+        q = kt_v2_dot(e, g->by_d) + o->alpha * across(e, g->by_linear) - w * w * kt_v2_dot(e, g->by_linear);
+        v = kt_v2_dot(e, g->by_rate[MOTION]) + 2.0 * w * across(e, g->by_linear);
+    }
+    for (int f = 0; f < FIELDS; f++)
+        q += link->revolute ? across(p->rate[f] - o->rate[f], g->by_rate[f]) : o->w[f] * across(e, g->by_rate[f]);
+    if (link->revolute) {
+        by_q[link->v] += link->sign * (sign * q + g->by_angle[k]);
+        by_v[link->v] += link->sign * (sign * v + g->by_w[k]);
+        return;
+    }
+    by_q[link->v] += sign * q;
+    by_v[link->v] += sign * v;
+}
+
+static void write_path(const gradient *g, int k, double *by_q, double *by_v) {
+    point x = {.at = -kt_v2_load(g->flat->origin)};
+    for (int i = 0; i < g->loop->length[k]; i++) {
+        const kt_planar_motion *m;
+        const kt_planar_link *link = link_of(g, k, i, &m);
+        const kt_v2 e = along(link, m);
+        carry(g, kt_v2_load(m->offset), &x);
+        write_joint(g, k, link, e, &x, by_q, by_v);
+        move(g, link, e, &x);
+    }
+}
+
+void KT_KERNEL(kt_planar_loop_gradient)(const kt_model *model, const kt_data *data, int32_t index,
+                                        const kt_loop_sum *sum, double *by_q, double *by_v) {
+    gradient g = {.model = model,
+                  .data = data,
+                  .loop = &model->loop[index],
+                  .flat = &model->planar_loop[index],
+                  .field = {sum->p[0], sum->p[1], sum->v},
+                  .a = sum->a};
+    for (int k = 0; k < 2; k++)
+        follow(&g, k);
+    add_rows(&g, sum);
+    for (int k = 0; k < 2; k++)
+        write_path(&g, k, by_q, by_v);
+}

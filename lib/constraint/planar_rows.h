@@ -1,0 +1,287 @@
+/* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in spatial_rows.h, for vectors of two
+ * components.
+ *
+ * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
+ * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points, w1 and w2 the ends' angular
+ * velocities, a1 and a2 the accelerations of the points that the velocities alone give, and u = d' - w1 J d. For a row
+ *   along e       phi   = e . d + constant
+ *                 phi'' = e . (a2 - a1 - 2 w1 J u + w1^2 d)
+ *   rotation      phi   = k p,  p = 4 tan(theta / 4)
+ *                 phi'  = k (1 + p^2 / 16) (w2 - w1)
+ *                 phi'' = p phi' (w2 - w1) / 8
+ *   orthogonal    phi   = 2 c / (1 + |s|),  c = cos(theta), s = sin(theta)        (orientation.h has the derivation)
+ *                 phi'  = -2 sgn(s) / (1 + |s|) (w2 - w1)
+ *                 phi'' = 2 c / (1 + |s|)^2 (w2 - w1)^2
+ *   distance      phi   = |D| - L(t),  D = (d, height),  n = D / |D|
+ *                 phi'' = n . (a2 - a1) + |n x d'|^2 / |D| - L''
+ */
+#ifndef KT_CONSTRAINT_PLANAR_ROWS_H
+#define KT_CONSTRAINT_PLANAR_ROWS_H
+
+#include "constraint/spatial_rows.h"
+#include "dynamics/planar_sweep.h"
+
+#include <float.h>
+
+/* An end of a loop relative to the ancestor's origin, as if that were at rest; `linear` is the acceleration that the
+ * velocities alone give. */
+typedef struct kt_planar_end {
+    double arm[2]; /* from its link's origin */
+    double point[2], velocity[2], linear[2], omega;
+} kt_planar_end;
+
+/* A row's force on the second end at its point and moment about n, for a unit multiplier; its index among the rows. */
+typedef struct kt_planar_wrench {
+    double force[2], moment;
+    int32_t slot;
+} kt_planar_wrench;
+
+/* The index of a link in the planar arrays; for link 0, the number to be added to the indices of links. */
+KT_INLINE int32_t kt_planar_index_shift(const kt_model *model, int32_t link) {
+    return link - (int32_t)model->n.spatial + 1;
+}
+
+KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
+                                    const kt_planar_loop *flat, int k, bool moving, const double *v,
+                                    kt_planar_end *end) {
+    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_planar_index_shift(model, 0);
+    double x = -flat->origin[0], y = -flat->origin[1], vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
+    double w = moving ? data->planar[flat->ancestor].omega : 0.0;
+    for (int i = 0; i < count; i++) {
+        const kt_planar_link *link = &model->planar[path[i] + first];
+        const kt_planar_motion *m = &data->planar[path[i] + first];
+        x += m->offset[0];
+        y += m->offset[1];
+        if (!moving)
+            continue;
+        vx -= w * m->offset[1];
+        vy += w * m->offset[0];
+        ax += m->linear[0];
+        ay += m->linear[1];
+        w = m->omega;
+        if (!link->revolute) {
+            double u[2];
+            kt_planar_along(link, m, u);
+            vx += v[link->v] * u[0];
+            vy += v[link->v] * u[1];
+        }
+    }
+    kt_planar_rotate(&data->planar[flat->link[k]], flat->arm[k], end->arm);
+    end->omega = w;
+    end->point[0] = x + end->arm[0];
+    end->point[1] = y + end->arm[1];
+    end->velocity[0] = vx - w * end->arm[1];
+    end->velocity[1] = vy + w * end->arm[0];
+    end->linear[0] = ax - w * w * end->arm[0];
+    end->linear[1] = ay - w * w * end->arm[1];
+}
+
+/* The quantities that the rows of a loop share. */
+typedef struct kt_planar_relative {
+    double d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
+    double seen[2];                  /* a2 - a1 - 2 w1 J u + w1^2 d */
+    double w;                        /* w2 - w1 */
+    const kt_planar_motion *first, *second;
+} kt_planar_relative;
+
+KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat, const kt_planar_end end[2],
+                                kt_planar_relative *r) {
+    for (int k = 0; k < 2; k++) {
+        r->d[k] = end[1].point[k] - end[0].point[k];
+        r->rate[k] = end[1].velocity[k] - end[0].velocity[k];
+        r->linear[k] = end[1].linear[k] - end[0].linear[k];
+    }
+    const double w1 = end[0].omega, twice = 2.0 * w1, ww = w1 * w1;
+    const double ux = r->rate[0] + w1 * r->d[1], uy = r->rate[1] - w1 * r->d[0];
+    r->seen[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
+    r->seen[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
+    r->w = end[1].omega - w1;
+    r->first = &data->planar[flat->link[0]];
+    r->second = &data->planar[flat->link[1]];
+}
+
+/* theta: cosine and sine. */
+KT_INLINE void kt_planar_angle(const kt_planar_loop *flat, const kt_planar_relative *r, double *cosine, double *sine) {
+    const kt_planar_motion *a = r->first, *b = r->second;
+    const double c = a->c * b->c + a->s * b->s, s = a->c * b->s - a->s * b->c;
+    *cosine = c * flat->c - s * flat->s;
+    *sine = s * flat->c + c * flat->s;
+}
+
+/* phi, phi_t and phi'' for zero joint accelerations. */
+typedef struct kt_planar_value {
+    double residual, rate, bend;
+} kt_planar_value;
+
+KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt_planar_relative *r,
+                                              kt_planar_wrench *w) {
+    kt_planar_rotate(r->first, row->e, w->force);
+    w->moment = 0.0;
+    return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
+                             .bend = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
+}
+
+/* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
+KT_INLINE double kt_planar_turn(double c, double s) {
+    const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
+    const double cosine = c >= 0.0 ? large : small, sine = copysign(c >= 0.0 ? small : large, s);
+    return 4.0 * sine / (1.0 + cosine);
+}
+
+KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, const kt_planar_row *row,
+                                                 const kt_planar_relative *r, kt_planar_wrench *w) {
+    double c, s;
+    kt_planar_angle(flat, r, &c, &s);
+    const double p = kt_planar_turn(c, s), slope = 1.0 + p * p / 16.0;
+    w->force[0] = w->force[1] = 0.0;
+    w->moment = row->constant * slope;
+    return (kt_planar_value){.residual = row->constant * p, .bend = 0.125 * p * w->moment * (r->w * r->w)};
+}
+
+KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_loop *flat, const kt_planar_relative *r,
+                                                   kt_planar_wrench *w) {
+    double c, s;
+    kt_planar_angle(flat, r, &c, &s);
+    const double one = 1.0 + fabs(s);
+    w->force[0] = w->force[1] = 0.0;
+    w->moment = -copysign(2.0 / one, s);
+    return (kt_planar_value){.residual = 2.0 * c / one, .bend = 2.0 * c / (one * one) * (r->w * r->w)};
+}
+
+KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt_loop_record *loop,
+                                                 const kt_planar_loop *flat, const kt_planar_row *row,
+                                                 const kt_planar_relative *r, double t, kt_planar_wrench *w) {
+    double length[3];
+    kt_curve_evaluate(&loop->curve, model->number, t, length);
+    const double *d = r->d, h = flat->height, d2 = d[0] * d[0] + d[1] * d[1] + h * h;
+    const bool apart = d2 > DBL_MIN; /* as in loop/distance.c */
+    const double norm = apart ? sqrt(d2) : 0.0, rise = apart ? h / norm : 0.0;
+    if (apart) {
+        w->force[0] = d[0] / norm;
+        w->force[1] = d[1] / norm;
+    } else {
+        kt_planar_rotate(r->first, row->e, w->force);
+    }
+    w->moment = 0.0;
+    const double across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
+    const double speed2 = r->rate[0] * r->rate[0] + r->rate[1] * r->rate[1];
+    const double bend = apart ? (across * across + rise * rise * speed2) / norm : 0.0;
+    return (kt_planar_value){.residual = norm - length[0],
+                             .rate = -length[1],
+                             .bend = bend - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
+}
+
+/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
+KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work *w, const kt_loop_record *loop,
+                                      const kt_planar_loop *flat, const int32_t *slot, const kt_planar_relative *r,
+                                      double t, kt_planar_wrench *rows) {
+    int count = 0;
+    for (int i = 0; i < flat->count; i++) {
+        const kt_planar_row *row = &flat->row[i];
+        const int32_t at = slot[row->row];
+        kt_planar_wrench *out = &rows[count];
+        kt_planar_value x;
+        if (at < 0)
+            continue;
+        switch ((kt_planar_row_kind)row->kind) {
+        case KT_PLANAR_ROW_ALONG:
+            x = kt_planar_row_along(row, r, out);
+            break;
+        case KT_PLANAR_ROW_ROTATION:
+            x = kt_planar_row_rotation(flat, row, r, out);
+            break;
+        case KT_PLANAR_ROW_ORTHOGONAL:
+            x = kt_planar_row_orthogonal(flat, r, out);
+            break;
+        case KT_PLANAR_ROW_DISTANCE:
+            x = kt_planar_row_distance(model, loop, flat, row, r, t, out);
+            break;
+        case KT_PLANAR_ROW_VOID:
+        default:
+            continue;
+        }
+        out->slot = at;
+        w->residual[at] = x.residual;
+        w->closes[at] = 1.0;
+        w->scale[at] = row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0;
+        w->rate[at] = x.rate;
+        w->right[at] = -x.bend;
+        count++;
+    }
+    return count;
+}
+
+/* Before ranks are known, void rows have indices, too: either all void rows of a loop have one, or none has. */
+KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
+    if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
+        return;
+    for (int i = flat->count; i < flat->count + flat->void_count; i++) {
+        const int32_t at = slot[flat->row[i].row];
+        if (at < 0)
+            continue;
+        w->residual[at] = w->rate[at] = w->right[at] = 0.0;
+        w->closes[at] = w->scale[at] = 1.0;
+    }
+}
+
+/* Writes A' of one path. (ax, ay) is the vector from the origin of the end's link to the second end's point. */
+KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                                   const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
+                                   double ax, double ay) {
+    const double sign = k ? 1.0 : -1.0;
+    const int32_t *path = model->path + loop->path[k], first = kt_planar_index_shift(model, 0), stride = w->m;
+    const kt_planar_link *links = model->planar + first;
+    const kt_planar_motion *motion = data->planar + first;
+    double *a = w->a;
+    for (int i = loop->length[k] - 1; i >= 0; i--) {
+        const kt_planar_link *link = &links[path[i]];
+        const kt_planar_motion *m = &motion[path[i]];
+        double *column = a + link->local;
+        if (link->revolute) {
+            const double n = sign * link->sign;
+            for (int r = 0; r < count; r++)
+                column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
+        } else {
+            double u[2];
+            kt_planar_along(link, m, u);
+            for (int r = 0; r < count; r++)
+                column[rows[r].slot * stride] = sign * (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
+        }
+        ax += m->offset[0];
+        ay += m->offset[1];
+    }
+}
+
+KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                                     const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,
+                                     bool moving, const double *v, double t) {
+    kt_planar_end end[2];
+    kt_planar_relative r;
+    kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
+    for (int k = 0; k < 2; k++)
+        kt_planar_end_follow(model, data, loop, flat, k, moving, v, &end[k]);
+    kt_planar_relate(data, flat, end, &r);
+    const int count = kt_planar_rows_evaluate(model, w, loop, flat, slot, &r, t, rows);
+    kt_planar_rows_void(w, flat, slot);
+    kt_planar_rows_path(model, data, w, loop, 0, rows, count, end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]);
+    kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm[0], end[1].arm[1]);
+}
+
+/* Does the same as kt_rows_fill, in the plane. */
+KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
+                                   bool moving, const double *q, const double *v, double t) {
+    const kt_group *group = &model->group[g];
+    for (int i = 0; i < w->m * w->k; i++)
+        w->a[i] = 0.0;
+    for (int i = 0; i < group->loop_count; i++) {
+        const int32_t index = model->group_loop[group->loop + i];
+        const kt_loop_record *loop = &model->loop[index];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        if (loop->term_count)
+            kt_rows_relation(model, group, w, loop, slot[0], q, t);
+        else
+            kt_planar_rows_frames(model, data, w, loop, &model->planar_loop[index], slot, moving, v, t);
+    }
+}
+
+#endif

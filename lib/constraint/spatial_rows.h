@@ -1,0 +1,166 @@
+/* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
+ *
+ * The ends are computed from the loop's ancestor along its two paths, so that no digits are lost far from the world's
+ * origin, and motions of the loop as a whole do not enter. The entry of a row with the wrench (n, f) on the second end,
+ * about its point, for a degree of freedom with angular velocity s and velocity u of that point is n . s + f . u, with
+ * the opposite sign on the first path.
+ */
+#ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
+#define KT_CONSTRAINT_SPATIAL_ROWS_H
+
+#include "constraint/group.h"
+#include "dynamics/sweep.h"
+
+#include <string.h>
+
+/* The motion of a loop's end relative to the ancestor's origin; needs poses, and if `moving` velocities and c
+ * (sweep.h).
+ */
+KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
+                             const double *v, kt_loop_end *end) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const int32_t *path = model->path + loop->path[k];
+    kt_v4 point = none - kt_v4_from(loop->origin), velocity = none, alpha = none, linear = none;
+    kt_v4 omega = moving ? data->motion[loop->ancestor].omega : none;
+    for (int i = 0; i < loop->length[k]; i++) {
+        const kt_link *link = &model->link[path[i]];
+        const kt_link_motion *m = &data->motion[path[i]];
+        point += m->offset;
+        if (!moving)
+            continue;
+        velocity += kt_v4_cross(omega, m->offset);
+        if (!kt_link_is_revolute(link)) {
+            kt_v4 angular, linear_velocity;
+            kt_joint_twist(link, &data->motion[link->parent], m, v, &angular, &linear_velocity);
+            velocity += linear_velocity;
+        }
+        linear += kt_v4_cross(alpha, m->offset) + m->linear;
+        alpha += m->alpha;
+        omega = m->omega;
+    }
+    const kt_link_motion *force_link = &data->motion[loop->link[k]];
+    kt_v4 frame[3];
+    kt_v4_from_mat3(loop->frame[k].rotation, frame);
+    kt_v4_multiply(force_link->axes, frame, end->axes);
+    const kt_v4 arm = kt_v4_apply(force_link->axes, kt_v4_from(loop->frame[k].position));
+    end->point = point + arm;
+    end->omega = omega;
+    end->velocity = velocity + kt_v4_cross(omega, arm);
+    end->alpha = alpha;
+    end->linear = linear + kt_v4_cross(alpha, arm) + kt_v4_cross(omega, kt_v4_cross(omega, arm));
+}
+
+/* One path of a loop. */
+typedef struct kt_rows_path_terms {
+    const kt_group_work *w;
+    const int32_t *slot;
+    const kt_loop_row *rows;
+    int count, local; /* of rows; first coordinate of the link */
+    double sign;
+    kt_v4 arm; /* from the origin of the link to the second end's point */
+} kt_rows_path_terms;
+
+/* Adds one degree of freedom to all rows: angular velocity s, velocity u of the second end's point. */
+KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
+    const kt_rows_path_terms *p = context;
+    const kt_v4 s = kt_dof_angular(dof);
+    const kt_v4 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
+                    : dof->kind == KT_DOF_ROTATION  ? kt_v4_cross(s, p->arm)
+                                                    : kt_v4_cross(s, p->arm) + kt_dof_linear(dof);
+    double *a = p->w->a + p->local + dof->index;
+    for (int r = 0; r < p->count; r++)
+        if (p->slot[r] >= 0)
+            a[(size_t)p->slot[r] * (size_t)p->w->m] +=
+                p->sign * (kt_v4_dot(p->rows[r].moment, s) + kt_v4_dot(p->rows[r].force, u));
+}
+
+/* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
+KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                            const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
+                            kt_v4 arm) {
+    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .sign = k ? 1.0 : -1.0, .arm = arm};
+    for (int i = loop->length[k] - 1; i >= 0; i--) {
+        const int32_t index = model->path[loop->path[k] + i];
+        const kt_link *link = &model->link[index];
+        const kt_link_motion *m = &data->motion[index];
+        p.local = link->local;
+        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, kt_rows_dof, &p);
+        p.arm += m->offset;
+    }
+}
+
+/* Stores everything of a row but its entries in A'; d: from the first end's point to the second's. */
+KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, const kt_loop_row *row,
+                             const kt_loop_end end[2], kt_v4 d, int32_t slot) {
+    const kt_v4 alpha = end[1].alpha - end[0].alpha;
+    const kt_v4 linear = end[1].linear - end[0].linear - kt_v4_cross(end[0].alpha, d);
+    w->residual[slot] = row->holonomic ? row->residual : 0.0;
+    w->closes[slot] = row->holonomic ? 1.0 : 0.0;
+    w->scale[slot] = kt_v4_dot(row->force, row->force) > 0.0 ? model->length : 1.0;
+    w->rate[slot] = row->rate;
+    w->right[slot] = -(row->drift + kt_v4_dot(row->moment, alpha) + kt_v4_dot(row->force, linear));
+}
+
+KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                              const kt_loop_record *loop, const int32_t *slot, bool moving, const double *v, double t) {
+    kt_loop_end end[2];
+    kt_loop_row rows[KT_LOOP_ROW_MAX];
+    for (int k = 0; k < 2; k++)
+        kt_end_follow(model, data, loop, k, moving, v, &end[k]);
+    const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, end, t, rows);
+    const kt_v4 d = end[1].point - end[0].point;
+    for (int r = 0; r < count; r++)
+        if (slot[r] >= 0)
+            kt_rows_store(model, w, &rows[r], end, d, slot[r]);
+    const kt_v4 first = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position)) + d;
+    const kt_v4 second = kt_v4_apply(data->motion[loop->link[1]].axes, kt_v4_from(loop->frame[1].position));
+    kt_rows_path(model, data, w, loop, 0, slot, rows, count, first);
+    kt_rows_path(model, data, w, loop, 1, slot, rows, count, second);
+}
+
+/* Stores everything of a relation but its entries in A'. */
+KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                      const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+    double sum = 0.0, scale = 0.0;
+    if (slot < 0)
+        return;
+    for (int k = 0; k < loop->term_count; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        const kt_link *link = &model->link[term->link];
+        sum += term->coefficient * q[link->q];
+        scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
+    }
+    w->scale[slot] = scale;
+    w->closes[slot] = 1.0;
+    const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
+    w->residual[slot] = row.residual;
+    w->rate[slot] = row.rate;
+    w->right[slot] = -row.drift;
+}
+
+KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+    kt_rows_relation_value(model, group, w, loop, slot, q, t);
+    for (int k = 0; k < loop->term_count && slot >= 0; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        w->a[(size_t)slot * (size_t)w->m + (size_t)model->link[term->link].local] += term->coefficient;
+    }
+}
+
+/* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
+ * if `moving` velocities and c. */
+static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
+                                bool moving, const double *q, const double *v, double t) {
+    const kt_group *group = &model->group[g];
+    memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof(double));
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        if (loop->term_count)
+            kt_rows_relation(model, group, w, loop, slot[0], q, t);
+        else
+            kt_rows_frames(model, data, w, loop, slot, moving, v, t);
+    }
+}
+
+#endif

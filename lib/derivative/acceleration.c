@@ -1,0 +1,139 @@
+/* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da,
+ *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
+ * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (kkt.h); and without loops M da =
+ * -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
+ */
+#include "derivative/stiffness.h"
+
+#include "derivative/kkt.h"
+#include "dynamics/dynamics.h"
+#include "reduction/maggi_kane.h"
+
+#include <string.h>
+
+static size_t saddle_size(const kt_model *model) {
+    if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
+        return 0;
+    return kt_saddle_init(NULL, NULL, model, NULL);
+}
+
+/* Every array: type, name, count, meaning. With loops and dense factors m is n, otherwise 0. */
+#define FIELDS(X)                                                                                                      \
+    X(double, reduced, m *m, "Z' M Z, factored")                                                                       \
+    X(double, solution, m, "y, z")                                                                                     \
+    X(char, factors, model->n.row ? 0 : kt_mass_factor_size(model), "of M: L'DL")                                      \
+    X(char, along, saddle_size(model), "of `saddle`")                                                                  \
+    X(double, d_tau, n *n, "result by joint forces")
+
+typedef struct work {
+    kt_linearized of;
+    kt_mass_factor *factor;
+    kt_saddle saddle;
+    KT_ARENA_DECLARE(FIELDS)
+} work;
+
+KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, size_t m)
+
+static size_t lay_out(work *w, void *memory, const kt_model *model) {
+    const size_t n = model->n.v;
+    return place_arrays(w, memory, model, n, kt_linearized_is_dense(model) ? n : 0);
+}
+
+size_t kt_acceleration_work_size(const kt_model *model) {
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_linearized_is_dense(model)) + lay_out(NULL, NULL, model);
+}
+
+/* The factors of M, those of kkt.h, or reduced = Cholesky of Z' M Z. */
+static kt_status factor(work *w, const double *q, kt_error *error) {
+    const kt_model *model = w->of.model;
+    const size_t n = w->of.n, r = (size_t)w->of.qr.rank, f = n - r;
+    if (!w->of.p) {
+        const kt_status status = kt_mass_factor_init(model, w->factors, kt_mass_factor_size(model), &w->factor, error);
+        return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
+    }
+    if (KT_HAS_LOOPS && !w->of.dense) {
+        (void)kt_saddle_init(&w->saddle, w->along, model, w->of.data);
+        return kt_saddle_factor(&w->saddle, KT_ROWS_ALL, KT_METRIC_MASS, w->of.t, q, error);
+    }
+    for (size_t j = 0; j < f; j++)
+        memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
+    if (kt_dense_cholesky(w->reduced, (int)f, NULL))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+}
+
+/* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */
+static void solve_closed(work *w, double *d, const double *e) {
+    const size_t n = w->of.n, rank = (size_t)w->of.qr.rank;
+    double *y = w->solution, *z = y + rank;
+    memset(y, 0, rank * sizeof *y);
+    if (e)
+        kt_jacobian_qr_solve_lower(&w->of.qr, e, y);
+    for (size_t k = rank; k < n; k++) {
+        z[k - rank] = -kt_dense_dot(w->of.qr.basis + k * n, d, (int)n);
+        for (size_t l = 0; l < rank; l++)
+            z[k - rank] -= w->of.half[(k - rank) * n + l] * y[l];
+    }
+    kt_dense_solve(w->reduced, (int)(n - rank), z);
+    kt_dense_apply(w->of.qr.basis, (int)n, (int)n, y, d);
+}
+
+/* Overwrites D with da. */
+static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
+    const size_t n = w->of.n, p = w->of.p;
+    for (size_t j = 0; KT_HAS_LOOPS && j < n && w->of.dense; j++)
+        solve_closed(w, d + j * n, e ? e + j * p : NULL);
+    for (size_t i = 0; i < n * n && !w->of.dense; i++)
+        d[i] = -d[i];
+    if (KT_HAS_LOOPS && p && !w->of.dense)
+        kt_saddle_solve(&w->saddle, n, d, e);
+    const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)n, d, error);
+    return status == KT_OK && !kt_all_finite(d, n * n) ? kt_linearized_overflow(error) : status;
+}
+
+/* da/dtau: D = -1. */
+static kt_status solve_forces(work *w, kt_error *error) {
+    const size_t n = w->of.n;
+    memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
+    for (size_t j = 0; j < n; j++)
+        w->d_tau[j * n + j] = -1.0;
+    return solve(w, w->d_tau, NULL, error);
+}
+
+kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                      const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                      double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+    return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
+                                          da_dtau, error);
+}
+
+kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
+                                         double t, const double *q, const double *v, const double *tau,
+                                         const kt_wrench *external, const double *a, double *da_dq, double *da_dv,
+                                         double *da_dtau, kt_error *error) {
+    const size_t bytes = model->n.v * model->n.v * sizeof(double);
+    work w = {.reduced = NULL};
+    kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
+                                      kt_acceleration_work_size(model), error);
+    if (status != KT_OK)
+        return status;
+    const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_linearized_is_dense(model));
+    (void)lay_out(&w, (char *)memory + used, model);
+    status = kt_linearized_fill(&w.of, q, v, tau, external, a, error);
+    if (status == KT_OK)
+        status = factor(&w, q, error);
+    if (status == KT_OK)
+        status = solve(&w, w.of.d_q, w.of.e_q, error);
+    if (status == KT_OK)
+        status = solve(&w, w.of.d_v, w.of.e_v, error);
+    if (status == KT_OK && da_dtau)
+        status = solve_forces(&w, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(da_dq, w.of.d_q, bytes);
+    memcpy(da_dv, w.of.d_v, bytes);
+    if (da_dtau)
+        memcpy(da_dtau, w.d_tau, bytes);
+    return KT_OK;
+}

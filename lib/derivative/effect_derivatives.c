@@ -1,0 +1,241 @@
+/* Derivatives of the joint forces of effects with respect to the state.
+ *
+ * Let W = (m, f) be the wrench on the last end of an effect, about its point p; the wrench on the other end, or on the
+ * ground, is -W about the same point. With S_k = (s_k, j_k) a degree of freedom expressed about p (its rotation, and
+ * its velocity at p) and sigma_k = 1 where it moves the last end, -1 where it moves the other,
+ *     tau_i = sigma_i S_i . W
+ * Only the relative motion changes W, by the matrices of the effect (kt_effect_slopes):
+ *     with v_k:   dW = sigma_k C S_k
+ *     with q_k:   dW = g_k                     of the last end
+ *                 dW = s_k x W - g_k           of the other, as both ends' displacement rotates W
+ *                 g_k = K S_k + C (s_k x w + psi'_k, s_k x v + psi'_k)
+ * where w and v are the last end's angular velocity and velocity, and psi' (dof.h) is about p, too. S_i changes
+ * besides: it is carried along by the degrees of freedom before it and those of its node, and p moves with the last
+ * end. All of this together is
+ *     dtau_i / dq_k = sigma_i sigma_k S_i . X,   X = g_k - s_k x W      or   X = g_k + (j_k x f, 0)
+ *     dtau_i / dv_k = sigma_i sigma_k S_i . C S_k
+ * The first X is for those i that k of the last end carries, and for those that k of the other end does not carry, on
+ * either end; the second is for all others.
+ *
+ * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h): positions are relative to the base
+ * of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
+ */
+#include "derivative/effect_derivatives.h"
+
+#include "constraint/dual_rows.h"
+#include "effect/effect.h"
+
+/* What all effects of a state share. */
+typedef struct state {
+    const kt_model *model;
+    const kt_data *data;
+    const kt_derivative_work *x;
+    double t;
+    const double *q, *v;
+    kt_effect_dof *path;
+} state;
+
+/* Two vectors: angular and linear, or moment and force. */
+typedef struct pair {
+    kt_v4 a, b;
+} pair;
+
+/* ---- ends -------------------------------------------------------------------------------------------------------- */
+
+/* The deepest common ancestor of links a and b. */
+static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
+    while (a != b) {
+        if (a > b)
+            a = model->link[a].parent;
+        else
+            b = model->link[b].parent;
+    }
+    return a;
+}
+
+/* Position and velocity of the origin that those of a link's tree are relative to; of the ground zero. */
+static pair base_of(const state *s, int32_t link) {
+    pair base = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
+    if (link == 0)
+        return base;
+    while (s->model->link[link].parent)
+        link = s->model->link[link].parent;
+    const kt_link_motion *motion = s->data->motion;
+    kt_v4 angular;
+    kt_joint_twist(&s->model->link[link], &motion[0], &motion[link], s->v, &angular, &base.b);
+    base.a = motion[link].offset;
+    return base;
+}
+
+/* An end; its origin: that of its link. Its position is relative to `from`, and its velocity to the world's or, with a
+ * base of zero, to its tree's. */
+typedef struct end_motion {
+    kt_v4 origin, point, omega, velocity;
+} end_motion;
+
+static void find_end(const state *s, const kt_effect_record *effect, int k, pair base, kt_v4 from, end_motion *m,
+                     kt_effect_end *end) {
+    const int32_t i = effect->link[k];
+    const kt_link_motion *link = &s->data->motion[i];
+    kt_v4 frame[3], axes[3];
+    kt_v4_from_mat3(effect->frame[k].rotation, frame);
+    kt_v4_multiply(link->axes, frame, axes);
+    const kt_v4 arm = kt_v4_apply(link->axes, kt_v4_from(effect->frame[k].position));
+    m->origin = base.a - from;
+    m->velocity = base.b;
+    m->omega = kt_v4_splat(0.0);
+    if (i) {
+        m->origin += s->x->link[i].origin;
+        m->omega = link->omega;
+        m->velocity += s->x->link[i].velocity + kt_v4_cross(link->omega, arm);
+    }
+    m->point = m->origin + arm;
+    *end = (kt_effect_end){.axes = kt_v4_mat3(axes),
+                           .point = kt_v4_vec3(m->point),
+                           .omega = kt_v4_vec3(m->omega),
+                           .velocity = kt_v4_vec3(m->velocity)};
+}
+
+/* Adds the degrees of freedom between the carrier and a link to the path, expressed about the point p; both are
+ * relative to the same point. */
+static size_t follow(const state *s, int32_t carrier, int32_t to, int32_t end, kt_v4 origin, kt_v4 p, size_t count) {
+    const kt_derivative_work *x = s->x;
+    for (int32_t i = to; i != carrier; i = s->model->link[i].parent) {
+        const kt_v4 arm = p - origin;
+        const int dofs = kt_link_dofs(&s->model->link[i]);
+        const kt_derivative_node *node = &x->node[x->link[i].last];
+        for (int32_t k = node->first + node->count - 1, n = 0; n < dofs; n++, k--) {
+            const kt_dof_motion *m = &x->motion[k];
+            s->path[count++] = (kt_effect_dof){.s = {m->s[0], m->s[1] + kt_v4_cross(m->s[0], arm)},
+                                               .psi = {m->psi[0], m->psi[1] + kt_v4_cross(m->psi[0], arm)},
+                                               .v = (size_t)x->row[k].v,
+                                               .index = k,
+                                               .first = x->node[x->row[k].node].first,
+                                               .end = end};
+        }
+        origin -= s->data->motion[i].offset;
+    }
+    return count;
+}
+
+/* ---- one effect -------------------------------------------------------------------------------------------------- */
+
+/* y += A x */
+static inline void add_product(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
+    kt_v4 a[3];
+    kt_v4_from_mat3(matrix, a);
+    *y += kt_v4_apply(a, x);
+}
+
+static inline pair apply(const kt_effect_slopes *of, const kt_mat3 matrix[2][2], pair x) {
+    pair y = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
+    add_product(matrix[1][1], x.b, &y.b);
+    if (of->at_point)
+        return y;
+    add_product(matrix[0][0], x.a, &y.a);
+    add_product(matrix[0][1], x.b, &y.a);
+    add_product(matrix[1][0], x.a, &y.b);
+    return y;
+}
+
+/* The columns of one degree of freedom: C S, and the X of those that it carries on its end and of the others. */
+typedef struct columns {
+    pair rate, carried, others;
+} columns;
+
+/* velocity: of the last end, relative to the tree of k. */
+static void find_columns(const kt_effect_slopes *of, kt_v4 omega, kt_v4 velocity, const kt_effect_dof *k, bool last,
+                         columns *out) {
+    const kt_v4 m = of->at_point ? kt_v4_splat(0.0) : kt_v4_from(of->moment), f = kt_v4_from(of->force);
+    const pair s = {k->s[0], k->s[1]};
+    const pair turned = {kt_v4_cross(s.a, omega) + k->psi[0], kt_v4_cross(s.a, velocity) + k->psi[1]};
+    const pair stiff = apply(of, of->stiffness, s), damped = apply(of, of->damping, turned);
+    const pair g = {stiff.a + damped.a, stiff.b + damped.b};
+    const pair rotated = {g.a - kt_v4_cross(s.a, m), g.b - kt_v4_cross(s.a, f)};
+    const pair moved = {g.a + kt_v4_cross(s.b, f), g.b};
+    out->rate = apply(of, of->damping, s);
+    out->carried = last ? rotated : moved;
+    out->others = last ? moved : rotated;
+}
+
+/* An effect's ends, and the bases that the velocities of their trees are relative to. */
+typedef struct ends {
+    int last;
+    pair base[2];
+    end_motion motion[2];
+    kt_effect_end end[2];
+} ends;
+
+/* Finds the ends, and the path between them. Returns the number of degrees of freedom on it. */
+static size_t find_ends(const state *s, const kt_effect_record *effect, ends *e) {
+    const int32_t carrier = effect->ends == 2 ? carrier_of(s->model, effect->link[0], effect->link[1]) : 0;
+    size_t count = 0;
+    e->last = effect->ends - 1;
+    for (int k = 0; k <= e->last; k++) /* on one tree both are relative to its base */
+        e->base[k] = base_of(s, carrier ? 0 : effect->link[k]);
+    for (int k = 0; k <= e->last; k++)
+        find_end(s, effect, k, e->base[k], e->base[effect->link[0] ? 0 : e->last].a, &e->motion[k], &e->end[k]);
+    for (int k = 0; k <= e->last; k++)
+        count = follow(s, carrier, effect->link[k], k, e->motion[k].origin, e->motion[e->last].point, count);
+    return count;
+}
+
+/* Subtracts the column of degree of freedom k. */
+static void subtract_column(const state *s, const kt_effect_dof *k, size_t count, const columns *c, double *d_q,
+                            double *d_v) {
+    const size_t column = k->v * s->model->n.v;
+    for (size_t a = 0; a < count; a++) {
+        const kt_effect_dof *i = &s->path[a];
+        const bool same = i->end == k->end;
+        const pair *by = same && i->index >= k->first ? &c->carried : &c->others;
+        const double x = kt_v4_dot2(i->s[0], by->a, i->s[1], by->b);
+        const double y = kt_v4_dot2(i->s[0], c->rate.a, i->s[1], c->rate.b);
+        d_q[column + i->v] -= same ? x : -x;
+        d_v[column + i->v] -= same ? y : -y;
+    }
+}
+
+static void subtract_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    kt_effect_slopes slopes = {.at_point = false};
+    ends e;
+    const size_t count = find_ends(s, effect, &e);
+    if (count == 0)
+        return;
+    if (kind->slopes)
+        kind->slopes(effect, s->model->number, e.end, s->t, &slopes);
+    else
+        kt_dual_effect_slopes(effect, s->model->number, e.end, s->t, &slopes);
+    for (size_t b = 0; b < count; b++) {
+        const kt_effect_dof *k = &s->path[b];
+        const end_motion *last = &e.motion[e.last];
+        columns c;
+        find_columns(&slopes, last->omega, last->velocity - e.base[k->end].b, k, k->end == e.last, &c);
+        subtract_column(s, k, count, &c, d_q, d_v);
+    }
+}
+
+static void subtract_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    const kt_link *link = &s->model->link[effect->link[0]];
+    const double q = s->q[link->q], v = s->v[link->v];
+    const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
+    double slope[2] = {0.0, 0.0};
+    (kind->joint_slopes ? kind->joint_slopes : kt_dual_joint_slopes)(effect, s->model->number, q, v, s->t, slope);
+    d_q[diagonal] -= slope[0];
+    d_v[diagonal] -= slope[1];
+}
+
+void kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
+                              const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v) {
+    const state s = {.model = model, .data = data, .x = x, .t = t, .q = q, .v = v, .path = path};
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        if (effect->type == KT_EFFECT_CUSTOM)
+            continue;
+        if (effect->ends)
+            subtract_wrench(&s, effect, d_q, d_v);
+        else
+            subtract_joint_force(&s, effect, d_q, d_v);
+    }
+}

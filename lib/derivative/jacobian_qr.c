@@ -1,0 +1,98 @@
+/* One QR decomposition of all loops' equations, as lib/reduction/qr_method.c factors those of a group. */
+#include "derivative/jacobian_qr.h"
+
+#include "linear/qr.h"
+
+#include <string.h>
+
+KT_ARENA_ARRAYS(place_arrays, kt_jacobian_qr, KT_JACOBIAN_QR_FIELDS, size_t n, size_t p)
+
+size_t kt_jacobian_qr_init(kt_jacobian_qr *w, void *memory, size_t n, size_t p) {
+    if (memory)
+        *w = (kt_jacobian_qr){.n = n, .p = p};
+    return place_arrays(w, memory, n, p);
+}
+
+kt_status kt_jacobian_singular(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "fewer equations of the loops are independent here than elsewhere");
+}
+
+/* The weights by which evaluations choose among dependent equations of a kind (group.h); zero for void ones. Returns
+ * the rank. */
+static int weigh(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
+    int rank = 0;
+    memset(w->weight, 0, w->p * sizeof *w->weight);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const double *weight = model->weight + (size_t)rows * model->n.row + group->row;
+        rank += group->rank[rows];
+        kt_rows_scatter(model, group, group->count[rows], weight, w->weight);
+    }
+    return rank;
+}
+
+static void swap(kt_jacobian_qr *w, const kt_group_work *g, int j, int best) {
+    const double norm = w->norm[j];
+    kt_swap_columns(g, g->m, j, best);
+    w->norm[j] = w->norm[best];
+    w->norm[best] = norm;
+}
+
+/* basis = Q */
+static void write_basis(const kt_jacobian_qr *w) {
+    const size_t n = w->n;
+    memset(w->basis, 0, n * n * sizeof *w->basis);
+    for (size_t c = 0; c < n; c++) {
+        w->basis[c * n + c] = 1.0;
+        for (int j = w->rank - 1; j >= 0; j--)
+            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
+    }
+}
+
+kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
+                                kt_error *error) {
+    const size_t n = w->n, p = w->p;
+    const kt_group_work g = {
+        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    w->rank = weigh(w, model, rows);
+    for (size_t r = 0; r < p; r++) {
+        for (size_t i = 0; i < n; i++)
+            w->factor[r * n + i] = w->weight[r] * a[i * p + r];
+        w->pivot[r] = (int32_t)r;
+        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
+    }
+    for (int j = 0; j < w->rank; j++) {
+        double all;
+        const int best = kt_longest_column(w->norm, j, (int)p, &all);
+        if (!(w->norm[best] > 0.0 && isfinite(all)))
+            return kt_jacobian_singular(error);
+        if (best != j)
+            swap(w, &g, j, best);
+        kt_eliminate(&g, (int)n, j, w->norm);
+    }
+    for (int c = 0; c < w->rank; c++)
+        for (int i = 0; i <= c; i++)
+            w->factor[(size_t)c * n + (size_t)i] /= w->weight[w->pivot[c]];
+    write_basis(w);
+    return KT_OK;
+}
+
+void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y) {
+    for (size_t k = 0; k < (size_t)w->rank; k++) {
+        y[k] = e[w->pivot[k]];
+        for (size_t l = 0; l < k; l++)
+            y[k] -= w->factor[k * w->n + l] * y[l];
+        y[k] /= w->factor[k * w->n + k];
+    }
+}
+
+void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda) {
+    memset(lambda, 0, w->p * sizeof *lambda);
+    for (int k = w->rank - 1; k >= 0; k--) {
+        double sum = kt_dense_dot(w->basis + (size_t)k * w->n, f, (int)w->n);
+        for (int l = k + 1; l < w->rank; l++)
+            sum -= w->factor[(size_t)l * w->n + (size_t)k] * lambda[w->pivot[l]];
+        lambda[w->pivot[k]] = sum / w->factor[(size_t)k * w->n + (size_t)k];
+    }
+}

@@ -1,0 +1,81 @@
+/* Memory and calls of kkt.h: the kernels of the model's instruction set. */
+#include "derivative/kkt.h"
+
+#include "reduction/kernel.h"
+
+KT_ARENA_ARRAYS(place_arrays, kt_saddle, KT_SADDLE_FIELDS, const kt_saddle_sizes *s)
+
+static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
+
+/* The most that a step with n parameters keeps: its rank times n + KT_FRONT_SPACE, and the square of those that it
+ * minimises out. */
+static size_t kept_of(const kt_group *group) {
+    const size_t width = (size_t)group->front.width;
+    return (size_t)group->link_count * width * (width + KT_FRONT_SPACE);
+}
+
+/* The most that its maps take: as many columns of N and W as there are parameters. */
+static size_t maps_of(const kt_group *group) {
+    const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
+    if (!group->front.used)
+        return m * (m + 2 * (size_t)group->row_count);
+    return (size_t)group->link_count * width * (2 * base + 3 * width + kt_front_vectors(&group->front));
+}
+
+static kt_saddle_sizes sizes_of(const kt_model *model) {
+    kt_saddle_sizes s = {.links = model->n.link, .v = model->n.v, .rows = model->n.row, .groups = model->n.group};
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        s.maps += maps_of(group);
+        if (!group->front.used)
+            continue;
+        s.steps += (size_t)group->link_count;
+        s.width = larger(s.width, (size_t)group->front.width);
+        s.vectors = larger(s.vectors, kt_front_vectors(&group->front));
+        s.level = larger(s.level, kt_front_level(&group->front));
+        s.kept = larger(s.kept, kept_of(group));
+    }
+    return s;
+}
+
+size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data *data) {
+    const kt_saddle_sizes s = sizes_of(model);
+    if (memory)
+        *w = (kt_saddle){.model = model, .data = data, .size = s};
+    return place_arrays(w, memory, &s);
+}
+
+kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q, kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    w->rows = rows;
+    w->metric = metric;
+    kernels->fill(w->model, w->data, t, q, w->model->zero);
+    if (!kernels->factor(w->model, w->data, rows, false))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "equations of motion",
+                            "the loops' equations overflow: look for a position that is huge");
+    bool done;
+    KT_BY_LEVEL(w->model->level, done =, kt_saddle_reduce, (w));
+    if (!done)
+        return kt_error_set(error, KT_ERROR_SINGULAR, "equations of motion",
+                            "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+    return KT_OK;
+}
+
+void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b) {
+    KT_BY_LEVEL(w->model->level, , kt_saddle_solve, (w, columns, f, b));
+}
+
+void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x) {
+    KT_BY_LEVEL(w->model->level, , kt_saddle_weigh, (w, columns, x));
+}
+
+size_t kt_saddle_dofs(const kt_saddle *w) {
+    size_t dofs = w->model->n.v;
+    for (size_t g = 0; g < w->model->n.group; g++)
+        dofs -= (size_t)w->data->rank[g];
+    return dofs;
+}
+
+void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z) {
+    KT_BY_LEVEL(w->model->level, , kt_saddle_restrict, (w, kt_saddle_dofs(w), columns, x, z));
+}

@@ -1,0 +1,109 @@
+/* The equations of motion with multipliers, for many right-hand sides at one position,
+ *     M x - A' lambda = f
+ *     A x = b
+ * a saddle-point system: derivatives of accelerations (acceleration.c), and what joint forces do to them.
+ *
+ * They are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in place of
+ * b''. So the recursion is that of driver.c, which keeps what depends on the position alone. From the tips to the
+ * ground each link has an articulated inertia I and a wrench P:
+ *   outside groups, for each degree of freedom S, the last first,
+ *     U = I S,   d = 1 / (S.U + armature),   y = d (f - S.P)
+ *     P += U y,   I -= d U U',   then the shift to the parent
+ *   a group by dense matrices (spatial_group.h), with x0 = W b a solution of its equations, N their null space,
+ *   N' M N = L L',
+ *     h = f - F P - M W b,   y = W b + N L^-T (N L^-T)' h,   I = Ic - F K,   P += F y
+ *   a group by fronts (front.h): a step with parameters p, of which p_t are kept, is one affine map. Let H be the
+ *   energy of A and p, g its linear part, with the joint force and the wrench I t + P on the link added, t being the
+ *   part of the link's acceleration that is known; e the right-hand sides of its equations. As for accelerations
+ *     p = Q (y, p2),   R1' y = e,   p2 = Qs (p_t, p_u),   p_u = H_uu^-1 (g_u - H_ut p_t - H_uA A)
+ *   so that with W = Q1 R1^-T, C = Q2 Qs, N = C_u L^-T where H_uu = L L', and G = C_t - C_u H_uu^-1 H_ut
+ *     h = g - H W e,   p0 = W e + N N' h,   t += T W e           of the links in slots
+ *     p = p0 + G p_t - G_A A                                    G_A = C_u H_uu^-1 H_uA
+ *     g = G' h, and of A  h_A - G_A' h                          for the next step
+ * and back to the tips x = y - d U.A or y - K A, A being the acceleration of the parent.
+ *
+ * With the metric of the coordinates M is the matrix 1 (projections onto the loops): groups are apart from each other,
+ * and of the maps W, C_t and C_u are left, because all changes of parameters are orthogonal.
+ *
+ * A right-hand side takes time in proportion to the number of links, whatever their loops. Several are treated at a
+ * time, one a lane.
+ */
+#ifndef KT_DERIVATIVE_KKT_H
+#define KT_DERIVATIVE_KKT_H
+
+#include "base/arena.h"
+#include "constraint/group.h"
+
+/* Right-hand sides that the memory has room for. */
+enum { KT_SADDLE_LANES = 8 };
+
+typedef struct kt_saddle_sizes {
+    size_t links, v, rows, groups;
+    size_t steps, width;   /* of all fronts; the largest number of parameters */
+    size_t vectors, level; /* the most of a front */
+    size_t maps, kept;     /* numbers of the maps of all groups; the most kept of a front's energies */
+} kt_saddle_sizes;
+
+/* Every array: type, name, count, meaning. What has a lane a right-hand side holds KT_SADDLE_LANES times as many
+ * numbers. */
+#define KT_SADDLE_FIELDS(X)                                                                                            \
+    X(double, inertia, KT_FRONT_SPACE *KT_FRONT_SPACE * s->links, "I by columns, symmetric")                           \
+    X(double, axis, KT_FRONT_SPACE * s->v, "S of each degree of freedom")                                              \
+    X(double, gain, KT_FRONT_SPACE * s->v, "d U of those outside groups")                                              \
+    X(double, inverse, s->v, "d of these")                                                                             \
+    X(size_t, at, s->steps, "where the map of a front's step begins")                                                  \
+    X(size_t, begin, s->groups, "where that of a group by dense matrices does")                                        \
+    X(double, map, s->maps, "of a step, by columns: -G_A, G; N; W; H W; T W by rows. Of a group: N L^-T; W; M W")      \
+    X(double, kept, s->kept, "of each step of one front: Q' H Q1, and L")                                              \
+    X(double, motion, KT_SADDLE_LANES *KT_FRONT_SPACE * s->links, "P, then A")                                         \
+    X(double, x, KT_SADDLE_LANES * s->v, "f, then y, then x")                                                          \
+    X(double, b, KT_SADDLE_LANES * s->rows, "b by groups and slots")                                                   \
+    X(double, constant, KT_SADDLE_LANES * s->vectors, "the known parts of the accelerations in slots")                 \
+    X(double, pull, KT_SADDLE_LANES * s->level, "g")                                                                   \
+    X(double, z, KT_SADDLE_LANES * s->level, "A and p_t, or e")                                                        \
+    X(double, found, KT_SADDLE_LANES * s->steps * s->width, "p0 of each step, then p")                                 \
+    X(double, force, KT_SADDLE_LANES * s->v, "h of a group by dense matrices")                                         \
+    X(double, response, KT_SADDLE_LANES * s->v, "its y")
+
+typedef struct kt_saddle {
+    const kt_model *model;
+    kt_data *data;
+    kt_saddle_sizes size;
+    kt_rows rows;     /* equations as last factored */
+    kt_metric metric; /* M: the mass matrix or 1 */
+    size_t mapped;    /* numbers of the maps so far */
+    KT_ARENA_DECLARE(KT_SADDLE_FIELDS)
+} kt_saddle;
+
+/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
+size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data *data);
+
+/* Factors the equations at (t, q), with all rows of A or those of positions. Errors: KT_ERROR_NOT_FINITE;
+ * KT_ERROR_SINGULAR where there is no inertia along a degree of freedom. O(links). */
+KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q,
+                                      kt_error *error);
+
+/* Overwrites each of so many columns of f (nv) with x, until data are used for something else. b: as many columns, with
+ * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */
+void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b);
+
+/* After a factorisation with the metric of the coordinates (kkt_reduced.c): columns of x (nv) become M x, M being
+ * the mass matrix; and z = Z' x, as many numbers a column as kt_saddle_dofs, where the columns of Z are orthonormal and
+ * span the null space of the equations; z may be x. O(links) a column. */
+void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x);
+size_t kt_saddle_dofs(const kt_saddle *w);
+void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z);
+
+/* The kernels: kt_saddle_reduce returns false if there is no inertia along one of the degrees of freedom;
+ * kt_saddle_reduce_front does this for one group, whose inertia it adds to that of the parent. */
+#define KT_SADDLE_DECLARE(level)                                                                                       \
+    bool kt_saddle_reduce_##level(kt_saddle *);                                                                        \
+    bool kt_saddle_reduce_front_##level(kt_saddle *, size_t, double *);                                                \
+    void kt_saddle_solve_##level(const kt_saddle *, size_t, double *, const double *);                                 \
+    void kt_saddle_weigh_##level(const kt_saddle *, size_t, double *);                                                 \
+    void kt_saddle_restrict_##level(const kt_saddle *, size_t, size_t, const double *, double *);
+KT_SADDLE_DECLARE(baseline)
+KT_SADDLE_DECLARE(v3)
+KT_SADDLE_DECLARE(v4)
+
+#endif

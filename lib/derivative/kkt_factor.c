@@ -1,0 +1,262 @@
+/* The factors of kkt.h: articulated inertias from the tips to the ground. */
+#include "derivative/kkt_link.h"
+#include "reduction/planar_group.h"
+#include "reduction/spatial_group.h"
+
+#include <string.h>
+
+/* ---- inertias as components x components numbers ------------------------------------------------------------------ */
+
+static double *inertia_of(const kt_saddle *w, size_t i) {
+    return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
+}
+
+static void read_spatial(const kt_articulated *x, double *to) {
+    for (int c = 0; c < 3; c++)
+        for (int r = 0; r < 3; r++) {
+            to[6 * c + r] = x->j[c][r];
+            to[6 * c + 3 + r] = x->g[c][r];
+            to[6 * (c + 3) + r] = x->h[c][r];
+            to[6 * (c + 3) + 3 + r] = x->m[c][r];
+        }
+}
+
+static void write_spatial(const double *from, kt_articulated *x) {
+    for (int c = 0; c < 3; c++) {
+        const double *a = from + 6 * c, *l = from + 6 * (c + 3);
+        x->j[c] = (kt_v4){a[0], a[1], a[2], 0.0};
+        x->g[c] = (kt_v4){a[3], a[4], a[5], 0.0};
+        x->h[c] = (kt_v4){l[0], l[1], l[2], 0.0};
+        x->m[c] = (kt_v4){l[3], l[4], l[5], 0.0};
+    }
+    x->moment = x->force = kt_v4_splat(0.0);
+}
+
+static void read_planar(const kt_planar_inertia *x, double *to) {
+    const double all[9] = {x->j, x->h[0], x->h[1], x->h[0], x->xx, x->xy, x->h[1], x->xy, x->yy};
+    memcpy(to, all, sizeof all);
+}
+
+static void write_planar(const double *from, kt_planar_inertia *x) {
+    *x = (kt_planar_inertia){.j = from[0], .h = {from[1], from[2]}, .xx = from[4], .xy = from[5], .yy = from[8]};
+}
+
+static void set_rigid(const kt_saddle *w, size_t i, int c) {
+    if (c == KT_FRONT_SPACE) {
+        kt_articulated x;
+        kt_articulated_rigid(&w->model->link[i], &w->data->motion[i], &(kt_link_origin){.moment = {0.0}}, &x);
+        read_spatial(&x, inertia_of(w, i));
+        return;
+    }
+    const int32_t k = kt_planar_index_shift(w->model, (int32_t)i);
+    const kt_planar_link *link = &w->model->planar[k];
+    double first[2];
+    kt_planar_rotate(&w->data->planar[k], link->moment, first);
+    const kt_planar_inertia x = {.j = link->inertia, .h = {-first[1], first[0]}, .xx = link->mass, .yy = link->mass};
+    read_planar(&x, inertia_of(w, i));
+}
+
+/* The other way round: what the methods of a group read. */
+static void hand_over(const kt_saddle *w, size_t i, int c) {
+    if (c == KT_FRONT_SPACE)
+        write_spatial(inertia_of(w, i), &w->data->articulated[i]);
+    else
+        write_planar(inertia_of(w, i), &w->data->planar_inertia[kt_planar_index_shift(w->model, (int32_t)i)]);
+}
+
+static void add_square(const double *from, int c, double *to) {
+    for (int k = 0; k < c * c; k++)
+        to[k] += from[k];
+}
+
+/* Adds X' I X, where X takes the parent's acceleration to the link's origin. */
+static void pass_on(const kt_saddle *w, size_t i, int c) {
+    const kt_v4 r = kt_saddle_offset(w, i, c);
+    const double *inertia = inertia_of(w, i);
+    double *parent = inertia_of(w, (size_t)w->model->link[i].parent);
+    for (int k = 0; k < c; k++) {
+        double x[KT_FRONT_SPACE] = {0.0}, y[KT_FRONT_SPACE] = {0.0};
+        x[k] = 1.0;
+        kt_front_shift(c, r, x);
+        for (int j = 0; j < c; j++)
+            for (int l = 0; l < c; l++)
+                y[l] += inertia[j * c + l] * x[j];
+        kt_front_shift_wrench(c, r, y);
+        for (int l = 0; l < c; l++)
+            parent[k * c + l] += y[l];
+    }
+}
+
+/* ---- links outside groups ----------------------------------------------------------------------------------------- */
+
+static int set_axes(const kt_saddle *w, size_t i, int c) {
+    const kt_link *link = &w->model->link[i];
+    double *s = w->axis + KT_FRONT_SPACE * (size_t)link->v;
+    if (c != KT_FRONT_SPACE) {
+        const int32_t k = kt_planar_index_shift(w->model, (int32_t)i);
+        const kt_planar_link *planar = &w->model->planar[k];
+        double u[2] = {0.0, 0.0};
+        if (!planar->revolute)
+            kt_planar_along(planar, &w->data->planar[k], u);
+        s[0] = planar->revolute ? planar->sign : 0.0;
+        s[1] = u[0];
+        s[2] = u[1];
+        return 1;
+    }
+    kt_subspace own;
+    kt_link_subspace(link, &w->data->motion[link->parent], &w->data->motion[i], &own);
+    for (int d = 0; d < own.count; d++)
+        for (int k = 0; k < 3; k++) {
+            s[d * KT_FRONT_SPACE + k] = own.angular[d][k];
+            s[d * KT_FRONT_SPACE + 3 + k] = own.linear[d][k];
+        }
+    return own.count;
+}
+
+static bool eliminate(const kt_saddle *w, size_t i, int c, int dofs) {
+    const int32_t v = w->model->link[i].v;
+    double *inertia = inertia_of(w, i);
+    for (int d = dofs - 1; d >= 0; d--) {
+        const double *s = kt_saddle_axis(w, i) + d * KT_FRONT_SPACE;
+        double *gain = w->gain + KT_FRONT_SPACE * (size_t)(v + d), u[KT_FRONT_SPACE] = {0.0};
+        double along = w->model->armature[v + d], size = w->model->link[i].size + along;
+        for (int j = 0; j < c; j++)
+            for (int k = 0; k < c; k++)
+                u[k] += inertia[j * c + k] * s[j];
+        for (int k = 0; k < c; k++) {
+            along += s[k] * u[k];
+            size += s[k] * s[k] * inertia[k * (c + 1)];
+        }
+        if (!(along > KT_NO_INERTIA * size))
+            return false;
+        w->inverse[v + d] = 1.0 / along;
+        for (int k = 0; k < c; k++)
+            gain[k] = u[k] / along;
+        for (int j = 0; j < c; j++)
+            for (int k = 0; k < c; k++)
+                inertia[j * c + k] -= u[k] * gain[j];
+    }
+    return true;
+}
+
+/* ---- groups ------------------------------------------------------------------------------------------------------- */
+
+/* The map of a group whose energy has been reduced, or whose null space is in its work memory. */
+static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
+    const int m = of->m, rank = w->data->rank[g], dofs = m - rank;
+    double *at = w->map + w->mapped, *unit = of->multiplier;
+    kt_saddle_map map;
+    w->begin[g] = w->mapped;
+    w->mapped = (size_t)(kt_saddle_group_map_find(of, rank, at, &map) - w->map);
+    memset(unit, 0, (size_t)of->k * sizeof *unit);
+    for (int r = 0; r < of->k; r++) {
+        unit[r] = 1.0;
+        w->model->reduction->particular(of, rank, unit, map.close + r * m);
+        unit[r] = 0.0;
+        if (w->metric == KT_METRIC_MASS)
+            kt_group_weigh(of, map.close + r * m, map.pull + r * m);
+        else /* of which N' takes nothing */
+            memset(map.pull + r * m, 0, (size_t)m * sizeof *map.pull);
+    }
+    if (w->metric != KT_METRIC_MASS) {
+        memcpy(map.free, of->basis, (size_t)(m * dofs) * sizeof *map.free);
+        return;
+    }
+    for (int j = 0; j < dofs; j++) {
+        double *to = map.free + j * m;
+        for (int i = 0; i < m; i++) {
+            to[i] = of->basis[j * m + i];
+            for (int l = 0; l < j; l++)
+                to[i] -= of->reduced[l * dofs + j] * map.free[l * m + i];
+            to[i] /= of->reduced[j * (dofs + 1)];
+        }
+    }
+}
+
+static bool reduce_dense(kt_saddle *w, size_t g, double *parent) {
+    const kt_group *group = &w->model->group[g];
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
+    double more[KT_FRONT_SPACE * KT_FRONT_SPACE];
+    kt_articulated total, onto;
+    memset(&onto, 0, sizeof onto);
+    kt_group_assemble(w->model, w->data, group, &of, w->model->zero, &total);
+    kt_group_gear(w->model, group, &of);
+    if (!w->model->reduction->solve(&of, w->data->rank[g], group->parent ? KT_FRONT_SPACE : 0))
+        return false;
+    set_map(w, g, &of);
+    if (!group->parent)
+        return true;
+    kt_group_onto_parent(&of, &total, &onto);
+    read_spatial(&onto, more);
+    add_square(more, KT_FRONT_SPACE, parent);
+    return true;
+}
+
+static bool reduce_dense_planar(kt_saddle *w, size_t g, double *parent) {
+    const kt_group *group = &w->model->group[g];
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
+    const int32_t top = group->parent ? kt_planar_index_shift(w->model, group->parent) : 0;
+    double more[KT_PLANAR_WIDTH * KT_PLANAR_WIDTH];
+    kt_planar_inertia total, onto = {.j = 0.0};
+    kt_planar_group_assemble(w->model, w->data, group, &of, top, w->model->zero, &total);
+    kt_group_gear(w->model, group, &of);
+    if (!w->model->reduction->solve(&of, w->data->rank[g], top ? KT_PLANAR_WIDTH : 0))
+        return false;
+    set_map(w, g, &of);
+    if (!top)
+        return true;
+    kt_planar_group_onto_parent(&of, &total, &onto);
+    read_planar(&onto, more);
+    add_square(more, KT_PLANAR_WIDTH, parent);
+    return true;
+}
+
+static bool reduce_group(kt_saddle *w, size_t g, int c) {
+    const kt_group *group = &w->model->group[g];
+    double *parent = inertia_of(w, (size_t)group->parent);
+    for (int l = 0; l < group->link_count; l++)
+        hand_over(w, (size_t)w->model->group_link[group->link + l], c);
+    if (group->front.used)
+        return KT_KERNEL(kt_saddle_reduce_front)(w, g, parent);
+    return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
+}
+
+/* With the metric of the coordinates. */
+static void reduce_apart(kt_saddle *w, size_t g) {
+    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
+    if (w->model->group[g].front.used) {
+        (void)KT_KERNEL(kt_saddle_reduce_front)(w, g, NULL);
+        return;
+    }
+    w->model->reduction->basis(&of, w->data->rank[g]);
+    set_map(w, g, &of);
+}
+
+bool KT_KERNEL(kt_saddle_reduce)(kt_saddle *w) {
+    const kt_model *model = w->model;
+    w->mapped = 0;
+    for (size_t i = 1; i < model->n.link; i++)
+        set_rigid(w, i, kt_saddle_components(model, i));
+    if (w->metric != KT_METRIC_MASS) {
+        for (size_t i = 1; i < model->n.link; i++)
+            (void)set_axes(w, i, kt_saddle_components(model, i));
+        for (size_t g = 0; g < model->n.group; g++)
+            reduce_apart(w, g);
+        return true;
+    }
+    for (size_t i = model->n.link - 1; i > 0; i--) {
+        const kt_link *link = &model->link[i];
+        const int c = kt_saddle_components(model, i), dofs = set_axes(w, i, c);
+        if (link->group >= 0) { /* a group is eliminated at its first link */
+            if (model->group_link[model->group[link->group].link] == (int32_t)i &&
+                !reduce_group(w, (size_t)link->group, c))
+                return false;
+            continue;
+        }
+        if (!eliminate(w, i, c, dofs))
+            return false;
+        if (link->parent)
+            pass_on(w, i, c);
+    }
+    return true;
+}

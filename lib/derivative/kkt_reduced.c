@@ -1,0 +1,149 @@
+/* What reduced matrices are made of, after a factorisation with the metric of the coordinates: M x by inverse dynamics
+ * at rest and without gravity, from the tips to the ground
+ *     A = shifted A of the parent + S x,   P = I A + shifted P of the children,   M x = S.P + armature x
+ * and Z' x, where the columns of Z, orthonormal, are the parameters of fronts that nothing sees, step by step,
+ *     z = C_u' h,   h = C_t' h for the next step                        of the coordinates x in h
+ * or those of a group's null space, and at last one for each coordinate outside groups.
+ */
+#include "derivative/kkt_columns.h"
+
+#include <string.h>
+
+/* ---- M x ---------------------------------------------------------------------------------------------------------- */
+
+/* A of the link. */
+KT_INLINE void accelerate(const columns *k, size_t i, int c) {
+    const kt_link *link = &k->model->link[i];
+    strip *a = motion_of(k, i);
+    memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
+    shift(c, kt_saddle_offset(k->w, i, c), a);
+    for (int d = 0; d < kt_link_dofs(link); d++)
+        add(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
+}
+
+/* I A in its place. */
+KT_INLINE void load(const columns *k, size_t i, int c) {
+    const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
+    strip p[KT_FRONT_SPACE], *a = motion_of(k, i);
+    clear(p, c);
+    for (int j = 0; j < c; j++)
+        add(inertia + j * c, a[j], c, p);
+    memcpy(a, p, (size_t)c * sizeof *a);
+}
+
+/* M x of the link's coordinates, and P for the parent. */
+KT_INLINE void hand_down(const columns *k, size_t i, int c) {
+    const kt_link *link = &k->model->link[i];
+    strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    for (int d = 0; d < kt_link_dofs(link); d++)
+        k->x[link->v + d] = dot(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, p, c) +
+                            splat(k->model->armature[link->v + d]) * k->x[link->v + d];
+    if (!link->parent)
+        return;
+    shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+    for (int j = 0; j < c; j++)
+        up[j] += p[j];
+}
+
+static void accelerate_spatial(const columns *k, size_t i) { accelerate(k, i, KT_FRONT_SPACE); }
+static void accelerate_planar(const columns *k, size_t i) { accelerate(k, i, KT_FRONT_SPACE / 2); }
+static void load_spatial(const columns *k, size_t i) { load(k, i, KT_FRONT_SPACE); }
+static void load_planar(const columns *k, size_t i) { load(k, i, KT_FRONT_SPACE / 2); }
+static void hand_down_spatial(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE); }
+static void hand_down_planar(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE / 2); }
+
+static bool is_spatial(const columns *k, size_t i) { return kt_saddle_components(k->model, i) == KT_FRONT_SPACE; }
+
+static void weigh_strip(const columns *k) {
+    const size_t count = k->model->n.link;
+    clear(k->motion, KT_FRONT_SPACE); /* the ground */
+    for (size_t i = 1; i < count; i++)
+        (is_spatial(k, i) ? accelerate_spatial : accelerate_planar)(k, i);
+    for (size_t i = 1; i < count; i++)
+        (is_spatial(k, i) ? load_spatial : load_planar)(k, i);
+    for (size_t i = count - 1; i > 0; i--)
+        (is_spatial(k, i) ? hand_down_spatial : hand_down_planar)(k, i);
+}
+
+/* ---- Z' x --------------------------------------------------------------------------------------------------------- */
+
+/* The numbers of one group follow at `z`; returns their end. */
+static strip *restrict_front(const columns *k, size_t g, strip *z) {
+    front o;
+    int params = 0;
+    begin_front(k, g, 0, &o);
+    for (int s = 0; s < o.f.group->link_count; s++) {
+        go_to(k, &o, s);
+        const int n = o.count->params, kept = o.count->kept, u = o.count->left - kept;
+        for (int d = 0; d < n - params; d++)
+            k->pull[params + d] = k->x[k->model->link[o.step->link].v + d];
+        for (int i = 0; i < u; i++)
+            *z++ = dot(o.map.free + i * n, k->pull, n);
+        for (int c = 0; c < kept; c++)
+            k->z[c] = dot(o.map.back + c * n, k->pull, n);
+        memcpy(k->pull, k->z, (size_t)kept * sizeof *k->z);
+        params = kept;
+    }
+    return z;
+}
+
+static strip *restrict_dense(const columns *k, size_t g, strip *z) {
+    const kt_group *group = &k->model->group[g];
+    const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
+    const int rank = k->data->rank[g];
+    kt_saddle_map map;
+    (void)kt_saddle_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
+    for (int j = 0; j < of.m - rank; j++, z++) {
+        *z = splat(0.0);
+        for (int i = 0; i < of.m; i++)
+            *z += splat(map.free[j * of.m + i]) * k->x[k->model->group_v[group->v + i]];
+    }
+    return z;
+}
+
+/* In k->response. */
+static void restrict_strip(const columns *k) {
+    strip *z = k->response;
+    for (size_t g = 0; g < k->model->n.group; g++)
+        z = (k->model->group[g].front.used ? restrict_front : restrict_dense)(k, g, z);
+    for (size_t i = 1; i < k->model->n.link; i++)
+        for (int d = 0; d < kt_link_dofs(&k->model->link[i]) && k->model->link[i].group < 0; d++)
+            *z++ = k->x[k->model->link[i].v + d];
+}
+
+/* ---- columns ------------------------------------------------------------------------------------------------------ */
+
+static void gather(const columns *k, size_t n, int lanes, const double *x) {
+    clear(k->x, (int)n);
+    for (int lane = 0; lane < lanes; lane++)
+        for (size_t i = 0; i < n; i++)
+            k->x[i][lane] = x[(size_t)lane * n + i];
+}
+
+static void scatter(const strip *from, size_t n, int lanes, double *x) {
+    for (int lane = 0; lane < lanes; lane++)
+        for (size_t i = 0; i < n; i++)
+            x[(size_t)lane * n + i] = from[i][lane];
+}
+
+void KT_KERNEL(kt_saddle_weigh)(const kt_saddle *w, size_t count, double *x) {
+    const columns k = columns_of(w);
+    const size_t n = w->model->n.v;
+    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
+        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+        gather(&k, n, lanes, x + from * n);
+        weigh_strip(&k);
+        scatter(k.x, n, lanes, x + from * n);
+    }
+}
+
+void KT_KERNEL(kt_saddle_restrict)(const kt_saddle *w, size_t dofs, size_t count, const double *x, double *z) {
+    const columns k = columns_of(w);
+    const size_t n = w->model->n.v;
+    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
+        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+        gather(&k, n, lanes, x + from * n);
+        restrict_strip(&k);
+        scatter(k.response, dofs, lanes, z + from * dofs);
+    }
+}

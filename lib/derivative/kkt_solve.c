@@ -1,0 +1,371 @@
+/* Right-hand sides of kkt.h, a strip of columns at a time: wrenches from the tips to the ground, accelerations
+ * back. */
+#include "derivative/kkt_columns.h"
+
+#include <string.h>
+
+/* ---- a group by fronts, to the ground ----------------------------------------------------------------------------- */
+
+/* The known part of the link's acceleration, and slots of relations. */
+static void enter(const columns *k, front *o) {
+    const int c = o->components;
+    strip *own = constant_of(k, o, o->s), x[KT_FRONT_SPACE];
+    clear(x, c);
+    if (o->step->up >= 0) {
+        memcpy(x, constant_of(k, o, o->step->up), (size_t)c * sizeof *x);
+        shift(c, kt_front_offset(&o->f, o->step->link), x);
+    }
+    memcpy(own, x, (size_t)c * sizeof *own);
+    kt_front_enter(&o->f, o->s);
+    for (int i = o->step->term; i < o->step->term + o->step->term_count; i++) {
+        const int32_t slot = o->f.group->link_count + k->model->front_term[i].slot;
+        if (!k->model->front_term[i].first)
+            continue;
+        *constant_of(k, o, slot) = splat(0.0);
+        kt_front_enter(&o->f, slot);
+    }
+}
+
+/* The joint force, and the wrench I t + P on the link, in g. */
+KT_INLINE void pull_link(const columns *k, const front *o, int params) {
+    const size_t i = (size_t)o->step->link;
+    const int c = o->components, n = o->count->params;
+    const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
+    const double *motion = o->f.w.front + o->step->at;
+    const strip *t = constant_of(k, o, o->s);
+    strip wrench[KT_FRONT_SPACE], *pull = k->pull + o->base;
+    memcpy(wrench, motion_of(k, i), (size_t)c * sizeof *wrench);
+    for (int j = 0; j < c; j++)
+        add(inertia + j * c, t[j], c, wrench);
+    for (int d = 0; d < n - params; d++)
+        pull[params + d] = k->x[k->model->link[i].v + d];
+    if (k->w->metric != KT_METRIC_MASS)
+        return;
+    for (int j = 0; j < c; j++)
+        for (int p = 0; p < n; p++)
+            pull[p] -= splat(motion[j * n + p]) * wrench[j];
+    if (!o->base)
+        return;
+    shift_wrench(c, k->data->front_motion[o->f.group->v + k->model->link[i].local].point, wrench);
+    for (int j = 0; j < c; j++)
+        k->pull[j] -= wrench[j];
+}
+
+/* The part of an equation that is known. */
+static strip known_of(const columns *k, const front *o, const kt_loop_record *loop, int32_t index, int32_t slot) {
+    strip sum = splat(0.0);
+    if (loop->term_count)
+        return *constant_of(k, o, kt_front_relation_of(&o->f, o->step, index));
+    for (int end = 0; end < 2; end++) {
+        const int32_t at = kt_front_step_of(&o->f, loop->link[end]);
+        if (at >= 0)
+            sum += dot(kt_front_wrench(&o->f, slot, end), constant_of(k, o, at), o->components);
+    }
+    return sum;
+}
+
+/* e, in k->z. */
+static void find_right(const columns *k, const front *o) {
+    const int rank = o->count->rank;
+    const int32_t *pivot = o->f.w.pivot + o->count->first;
+    const strip *b = k->b + o->f.group->row;
+    for (int d = 0; d < o->count->waiting; d++)
+        for (int j = 0; j < rank; j++)
+            if (pivot[j] == o->count->wait[d])
+                k->z[j] = b[pivot[j]] - *constant_of(k, o, kt_front_pending(&o->f, d));
+    for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
+        const int32_t index = k->model->front_loop[i];
+        const kt_loop_record *loop = &k->model->loop[index];
+        const int32_t *slot = kt_front_slots(&o->f, loop);
+        for (int r = 0; r < loop->row_count; r++)
+            for (int j = 0; j < rank && slot[r] >= 0; j++)
+                if (pivot[j] == slot[r])
+                    k->z[j] = b[slot[r]] - known_of(k, o, loop, index, slot[r]);
+    }
+}
+
+/* The known parts of equations that the step passes on. */
+static void pass_constants(const columns *k, front *o) {
+    const kt_front_count *count = o->count;
+    strip constant[KT_FRONT_PENDING];
+    clear(constant, KT_FRONT_PENDING);
+    for (int d = 0; d < count->passed; d++) {
+        for (int e = 0; e < count->waiting; e++)
+            if (count->wait[e] == count->pass[d])
+                constant[d] = *constant_of(k, o, kt_front_pending(&o->f, e));
+        for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
+            const int32_t index = k->model->front_loop[i];
+            const kt_loop_record *loop = &k->model->loop[index];
+            const int32_t *slot = kt_front_slots(&o->f, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] == count->pass[d])
+                    constant[d] = known_of(k, o, loop, index, slot[r]);
+        }
+    }
+    for (int d = 0; d < count->waiting; d++)
+        kt_front_release(&o->f, kt_front_pending(&o->f, d));
+    for (int d = 0; d < count->passed; d++) {
+        *constant_of(k, o, kt_front_pending(&o->f, d)) = constant[d];
+        kt_front_enter(&o->f, kt_front_pending(&o->f, d));
+    }
+}
+
+static void leave(const columns *k, front *o) {
+    for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++)
+        if (k->model->loop[k->model->front_loop[i]].term_count)
+            kt_front_release(&o->f, kt_front_relation_of(&o->f, o->step, k->model->front_loop[i]));
+    for (int i = o->step->leave; i < o->step->leave + o->step->leave_count; i++)
+        kt_front_release(&o->f, k->model->front_leave[i]);
+}
+
+/* h = g - H W e,   p0 = W e,   t += T W e */
+KT_INLINE void impose(const columns *k, front *o) {
+    const int n = o->count->params, rank = o->count->rank, all = o->base + n;
+    const double *reach = o->map.reach;
+    for (int j = 0; j < rank; j++) {
+        add(o->map.pull + j * all, -k->z[j], all, k->pull);
+        add(o->map.close + j * n, k->z[j], n, o->found);
+    }
+    for (int32_t l = 0; l < o->f.live_count; l++) {
+        strip *t = constant_of(k, o, o->f.live[l]);
+        for (int c = 0; c < kt_front_vector_count(&o->f, o->f.live[l]); c++, reach += rank)
+            t[c] += dot(reach, k->z, rank);
+    }
+}
+
+/* p0 += N N' h,   g = (G' h, h_A - G_A' h) */
+KT_INLINE void minimise(const columns *k, front *o) {
+    const int n = o->count->params, kept = o->count->kept, u = o->count->left - kept;
+    strip *h = k->pull + o->base;
+    for (int i = 0; i < u; i++)
+        add(o->map.free + i * n, dot(o->map.free + i * n, h, n), n, o->found);
+    for (int c = 0; c < o->base; c++)
+        k->pull[c] += dot(o->map.back + c * n, h, n);
+    for (int c = 0; c < kept; c++)
+        k->z[c] = dot(o->map.back + (o->base + c) * n, h, n);
+    memcpy(h, k->z, (size_t)kept * sizeof *h);
+}
+
+KT_INLINE void descend(const columns *k, size_t g, int c) {
+    front o;
+    int params = 0;
+    begin_front(k, g, c, &o);
+    clear(k->pull, o.base);
+    for (int s = 0; s < o.f.group->link_count; s++) {
+        go_to(k, &o, s);
+        enter(k, &o);
+        pull_link(k, &o, params);
+        clear(o.found, o.count->params);
+        if (o.count->rank)
+            find_right(k, &o);
+        if (o.count->waiting || o.count->passed)
+            pass_constants(k, &o);
+        leave(k, &o);
+        if (o.count->rank)
+            impose(k, &o);
+        minimise(k, &o);
+        params = o.count->kept;
+    }
+    for (int j = 0; j < o.base; j++)
+        motion_of(k, (size_t)o.f.group->parent)[j] -= k->pull[j];
+}
+
+/* ---- and back ----------------------------------------------------------------------------------------------------- */
+
+KT_INLINE void ascend(const columns *k, size_t g, int c) {
+    front o;
+    begin_front(k, g, c, &o);
+    memcpy(k->z, motion_of(k, (size_t)o.f.group->parent), (size_t)o.base * sizeof *k->z);
+    for (int s = o.f.group->link_count - 1; s >= 0; s--) {
+        go_to(k, &o, s);
+        const kt_link *link = &k->model->link[o.step->link];
+        const int dofs = kt_link_dofs(link), n = o.count->params;
+        for (int i = 0; i < o.base + o.count->kept; i++) /* p = p0 + G p_t - G_A A */
+            add(o.map.back + i * n, k->z[i], n, o.found);
+        memcpy(k->z + o.base, o.found, (size_t)(n - dofs) * sizeof *k->z);
+        memcpy(k->x + link->v, o.found + n - dofs, (size_t)dofs * sizeof *k->x);
+    }
+}
+
+/* ---- a group by dense matrices ------------------------------------------------------------------------------------ */
+
+/* f - F P in k->x, and P of the group on its parent. */
+KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
+    for (int l = group->link_count - 1; l >= 0; l--) {
+        const size_t i = (size_t)k->model->group_link[group->link + l];
+        const kt_link *link = &k->model->link[i];
+        strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+        for (int d = 0; d < kt_link_dofs(link); d++)
+            k->x[link->v + d] -= dot(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, p, c);
+        if (link->parent == 0)
+            continue;
+        shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+        for (int j = 0; j < c; j++)
+            up[j] += p[j];
+    }
+}
+
+KT_INLINE void descend_dense(const columns *k, size_t g, int c) {
+    const kt_group *group = &k->model->group[g];
+    const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
+    const int m = of.m, rank = k->data->rank[g];
+    const int32_t *v = k->model->group_v + group->v;
+    const strip *b = k->b + group->row;
+    strip *h = k->force, *y = k->response;
+    kt_saddle_map map;
+    (void)kt_saddle_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
+    if (k->w->metric == KT_METRIC_MASS)
+        sum_forces(k, group, c);
+    clear(y, m);
+    for (int i = 0; i < m; i++)
+        h[i] = k->x[v[i]];
+    for (int r = 0; r < of.k; r++) {
+        add(map.pull + r * m, -b[r], m, h);
+        add(map.close + r * m, b[r], m, y);
+    }
+    for (int j = 0; j < m - rank; j++)
+        add(map.free + j * m, dot(map.free + j * m, h, m), m, y);
+    for (int i = 0; i < m; i++) {
+        k->x[v[i]] = y[i];
+        if (base_of(k, g, c))
+            add(of.coupling + c * i, y[i], c, motion_of(k, (size_t)group->parent));
+    }
+}
+
+KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
+    const kt_group *group = &k->model->group[g];
+    const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
+    const strip *a = motion_of(k, (size_t)group->parent);
+    for (int i = 0; i < of.m && group->parent; i++)
+        for (int j = 0; j < c; j++)
+            k->x[k->model->group_v[group->v + i]] -= splat(of.gain[j * of.m + i]) * a[j];
+}
+
+/* ---- all links ---------------------------------------------------------------------------------------------------- */
+
+KT_INLINE void eliminate(const columns *k, size_t i, int c) {
+    const kt_link *link = &k->model->link[i];
+    strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    for (int d = kt_link_dofs(link) - 1; d >= 0; d--) {
+        const size_t v = (size_t)link->v + (size_t)d;
+        const strip force = k->x[v] - dot(k->w->axis + KT_FRONT_SPACE * v, p, c);
+        k->x[v] = force * splat(k->w->inverse[v]);
+        add(k->w->gain + KT_FRONT_SPACE * v, force, c, p);
+    }
+    if (!link->parent)
+        return;
+    shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+    for (int j = 0; j < c; j++)
+        up[j] += p[j];
+}
+
+KT_INLINE void respond(const columns *k, size_t i, int c) {
+    const kt_link *link = &k->model->link[i];
+    strip *a = motion_of(k, i);
+    memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
+    shift(c, kt_saddle_offset(k->w, i, c), a);
+    for (int d = 0; d < kt_link_dofs(link); d++) {
+        const size_t v = (size_t)link->v + (size_t)d;
+        if (link->group < 0)
+            k->x[v] -= dot(k->w->gain + KT_FRONT_SPACE * v, a, c);
+        add(k->w->axis + KT_FRONT_SPACE * v, k->x[v], c, a);
+    }
+}
+
+KT_INLINE bool is_first(const kt_model *model, size_t i) {
+    const int32_t g = model->link[i].group;
+    return g >= 0 && model->group_link[model->group[g].link] == (int32_t)i;
+}
+
+KT_INLINE void go_down(const columns *k, size_t i, int c) {
+    const int32_t g = k->model->link[i].group;
+    if (g < 0)
+        eliminate(k, i, c);
+    else if (is_first(k->model, i) && k->model->group[g].front.used)
+        descend(k, (size_t)g, c);
+    else if (is_first(k->model, i))
+        descend_dense(k, (size_t)g, c);
+}
+
+KT_INLINE void go_up(const columns *k, size_t i, int c) {
+    const int32_t g = k->model->link[i].group;
+    if (is_first(k->model, i) && k->model->group[g].front.used)
+        ascend(k, (size_t)g, c);
+    else if (is_first(k->model, i))
+        ascend_dense(k, (size_t)g, c);
+    respond(k, i, c);
+}
+
+static void go_down_spatial(const columns *k, size_t i) { go_down(k, i, KT_FRONT_SPACE); }
+static void go_down_planar(const columns *k, size_t i) { go_down(k, i, KT_FRONT_SPACE / 2); }
+static void go_up_spatial(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE); }
+static void go_up_planar(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE / 2); }
+
+/* With the metric of the coordinates: groups are apart, and outside them x = f. */
+KT_INLINE void solve_group(const columns *k, size_t g, int c) {
+    if (k->model->group[g].front.used) {
+        descend(k, g, c);
+        ascend(k, g, c);
+    } else {
+        descend_dense(k, g, c);
+    }
+}
+
+static void solve_group_spatial(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE); }
+static void solve_group_planar(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE / 2); }
+
+static void solve_apart(const columns *k) {
+    for (size_t g = 0; g < k->model->n.group; g++) {
+        const size_t first = (size_t)k->model->group_link[k->model->group[g].link];
+        const bool spatial = kt_saddle_components(k->model, first) == KT_FRONT_SPACE;
+        (spatial ? solve_group_spatial : solve_group_planar)(k, g);
+    }
+}
+
+static void solve_strip(const columns *k) {
+    const size_t count = k->model->n.link;
+    if (k->w->metric != KT_METRIC_MASS) {
+        solve_apart(k);
+        return;
+    }
+    clear(k->motion, (int)(KT_FRONT_SPACE * count));
+    for (size_t i = count - 1; i > 0; i--)
+        (kt_saddle_components(k->model, i) == KT_FRONT_SPACE ? go_down_spatial : go_down_planar)(k, i);
+    for (size_t i = 1; i < count; i++)
+        (kt_saddle_components(k->model, i) == KT_FRONT_SPACE ? go_up_spatial : go_up_planar)(k, i);
+}
+
+/* b of one column, by groups and slots. */
+static void load_equations(const columns *k, const double *b, int lane) {
+    const kt_model *model = k->model;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            const int32_t *slot = kt_rows_slots(model, group, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] >= 0)
+                    k->b[group->row + slot[r]][lane] = b[loop->equation + r];
+        }
+    }
+}
+
+void KT_KERNEL(kt_saddle_solve)(const kt_saddle *w, size_t count, double *f, const double *b) {
+    const columns k = columns_of(w);
+    const size_t n = w->model->n.v, p = w->model->n.row;
+    clear(k.b, (int)p);
+    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
+        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+        clear(k.x, (int)n);
+        for (int lane = 0; lane < lanes; lane++) {
+            for (size_t i = 0; i < n; i++)
+                k.x[i][lane] = f[(from + (size_t)lane) * n + i];
+            if (b)
+                load_equations(&k, b + (from + (size_t)lane) * p, lane);
+        }
+        solve_strip(&k);
+        for (int lane = 0; lane < lanes; lane++)
+            for (size_t i = 0; i < n; i++)
+                f[(from + (size_t)lane) * n + i] = k.x[i][lane];
+    }
+}

@@ -1,0 +1,342 @@
+/* The linearised equations of motion of whole mechanisms: mass, stiffness and damping matrices.
+ *
+ * With everything on one side the equations are
+ *     r(q, v, a) = tau_tree(q, v, a) - tau - f(q, v) = 0       tau_tree: inverse dynamics with external wrenches
+ *     f = forces of effects + A' lambda
+ *     A a = b''
+ * At the a and lambda of the motion, for x any q_j or v_j,
+ *     M da - A' dlambda = -D,   D = d(tau_tree)/dx - df/dx     at fixed a and lambda
+ *     A da = E,                 E = d(b'' - A a)/dx            at fixed a
+ * Without loops D_q = -M a_q is the stiffness matrix and D_v = -M a_v the damping matrix. With A' P = [Q1 Q2] [R1; 0],
+ * as for the accelerations themselves [MSD 7.33, 7.34],
+ *     da = Q1 y + Z z,   Z = Q2
+ *     R1' y = E                                                of the independent equations
+ *     (Z' M Z) z = -Z' (D + M Q1 y)
+ * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
+ *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
+ * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E,
+ * the least solution of A w = E: all three along the tree, in O(bodies) a column (kkt.h). M and d(tau_tree)/dx are
+ * analytic, and the terms of the loops and of the library's effects are exact (support.h). Only the forces of a
+ * caller's own effects are differentiated numerically, by central differences of order eight with the step h = KT_STEP:
+ * the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some eps / h of the forces.
+ */
+#include "derivative/stiffness.h"
+
+#include "constraint/gradient.h"
+#include "derivative/kkt.h"
+#include "dynamics/dynamics.h"
+#include "kinetree/joint.h"
+#include "reduction/maggi_kane.h"
+
+#include <string.h>
+
+#define KT_STEP 0.002 /* rad or m, and of their rates */
+
+KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t l,
+                size_t m, size_t k)
+
+/* From this number of coordinates on, dense factors take longer than fronts or groups that each have few of them (rows
+ * of windows, ropes). */
+enum { FEW = 28 };
+
+bool kt_linearized_is_dense(const kt_model *model) {
+    if (!KT_HAS_LOOPS || !model->n.row)
+        return false;
+    if (!model->n.group || !model->reduction->fronts || model->structure == KT_STRUCTURE_DENSE)
+        return true;
+    bool dense = model->n.v < FEW;
+    for (size_t g = 0; g < model->n.group; g++)
+        dense = dense || (!model->group[g].front.used && 2 * (size_t)model->group[g].v_count > model->n.v);
+    return dense && model->structure != KT_STRUCTURE_FRONTS;
+}
+
+size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense) {
+    const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
+    if (memory)
+        *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p, .dense = dense && p > 0};
+    const size_t bytes = place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);
+    if (KT_HAS_LOOPS && memory && w->dense)
+        (void)kt_jacobian_qr_init(&w->qr, w->factors, n, p);
+    return bytes;
+}
+
+static bool has_own_effects(const kt_model *model) {
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_CUSTOM)
+            return true;
+    return false;
+}
+
+/* ---- numerical differences --------------------------------------------------------------------------------------- */
+
+/* Computes f (n): the joint forces of all effects, or if `own` of a caller's own alone, including J' times their
+ * wrenches. */
+static kt_status sum_effects(kt_linearized *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
+    const double *tau = NULL;
+    const kt_wrench *external = NULL;
+    memset(f, 0, w->n * sizeof *f);
+    if (!w->model->n.effect)
+        return KT_OK;
+    kt_status status = own ? kt_effects_apply_own(w->model, w->data, w->t, q, v, &tau, &external, error)
+                           : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
+    for (size_t i = 0; i < w->n && tau; i++)
+        f[i] += tau[i];
+    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
+        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
+        for (size_t i = 0; i < w->n && status == KT_OK; i++)
+            f[i] -= with ? w->weight[i] : -w->weight[i];
+    }
+    return status;
+}
+
+/* Subtracts df from column j of D. */
+static kt_status difference(kt_linearized *w, const double *q, const double *v, size_t j, bool rate, double *d,
+                            kt_error *error) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const size_t n = w->n;
+    memset(w->change, 0, n * sizeof *w->change);
+    for (int k = -4; k <= 4; k++) {
+        if (k == 0)
+            continue;
+        const double c = (k < 0 ? -weight[-k - 1] : weight[k - 1]) / KT_STEP;
+        memset(w->v, 0, n * sizeof *w->v);
+        w->v[j] = rate ? 0.0 : k * KT_STEP;
+        kt_position_add(w->model, q, w->v, w->q);
+        memcpy(w->v, v, n * sizeof *w->v);
+        w->v[j] += rate ? k * KT_STEP : 0.0;
+        const kt_status status = sum_effects(w, w->q, w->v, true, w->force, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t i = 0; i < n; i++)
+            w->change[i] += c * w->force[i];
+    }
+    for (size_t i = 0; i < n; i++)
+        d[j * n + i] -= w->change[i];
+    return KT_OK;
+}
+
+/* ---- the linear equations ---------------------------------------------------------------------------------------- */
+
+/* half = Q' M Z */
+static void reduce(kt_linearized *w) {
+    const size_t n = w->n, r = (size_t)w->qr.rank;
+    for (size_t c = 0; c < n - r; c++) {
+        kt_dense_apply(w->mass, (int)n, (int)n, w->qr.basis + (r + c) * n, w->product);
+        for (size_t i = 0; i < n; i++)
+            w->half[c * n + i] = kt_dense_dot(w->qr.basis + i * n, w->product, (int)n);
+    }
+}
+
+/* ---- all terms ----------------------------------------------------------------------------------------------------- */
+
+/* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
+static kt_status refuse_singular(const kt_linearized *w, const double *q, const double *v, kt_error *error) {
+    if (!KT_HAS_LOOPS || !w->model->n.group)
+        return KT_OK;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    kt_violation violation;
+    (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
+           kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
+    return kt_loops_refuse_singular(w->model, w->data, error);
+}
+
+/* The tree's part of M and D, at the accelerations of the motion. */
+static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, const kt_wrench *external,
+                           kt_error *error) {
+    const kt_status status =
+        kt_inverse_derivatives_fill(w->model, w->data, w->tree, q, v, w->a, external, &w->terms, error);
+    w->mass = (double *)w->terms.dtau;
+    w->d_q = (double *)w->terms.dq;
+    w->d_v = (double *)w->terms.dv;
+    return status;
+}
+
+/* The part of D of a caller's own effects. */
+static kt_status fill_own_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
+    kt_status status = KT_OK;
+    for (size_t j = 0; j < w->n && status == KT_OK && has_own_effects(w->model); j++) {
+        status = difference(w, q, v, j, false, w->d_q, error);
+        if (status == KT_OK)
+            status = difference(w, q, v, j, true, w->d_v, error);
+    }
+    return status;
+}
+
+/* A, its factors, lambda, the loops' part of D, and E. */
+static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, const double *tau,
+                            const kt_wrench *external, kt_error *error) {
+    kt_status status = sum_effects(w, q, v, false, w->force, error);
+    if (status == KT_OK && w->dense)
+        status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
+    if (status == KT_OK && w->dense)
+        status = kt_jacobian_qr_factor(&w->qr, w->model, KT_ROWS_ALL, w->jacobian, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, external, w->change, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < w->n; i++)
+        w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
+    if (w->dense)
+        kt_jacobian_qr_multipliers(&w->qr, w->change, w->lambda);
+    else
+        status = kt_loops_share(w->model, w->data, w->change, w->lambda, error);
+    if (status != KT_OK)
+        return status;
+    const kt_dual_motion at = {
+        .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
+    kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
+    if (w->dense)
+        reduce(w);
+    return KT_OK;
+}
+
+kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
+                             const kt_wrench *external, const double *a, kt_error *error) {
+    kt_status status = KT_OK;
+    if (a)
+        memcpy(w->a, a, w->n * sizeof *w->a);
+    else
+        status = kt_acceleration_evaluate(w->model, w->data, w->t, q, v, tau, external, w->a, error);
+    if (status == KT_OK)
+        status = refuse_singular(w, q, v, error);
+    if (status == KT_OK)
+        status = fill_tree(w, q, v, external, error);
+    if (status == KT_OK) /* first: what follows leaves other motions in data */
+        kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v);
+    if (status == KT_OK && KT_HAS_LOOPS && w->p)
+        status = fill_loops(w, q, v, tau, external, error);
+    return status == KT_OK ? fill_own_effects(w, q, v, error) : status;
+}
+
+kt_status kt_linearized_overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "they overflow: look for a position, velocity, force or torque that is huge");
+}
+
+/* ---- the public function ----------------------------------------------------------------------------------------- */
+
+static bool is_along_tree(const kt_model *model) {
+    return KT_HAS_LOOPS && model->n.row && !kt_linearized_is_dense(model);
+}
+
+size_t kt_stiffness_work_size(const kt_model *model) {
+    const bool by_tree = is_along_tree(model);
+    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
+           (KT_HAS_LOOPS && by_tree ? kt_saddle_init(NULL, NULL, model, NULL) : 0);
+}
+
+static bool is_finite(const kt_linearized *w) {
+    const size_t square = w->n * w->n;
+    return kt_all_finite(w->mass, square) && kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square) &&
+           kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p);
+}
+
+/* out = Z' D + (Z' M Q1) R1^-T E, f x n */
+static void write_reduced(kt_linearized *w, const double *d, const double *e, double *out) {
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
+    double *y = w->change;
+    for (size_t c = 0; c < n; c++) {
+        kt_jacobian_qr_solve_lower(&w->qr, e + c * w->p, y);
+        for (size_t i = 0; i < f; i++) {
+            double sum = kt_dense_dot(w->qr.basis + (r + i) * n, d + c * n, (int)n);
+            for (size_t k = 0; k < r; k++)
+                sum += w->half[i * n + k] * y[k];
+            out[c * f + i] = sum;
+        }
+    }
+}
+
+static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
+    if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
+        return;
+    memcpy(basis, w->qr.basis + r * n, n * f * sizeof *basis);
+    for (size_t c = 0; c < f; c++)
+        memcpy(mass + c * f, w->half + c * n + r, f * sizeof *mass);
+    write_reduced(w, w->d_q, w->e_q, stiffness);
+    write_reduced(w, w->d_v, w->e_v, damping);
+}
+
+/* D + M w in place of D; `e` is E, `x` as much memory as D. */
+static void add_across(const kt_saddle *along, size_t n, const double *e, double *x, double *d) {
+    memset(x, 0, n * n * sizeof *x);
+    kt_saddle_solve(along, n, x, e);
+    kt_saddle_weigh(along, n, x);
+    for (size_t i = 0; i < n * n; i++)
+        d[i] += x[i];
+}
+
+/* Z from Z' 1, n x f, and Z' M Z; x: n x n numbers. */
+static void write_basis(const kt_saddle *along, size_t n, size_t f, double *x, double *basis, double *mass) {
+    memset(x, 0, n * n * sizeof *x);
+    for (size_t i = 0; i < n; i++)
+        x[i * (n + 1)] = 1.0;
+    kt_saddle_restrict(along, n, x, x);
+    for (size_t j = 0; j < f; j++)
+        for (size_t i = 0; i < n; i++)
+            basis[j * n + i] = x[i * f + j];
+    memcpy(x, basis, n * f * sizeof *x);
+    kt_saddle_weigh(along, f, x);
+    kt_saddle_restrict(along, f, x, mass);
+}
+
+/* All of it along the tree. */
+static kt_status write_along(kt_linearized *w, void *memory, const double *q, double *basis, double *mass,
+                             double *stiffness, double *damping, kt_error *error) {
+    const size_t n = w->n;
+    double *x = w->mass; /* M is not needed: it is applied along the tree, too */
+    kt_saddle along;
+    (void)kt_saddle_init(&along, memory, w->model, w->data);
+    const kt_status status = kt_saddle_factor(&along, KT_ROWS_ALL, KT_METRIC_IDENTITY, w->t, q, error);
+    if (status != KT_OK)
+        return status;
+    const size_t f = kt_saddle_dofs(&along);
+    if (f != (size_t)kt_model_mobility(w->model).minimal)
+        return kt_jacobian_singular(error);
+    if (f == 0)
+        return KT_OK;
+    add_across(&along, n, w->e_q, x, w->d_q);
+    add_across(&along, n, w->e_v, x, w->d_v);
+    if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
+        return kt_linearized_overflow(error);
+    write_basis(&along, n, f, x, basis, mass);
+    kt_saddle_restrict(&along, n, w->d_q, stiffness);
+    kt_saddle_restrict(&along, n, w->d_v, damping);
+    return KT_OK;
+}
+
+static void write_tree(const kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
+    const size_t n = w->n, bytes = n * n * sizeof *mass;
+    if (basis)
+        memset(basis, 0, bytes);
+    for (size_t i = 0; i < n && basis; i++)
+        basis[i * (n + 1)] = 1.0;
+    memcpy(mass, w->mass, bytes);
+    memcpy(stiffness, w->d_q, bytes);
+    memcpy(damping, w->d_v, bytes);
+}
+
+kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                const double *a, double *basis, double *mass, double *stiffness, double *damping,
+                                kt_error *error) {
+    kt_linearized w;
+    kt_status status =
+        kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
+    if (status != KT_OK)
+        return status;
+    const bool by_tree = is_along_tree(model);
+    const size_t used = kt_linearized_init(&w, memory, model, data, t, !by_tree);
+    status = kt_linearized_fill(&w, q, v, tau, external, a, error);
+    if (status != KT_OK)
+        return status;
+    if (!is_finite(&w))
+        return kt_linearized_overflow(error);
+    if (KT_HAS_LOOPS && by_tree)
+        return write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, error);
+    if (KT_HAS_LOOPS && w.p)
+        write_closed(&w, basis, mass, stiffness, damping);
+    else
+        write_tree(&w, basis, mass, stiffness, damping);
+    return KT_OK;
+}

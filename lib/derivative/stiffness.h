@@ -1,0 +1,69 @@
+/* The linearised equations of motion of a whole mechanism, before anything is solved (stiffness.c): what
+ * kt_stiffness_evaluate reduces, and what kt_acceleration_derivatives solves. */
+#ifndef KT_DERIVATIVE_STIFFNESS_H
+#define KT_DERIVATIVE_STIFFNESS_H
+
+#include "base/arena.h"
+#include "constraint/dual_rows.h"
+#include "derivative/effect_derivatives.h"
+#include "derivative/jacobian_qr.h"
+#include "dynamics/derivative.h"
+#include "kinetree/dynamics.h"
+#include "mechanism/evaluate.h"
+
+/* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. With dense factors
+ * of the loops' equations m and k are n and p, otherwise 0; l is n if there are loops. */
+#define KT_STIFFNESS_FIELDS(X)                                                                                         \
+    X(double, tree, kt_derivative_work_size(model) / sizeof(double), "of the derivatives of the tree")                 \
+    X(double, q, model->n.q, "positions")                                                                              \
+    X(double, v, n, "velocities")                                                                                      \
+    X(double, a, n, "accelerations")                                                                                   \
+    X(double, lambda, p, "multipliers")                                                                                \
+    X(double, force, n, "joint forces of the effects")                                                                 \
+    X(double, weight, n, "joint forces of external wrenches")                                                          \
+    X(double, change, n, "differences, and a right-hand side")                                                         \
+    X(double, jacobian, m *k, "A, p x n")                                                                              \
+    X(char, factors, KT_HAS_LOOPS &&m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                          \
+    X(double, product, m, "a column of M Z")                                                                           \
+    X(double, half, m *m, "Q' M Z, n x f")                                                                             \
+    X(kt_effect_dof, path, n, "of an effect")                                                                          \
+    X(kt_support_dof, dof, l, "of a loop")                                                                             \
+    X(int32_t, chain, l ? model->n.link : 0, "of a loop")                                                              \
+    X(double, e_q, n *p, "E by positions, p x n")                                                                      \
+    X(double, e_v, n *p, "E by velocities")
+
+typedef struct kt_linearized {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    size_t n, p;
+    bool dense;               /* with loops: Q, R and Q' M Z are wanted */
+    kt_jacobian_qr qr;        /* of A, in `factors` */
+    kt_derivative_work terms; /* of the tree, in `tree` */
+    double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
+    KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
+} kt_linearized;
+
+/* Whether loops are so few that dense factors of their equations take less time than those along the tree
+ * (kkt.h). */
+bool kt_linearized_is_dense(const kt_model *model);
+
+/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z
+ * are wanted. */
+size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense);
+
+/* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the
+ * motion are evaluated. */
+KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
+                                        const kt_wrench *external, const double *a, kt_error *error);
+
+/* kt_acceleration_derivatives at known accelerations a of the motion, or NULL. */
+KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,
+                                                    size_t memory_size, double t, const double *q, const double *v,
+                                                    const double *tau, const kt_wrench *external, const double *a,
+                                                    double *da_dq, double *da_dv, double *da_dtau, kt_error *error);
+
+/* The error that derivatives overflow. */
+kt_status kt_linearized_overflow(kt_error *error);
+
+#endif

@@ -1,0 +1,65 @@
+/* The vectors of a front, four lanes at a time. They are as long as there are parameters, ten or so: sums one after the
+ * other would wait for each addition, and loops of any length would be mostly remainders. So lengths are rounded up to
+ * whole lanes; what stands behind the last entry of a vector is finite, and that of a reflector's is zero.
+ */
+#ifndef KT_LINEAR_LANES_H
+#define KT_LINEAR_LANES_H
+
+#include "algebra/lane.h"
+#include "model/front.h"
+
+#include <math.h>
+
+KT_INLINE kt_v4 kt_front_load(const double *x) {
+    kt_v4 v;
+    memcpy(&v, x, sizeof v);
+    return v;
+}
+KT_INLINE void kt_front_store(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
+
+/* a . b over n numbers, rounded up */
+KT_INLINE double kt_front_dot(const double *a, const double *b, int n) {
+    kt_v4 sum = kt_front_load(a) * kt_front_load(b);
+    for (int i = KT_FRONT_LANES; i < n; i += KT_FRONT_LANES)
+        sum += kt_front_load(a + i) * kt_front_load(b + i);
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+/* y += a x */
+KT_INLINE void kt_front_add(double a, const double *x, int n, double *y) {
+    for (int i = 0; i < n; i += KT_FRONT_LANES)
+        kt_front_store(y + i, kt_front_load(y + i) + kt_v4_splat(a) * kt_front_load(x + i));
+}
+
+/* A reflector 1 - t u u', all entries of which are stored. */
+KT_INLINE void kt_front_reflect(const double *u, double t, int n, double *x) {
+    kt_front_add(-t * kt_front_dot(u, x, n), u, n, x);
+}
+
+/* Writes the reflector of an equation, as qr.h stores it: zeros, a one at `head`, and its tail up to n. */
+KT_INLINE void kt_front_unfold(const double *row, int head, int n, double *u) {
+    const int all = kt_front_padded(n);
+    for (int i = 0; i < head; i++)
+        u[i] = 0.0;
+    u[head] = 1.0;
+    for (int i = head + 1; i < n; i++)
+        u[i] = row[i];
+    for (int i = n; i < all; i++)
+        u[i] = 0.0;
+}
+
+/* Turns x, of n entries from `from` on, zeros behind them, into the reflector that maps it onto its entry `head`, which
+ * becomes *to. Returns t, or 0 where x is zero or its squares underflow. */
+KT_INLINE double kt_front_fold(double *x, int head, int n, double *to) {
+    const double squares = kt_front_dot(x, x, n);
+    if (!(squares > 0.0))
+        return 0.0;
+    const double length = sqrt(squares), r = x[head] > 0.0 ? -length : length, by = x[head] - r;
+    for (int i = 0; i < n; i += KT_FRONT_LANES)
+        kt_front_store(x + i, kt_front_load(x + i) / kt_v4_splat(by));
+    x[head] = 1.0;
+    *to = r;
+    return -by / r;
+}
+
+#endif

@@ -1,0 +1,72 @@
+/* Column-pivoted QR by Householder's reflectors, one column after the other: A P = Q R, Q = H_1 H_2 ... with reflectors
+ * H = I - t u u'; u is stored below R without its leading 1, as in LAPACK (Businger & Golub 1965). The caller decides
+ * where the rank ends.
+ */
+#ifndef KT_LINEAR_QR_H
+#define KT_LINEAR_QR_H
+
+#include "reduction/maggi_kane.h"
+
+#include <math.h>
+
+static inline void kt_swap_columns(const kt_group_work *w, int m, int a, int b) {
+    double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
+    for (int i = 0; i < m; i++) {
+        const double t = x[i];
+        x[i] = y[i];
+        y[i] = t;
+    }
+    const int32_t p = w->pivot[a];
+    w->pivot[a] = w->pivot[b];
+    w->pivot[b] = p;
+}
+
+/* x -= t u (u . x), u = (1, tail) from row j on. */
+KT_INLINE void kt_reflect(const double *restrict u, double t, int j, int m, double *restrict x) {
+    double sum = x[j];
+    for (int i = j + 1; i < m; i++)
+        sum += u[i] * x[i];
+    sum *= t;
+    x[j] -= sum;
+    for (int i = j + 1; i < m; i++)
+        x[i] -= sum * u[i];
+}
+
+KT_INLINE double kt_squares(const double *x, int from, int m) {
+    double sum = 0.0;
+    for (int i = from; i < m; i++)
+        sum += x[i] * x[i];
+    return sum;
+}
+
+/* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
+ * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
+ * would lose their digits where the rank ends. */
+KT_INLINE void kt_eliminate(const kt_group_work *w, int m, int j, double *norm) {
+    double *u = w->factor + (size_t)j * (size_t)m;
+    const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
+    for (int i = j + 1; i < m; i++)
+        u[i] /= u0;
+    w->reflector[j] = t;
+    u[j] = r;
+    for (int c = j + 1; c < w->k; c++) {
+        double *x = w->factor + (size_t)c * (size_t)m;
+        kt_reflect(u, t, j, m, x);
+        norm[c] = kt_squares(x, j + 1, m);
+    }
+}
+
+/* The longest column from j on; *all is the sum of all squares from there. */
+KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
+    int best = j;
+    double sum = 0.0;
+    for (int c = j; c < k; c++) {
+        sum += norm[c];
+        if (norm[c] > norm[best])
+            best = c;
+    }
+    *all = sum;
+    return best;
+}
+
+#endif

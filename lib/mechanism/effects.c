@@ -1,0 +1,412 @@
+/* The effects of a scene, summed into joint forces and wrenches on bodies, batch by batch, so that nothing is executed
+ * for types that the scene does not have. Powers are summed only on request: the sum is compiled once with them and
+ * once without.
+ */
+#include "dynamics/dynamics.h"
+#include "effect/effect.h"
+#include "kinetree/dynamics.h"
+#include "mechanism/evaluate.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The state of a summation. */
+typedef struct sum {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    const double *q, *v;
+    kt_power *power;                /* NULL: powers are not summed */
+    bool own;                       /* a caller's own effects alone */
+    double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
+    const kt_effect_record *failed; /* whose callback did not return 0 */
+    int code;                       /* what it returned */
+} sum;
+
+/* ---- one effect -------------------------------------------------------------------------------------------------- */
+
+/* The point that both ends' positions are relative to: the base of the tree of a moving end. A caller's effect is given
+ * world coordinates. */
+KT_INLINE kt_v4 origin_of(const kt_data *data, const kt_effect_record *effect) {
+    if (effect->type == KT_EFFECT_CUSTOM)
+        return kt_v4_splat(0.0);
+    return data->force_link[effect->force_link[effect->force_link[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
+}
+
+KT_INLINE void find_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+    const kt_v4 origin = origin_of(data, effect);
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
+        const kt_mat3 axes = kt_v4_mat3(force_link->link.axes);
+        const kt_v4 arm = kt_v4_from(kt_mat3_apply(axes, effect->frame[k].position));
+        end[k].axes = kt_mat3_multiply(axes, effect->frame[k].rotation);
+        end[k].point = kt_v4_vec3((force_link->base - origin) + (force_link->local + arm));
+        end[k].omega = kt_v4_vec3(force_link->link.omega);
+        end[k].velocity = kt_v4_vec3(force_link->velocity + kt_v4_cross(force_link->link.omega, arm));
+    }
+}
+
+KT_INLINE double excess_of_wrench(const kt_wrench *w) {
+    const double all = w->moment.x + w->moment.y + w->moment.z + w->force.x + w->force.y + w->force.z;
+    return all - all;
+}
+
+/* Adds the wrenches on the ends to those on their bodies, about the body frames' origins. */
+KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_mat3 axes = kt_v4_mat3(s->data->force_link[effect->force_link[k]].link.axes);
+        const kt_vec3 arm = kt_mat3_apply(axes, effect->arm[k]);
+        kt_wrench *body = &s->data->applied[effect->body[k]];
+        body->moment = kt_vec3_add(body->moment, kt_vec3_add(wrench[k].moment, kt_vec3_cross(arm, wrench[k].force)));
+        body->force = kt_vec3_add(body->force, wrench[k].force);
+        s->excess += excess_of_wrench(&wrench[k]);
+    }
+}
+
+KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
+    s->power->dissipated += balance->dissipated;
+    s->power->supplied += balance->supplied;
+    s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
+}
+
+/* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
+KT_INLINE int evaluate_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
+                              const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
+    if (kind->wrench) {
+        kind->wrench(effect, model->number, end, t, wrench, balance);
+        return 0;
+    }
+    memset(wrench, 0, 2 * sizeof *wrench);
+    if (balance)
+        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
+    return effect->wrench(effect->user, t, end, wrench, balance);
+}
+
+/* Computes the joint force of an effect. Returns the code of a callback, otherwise 0. */
+KT_INLINE int evaluate_joint_force(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
+                                   double q, double v, double t, double *force, kt_effect_balance *balance) {
+    if (kind->joint_force) {
+        *force = kind->joint_force(effect, model->number, q, v, t, balance);
+        return 0;
+    }
+    *force = 0.0;
+    if (balance)
+        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
+    return effect->joint_force(effect->user, t, q, v, force, balance);
+}
+
+/* ---- batches ----------------------------------------------------------------------------------------------------- */
+
+/* Returns whether all callbacks succeeded. */
+KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
+    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    kt_effect_balance balance;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
+    kt_effect_balance *const asked = s->power ? &balance : NULL;
+    for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        const kt_link *link = &s->model->link[effect->link[0]];
+        double force;
+        s->code = evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        s->failed = effect;
+        if (s->code != 0)
+            return false;
+        s->data->tau[link->v] += force;
+        s->excess += force - force;
+        if (asked)
+            add_balance(s, asked);
+    }
+    return true;
+}
+
+KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
+    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    kt_effect_balance balance;
+    /* cppcheck-suppress uninitvar ; its address is taken, no value */
+    kt_effect_balance *const asked = s->power ? &balance : NULL;
+    for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        kt_effect_end end[2];
+        kt_wrench wrench[2];
+        find_ends(s->data, effect, end);
+        s->code = evaluate_wrench(s->model, effect, kind, end, s->t, wrench, asked);
+        s->failed = effect;
+        if (s->code != 0)
+            return false;
+        add_wrenches(s, effect, wrench);
+        if (asked)
+            add_balance(s, asked);
+    }
+    return true;
+}
+
+/* Whether there are effects on joints, or effects with ends. */
+KT_INLINE bool has_joint_force_callback(const kt_model *model) {
+    return model->n.effect > 0 && model->batch[0].ends == 0;
+}
+KT_INLINE bool has_wrench_callback(const kt_model *model) { return model->n.force_link > 0; }
+
+void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external) {
+    if (has_joint_force_callback(model))
+        *tau = data->tau;
+    if (has_wrench_callback(model))
+        *external = data->applied;
+}
+
+/* s->power and s->own are constants where this is inlined. */
+KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
+    const kt_model *model = s->model;
+    kt_data *data = s->data;
+    if (has_joint_force_callback(model))
+        memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
+    if (has_wrench_callback(model)) {
+        if (*external)
+            memcpy(data->applied, *external, model->n.body * sizeof *data->applied);
+        else
+            memset(data->applied, 0, model->n.body * sizeof *data->applied);
+        kt_force_frames_sweep(model, data, s->q, s->v);
+    }
+    kt_effects_recall(model, data, tau, external);
+    for (size_t i = 0; i < model->n.batch; i++)
+        if ((!s->own || model->batch[i].type == KT_EFFECT_CUSTOM) &&
+            !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
+            return false;
+    return true;
+}
+
+/* ---- errors ------------------------------------------------------------------------------------------------------ */
+
+/* "effect 'tether' (spring) between 'hull' and 'world', t = 0.5 s" */
+static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
+    const char *type = kt_effect_type_name((kt_effect_type)effect->type);
+    char own[56], on[72];
+    if (effect->name)
+        (void)snprintf(own, sizeof own, "effect '%.24s'", s->model->text + effect->name);
+    else
+        (void)snprintf(own, sizeof own, "effects[%d]", (int)effect->source);
+    if (effect->ends == 2)
+        (void)snprintf(on, sizeof on, "between '%.24s' and '%.24s'", kt_body_name(s->model, effect->body[0]),
+                       kt_body_name(s->model, effect->body[1]));
+    else
+        (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
+                       kt_body_name(s->model, effect->body[0]));
+    (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->t);
+}
+
+static kt_status refuse_code(const sum *s, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    name_effect(s, s->failed, where);
+    if (s->code < 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", s->code);
+    return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code %d)", s->code);
+}
+
+static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    name_effect(s, effect, where);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        effect->type == KT_EFFECT_CUSTOM
+                            ? "its callback gave a force or power that is not finite"
+                            : "its force is not finite; look for a number or a function of it that is huge there");
+}
+
+/* Whether the effect's force or power is not finite. */
+static bool is_culprit(const sum *s, const kt_effect_record *effect) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    kt_effect_balance balance = {0.0, 0.0, 0.0}, *asked = s->power ? &balance : NULL;
+    kt_effect_end end[2];
+    kt_wrench w[2];
+    double force = 0.0;
+    if (effect->ends) {
+        find_ends(s->data, effect, end);
+        (void)evaluate_wrench(s->model, effect, kind, end, s->t, w, asked);
+        for (int k = 0; k < effect->ends; k++)
+            force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
+                     (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
+                     (w[k].force.z - w[k].force.z);
+    } else {
+        const kt_link *link = &s->model->link[effect->link[0]];
+        (void)evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+    }
+    return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
+}
+
+/* Names the effect at fault; returns KT_OK if only the test sum overflowed. */
+static kt_status blame(const sum *s, const double *tau, const kt_wrench *external, kt_error *error) {
+    const kt_input input = {.q = s->q, .v = s->v, .x = tau, .what = "force or torque", .external = external};
+    const kt_status status = kt_input_check(s->model, &input, error);
+    for (size_t i = 0; i < s->model->n.effect && status == KT_OK; i++) {
+        const kt_effect_record *effect = &s->model->effect[i];
+        if (!is_culprit(s, effect))
+            continue;
+        return refuse_force(s, effect, error);
+    }
+    return status;
+}
+
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
+
+kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           const double **tau, const kt_wrench **external, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+#if KT_HAS_SLOPES
+kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  const double **tau, const kt_wrench **external, kt_error *error) {
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
+    const kt_status status = kt_effects_apply(model, data, t, q, v, tau, external, error);
+    for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+        const kt_link *link = &model->link[effect->link[0]];
+        kt_effect_end end[2];
+        kt_wrench wrench[2];
+        if (kind->joint_rise)
+            data->tau[link->v] += kind->joint_rise(effect, model->number, q[link->q], v[link->v], t);
+        if (!kind->rise)
+            continue;
+        find_ends(data, effect, end);
+        kind->rise(effect, model->number, end, t, wrench);
+        add_wrenches(&s, effect, wrench);
+    }
+    return status;
+}
+#endif
+
+kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                               const double **tau, const kt_wrench **external, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL, .own = true};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double **tau, const kt_wrench **external, kt_power *power, kt_error *error) {
+    const double *given = *tau;
+    const kt_wrench *given_wrenches = *external;
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = power};
+    if (!sum_all(&s, tau, external))
+        return refuse_code(&s, error);
+    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+}
+
+/* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
+static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const double *q, const kt_wrench *wrenches,
+                                    double *forces, kt_error *error) {
+    double *with = data->scratch_v, *without = data->scratch_v + kt_lanes8(model->n.v);
+    kt_status status = kt_inverse_trusted(model, data, q, NULL, NULL, wrenches, with, error);
+    if (status == KT_OK)
+        status = kt_inverse_trusted(model, data, q, NULL, NULL, NULL, without, error);
+    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
+        forces[i] += without[i] - with[i];
+    return status;
+}
+
+kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           double *forces, kt_error *error) {
+    const double *tau = model->zero;
+    const kt_wrench *wrenches = NULL;
+    double *all = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    const kt_input input = {.q = q, .v = v};
+    kt_status status = kt_input_check(model, &input, error);
+    if (status == KT_OK)
+        status = kt_effects_apply(model, data, t, q, v, &tau, &wrenches, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(all, tau, model->n.v * sizeof *all);
+    if (wrenches)
+        status = add_wrenches_along(model, data, q, wrenches, all, error);
+    return status == KT_OK ? kt_commit(model, all, forces, "force", error) : status;
+}
+
+double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    double energy = 0.0;
+    if (model->n.force_link > 0)
+        kt_force_frames_sweep(model, data, q, v);
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+        const kt_link *link = &model->link[effect->link[0]];
+        kt_effect_balance balance = {0.0, 0.0, 0.0};
+        kt_effect_end end[2];
+        kt_wrench wrench[2];
+        double force;
+        if (effect->ends)
+            find_ends(data, effect, end);
+        const int code = effect->ends
+                             ? evaluate_wrench(model, effect, kind, end, t, wrench, &balance)
+                             : evaluate_joint_force(model, effect, kind, q[link->q], v[link->v], t, &force, &balance);
+        energy += code == 0 ? balance.energy : (double)NAN;
+    }
+    return energy;
+}
+
+/* ---- one effect, for queries ------------------------------------------------------------------------------------- */
+
+/* Those of one batch are in the description's order. */
+static const kt_effect_record *find_effect(const kt_model *model, int source) {
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_record *first = model->effect + model->batch[i].first;
+        int32_t low = 0, high = model->batch[i].count - 1;
+        while (low < high) {
+            const int32_t middle = (low + high) / 2;
+            if (first[middle].source < source)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        if (first[low].source == source)
+            return &first[low];
+    }
+    return NULL; /* unreachable: each effect is in one batch */
+}
+
+/* The ends of an effect as find_ends has them, from the kinematics of the last update. */
+static void place_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
+        const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
+        end[k].axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation);
+        end[k].point = kt_vec3_add(link->position, arm);
+        end[k].omega = link->omega;
+        end[k].velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
+    }
+}
+
+static bool is_load_finite(const kt_effect_load *load) {
+    double excess = load->joint_force - load->joint_force;
+    for (int k = 0; k < load->end_count; k++)
+        excess += excess_of_wrench(&load->wrench[k]);
+    return excess == 0.0;
+}
+
+kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
+                             int effect, kt_effect_load *load, kt_error *error) {
+    const kt_effect_record *record = find_effect(model, effect);
+    const kt_effect_kind *kind = kt_effect_kind_of(record->type);
+    const kt_link *link = &model->link[record->link[0]];
+    sum s = {.model = model, .t = t, .failed = record};
+    kt_effect_load found = {.end_count = record->ends};
+    kt_effect_end end[2];
+    place_ends(data, record, end);
+    s.code = record->ends > 0
+                 ? evaluate_wrench(model, record, kind, end, t, found.wrench, NULL)
+                 : evaluate_joint_force(model, record, kind, q[link->q], v[link->v], t, &found.joint_force, NULL);
+    if (s.code != 0)
+        return refuse_code(&s, error);
+    for (int k = 0; k < record->ends; k++)
+        found.point[k] = end[k].point;
+    if (!is_load_finite(&found))
+        return refuse_force(&s, record, error);
+    *load = found;
+    return KT_OK;
+}

@@ -1,0 +1,66 @@
+/* Accelerations of mechanisms with loops and effects. */
+#ifndef KT_MECHANISM_EVALUATE_H
+#define KT_MECHANISM_EVALUATE_H
+
+#include "closure/project.h"
+
+/* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
+ * to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
+KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                      const double **tau, const kt_wrench **external, kt_error *error);
+
+/* Does the same, and adds the derivatives of the forces by time (per second), of all effects but a caller's own. */
+KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q,
+                                             const double *v, const double **tau, const kt_wrench **external,
+                                             kt_error *error);
+
+/* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state, of a model without driven loops and
+ * without effects of the caller's own. Exact: a is linear in the forces, whose derivatives are, and so
+ *     da/dt = a(tau + dtau/dt) - a(tau) */
+KT_CHECKED kt_status kt_acceleration_rise(const kt_model *model, kt_data *data, double t, const double *q,
+                                          const double *v, const double *tau, const kt_wrench *external,
+                                          const double *a, double *da_dt, kt_error *error);
+
+/* Adds the forces of a caller's own effects alone. */
+KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,
+                                          const double *v, const double **tau, const kt_wrench **external,
+                                          kt_error *error);
+
+/* Does the same for all effects, and sums their powers. */
+KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double **tau, const kt_wrench **external,
+                                        kt_power *power, kt_error *error);
+
+/* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
+void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
+
+/* kt_acceleration_evaluate for a model with loops, without effects; data->interpolated says whether a was interpolated
+ * from neighbouring states near a singular position. */
+kt_forward_call kt_closed_forward;
+
+/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), from what
+ * it left in data: writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are
+ * NULL). Only what an interpolation near a singular position or the planar recursion does not leave in data is computed
+ * again. The bits are those of kt_kinematics_update with a and of kt_reaction_evaluate. */
+KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double *tau, const kt_wrench *external, const double *a,
+                                        kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
+                                        kt_error *error);
+
+/* Writes the multipliers that the last kt_motion_complete with reactions left in data, in the form of
+ * kt_multiplier_evaluate. */
+KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
+                                         kt_error *error);
+
+/* Does the same as kt_reaction_evaluate, and writes the kinematics of the motion to links. */
+KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, const double *tau, const kt_wrench *external,
+                                        kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
+                                        kt_error *error);
+
+/* Checks that the wrenches that a caller gives are finite: planar recursions read only the components in the plane, and
+ * would not notice. */
+kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
+                            kt_error *error);
+
+#endif

@@ -1,0 +1,86 @@
+/* Powers, computed only on request.
+ *
+ * The forces on a tree are tau' = tau + effects + J' external, and those that hold the loops closed, A' lambda:
+ *     M a + h = tau' + A' lambda
+ *     d(T + V)/dt = v . (tau' + A' lambda) + dV/dt
+ * Effects report which part of their power is dissipated and which is supplied (effect/kind.h), and account for dV/dt.
+ * On the manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t: only loops that change with time do
+ * work, and without any nothing is computed. If there are some, v . (M a + h - tau') is evaluated by inverse dynamics:
+ * it needs no multipliers, so that it does not depend on how the loops were solved, is not affected by redundant
+ * equations, and passes smoothly through singular positions, as a does.
+ */
+#include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static double dot(const double *x, const double *y, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                const kt_wrench *wrenches) {
+    double sum = 0.0;
+    kt_link_kinematics *links = kt_links_scratch(data);
+    kt_links_sweep(model, data, q, v, links);
+    for (int b = 1; b < (int)model->n.body; b++) {
+        const kt_twist twist = kt_links_twist(model, links, b);
+        sum += kt_vec3_dot(wrenches[b].moment, twist.angular) + kt_vec3_dot(wrenches[b].force, twist.linear);
+    }
+    return sum;
+}
+
+/* v . (M a + h - tau - J' external) */
+static kt_status power_of_loops(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                                const double *tau, const kt_wrench *external, double *power, kt_error *error) {
+    double *needed = data->scratch_v + kt_lanes8(model->n.v);
+    const kt_status status = kt_inverse_trusted(model, data, q, v, a, external, needed, error);
+    if (status == KT_OK)
+        *power = dot(v, needed, model->n.v) - (tau ? dot(v, tau, model->n.v) : 0.0);
+    return status;
+}
+
+/* Powers can overflow where accelerations do not. */
+static kt_status refuse(const kt_model *model, double t, const kt_input *input, kt_error *error) {
+    const kt_status status = kt_input_check(model, input, error);
+    if (status != KT_OK)
+        return status;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "a power overflows; look for a velocity, force or torque that is huge");
+}
+
+kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                            const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+    const double *all = tau;
+    const kt_wrench *all_wrenches = external;
+    double *acceleration = data->scratch_v + 2 * kt_lanes8(model->n.v), loops = 0.0;
+    kt_power sum = {0.0, 0.0};
+    kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
+    if (status == KT_OK && model->n.effect)
+        status = kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error);
+    if (status != KT_OK)
+        return status;
+    status = model->forward(model, data, t, q, v, all, all_wrenches, acceleration, error);
+    if (status == KT_OK && model->driven)
+        status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
+    if (status != KT_OK)
+        return status;
+    sum.supplied += loops;
+    if (tau)
+        sum.supplied += dot(tau, v, model->n.v);
+    if (external)
+        sum.supplied += power_of_wrenches(model, data, q, v, external);
+    if (!isfinite(sum.dissipated + sum.supplied)) {
+        const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
+        return refuse(model, t, &input, error);
+    }
+    memcpy(a, acceleration, model->n.v * sizeof *a);
+    *power = sum;
+    return KT_OK;
+}

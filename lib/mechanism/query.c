@@ -1,0 +1,24 @@
+/* Queries about the loops of a model as a whole. */
+#include "kinetree/mechanism.h"
+#include "model/model.h"
+
+int kt_loop_group_count(const kt_model *model) { return (int)model->n.group; }
+
+kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
+    const kt_group *g = &model->group[group];
+    return (kt_loop_group){.loop_count = g->loop_count,
+                           .loops = model->group_loop + g->loop,
+                           .coordinates = g->v_count,
+                           .equations = g->row_count,
+                           .rank = g->rank[KT_ROWS_ALL]};
+}
+
+kt_mobility kt_model_mobility(const kt_model *model) {
+    kt_mobility f = {.tree = (int)model->n.v};
+    for (size_t g = 0; g < model->n.group; g++) {
+        f.equations += model->group[g].row_count;
+        f.rank += model->group[g].rank[KT_ROWS_ALL];
+    }
+    f.minimal = f.tree - f.rank;
+    return f;
+}

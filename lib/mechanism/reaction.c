@@ -1,0 +1,114 @@
+/* Reactions, computed only on request: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
+ * (loop_wrenches.c), and with them as external wrenches Newton-Euler on the bodies gives the joints'
+ * (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways: with QR and partitioning dependent
+ * equations carry none, with SVD the multipliers are the least ones. Towards a singular position reactions may grow
+ * without bound, because the lever arm of the direction that is lost there vanishes; at the position itself that
+ * direction carries none.
+ *
+ * Reactions of planar loops include the components out of the plane: they are computed by the spatial kernels, from the
+ * accelerations of the planar ones.
+ */
+#include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
+ * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
+static const kt_wrench *load(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, const double *a) {
+    kt_effects_recall(model, data, &tau, &external);
+    if (!KT_HAS_LOOPS || !model->n.group)
+        return external;
+    if (external)
+        memcpy(data->loaded, external, model->n.body * sizeof *external);
+    else
+        memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
+        (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
+    kernels->multipliers(model, data, v, a);
+    kernels->react(model, data, t, data->loaded, data->loop_wrench);
+    return data->loaded;
+}
+
+/* Returns the index of the first wrench that is not finite, or count if there is none. */
+static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
+    size_t i = 0;
+    while (i < count && kt_vec3_is_finite(wrenches[i].moment) && kt_vec3_is_finite(wrenches[i].force))
+        i++;
+    return i;
+}
+
+/* Reactions can overflow where accelerations do not: a torque that a loop holds moves nothing. */
+static kt_status refuse(const char *kind, const char *name, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s, %s '%s'", t, kind, name);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "the reaction overflows; look for a velocity, force or torque that is huge");
+}
+
+kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, const double *a, kt_link_kinematics *links,
+                             kt_wrench *joints, kt_wrench *loops, kt_error *error) {
+    const kt_wrench *loaded = joints || loops ? load(model, data, t, q, v, tau, external, a) : NULL;
+    const kt_status status = kt_links_update(model, data, q, v, a, !data->interpolated, links, error);
+    if (status != KT_OK)
+        return status;
+    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
+    const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
+    const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
+    if (loop < model->n.loop)
+        return refuse("loop", kt_loop_name(model, (int)loop), t, error);
+    if (body < model->n.body)
+        return refuse("body", kt_body_name(model, (int)body), t, error);
+    if (loops)
+        memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
+    if (joints)
+        memcpy(joints, found, model->n.body * sizeof *joints);
+    return KT_OK;
+}
+
+kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             const double *tau, const kt_wrench *external, kt_link_kinematics *links, kt_wrench *joints,
+                             kt_wrench *loops, kt_error *error) {
+    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, links, joints, loops, error)
+                           : status;
+}
+
+/* The multiplier of an equation of a loop; zero for equations that no group contains. */
+static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
+    const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
+    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+}
+
+kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
+                              kt_error *error) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            if (!isfinite(multiplier_of(model, data, &model->loop[i], r)))
+                return refuse("loop", kt_loop_name(model, (int)i), t, error);
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            multipliers[model->loop[i].equation + r] = multiplier_of(model, data, &model->loop[i], r);
+    return KT_OK;
+}
+
+kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                 const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
+    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    if (status != KT_OK)
+        return status;
+    load(model, data, t, q, v, tau, external, a);
+    return kt_multipliers_take(model, data, t, multipliers, error);
+}
+
+kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                               const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
+                               kt_error *error) {
+    return kt_motion_evaluate(model, data, t, q, v, tau, external, kt_links_scratch(data), joints, loops, error);
+}

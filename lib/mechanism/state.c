@@ -1,0 +1,105 @@
+/* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
+ * (project.c) and at the start by an assembly (assemble.c). */
+#include "closure/project.h"
+
+#include "dynamics/dynamics.h"
+
+#include <string.h>
+
+bool kt_unit_quaternions(const kt_model *model, double *q) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        if (!motion.quaternions)
+            continue;
+        double *p = q + link->q + motion.plain;
+        const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
+        if (fabs(kt_quat_norm_squared(given) - 1.0) <= 4.0 * DBL_EPSILON)
+            continue;
+        const kt_quat unit = kt_quat_normalize(given);
+        if (!isfinite(unit.w + unit.x + unit.y + unit.z))
+            return false;
+        p[0] = unit.w;
+        p[1] = unit.x;
+        p[2] = unit.y;
+        p[3] = unit.z;
+    }
+    return true;
+}
+
+/* Measures the error of the velocities in loops before the projection. With steps that resolve the motion it is the
+ * error of a step; after a step across a dead point it is as large as the velocities themselves. */
+static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
+    data->correction = data->fastest = 0.0;
+    for (size_t i = 0; i < model->n.group_v; i++) {
+        const int32_t v = model->group_v[i];
+        const double change = fabs(to[v] - from[v]) / model->unit[i];
+        data->fastest = fmax(data->fastest, fabs(to[v]) / model->unit[i]);
+        if (change > data->correction) {
+            data->correction = change;
+            data->corrected_v = v;
+        }
+    }
+}
+
+kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
+                           kt_error *error) {
+    bool moved = false;
+    double *new_q = data->assembled_q, *new_v = data->assembled_v;
+    const kt_input input = {.q = q, .v = v};
+    data->dead = false;
+    memcpy(new_q, q, model->n.q * sizeof *q);
+    memcpy(new_v, v, model->n.v * sizeof *v);
+    if (!kt_unit_quaternions(model, new_q))
+        return kt_input_refuse_not_finite(model, t, &input, error);
+    if (KT_HAS_LOOPS && model->n.group) {
+        const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
+        if (status != KT_OK)
+            return status;
+    }
+    measure_correction(model, data, v, new_v);
+    moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
+    memcpy(q, new_q, model->n.q * sizeof *q);
+    memcpy(v, new_v, model->n.v * sizeof *v);
+    if (changed)
+        *changed = moved;
+    return KT_OK;
+}
+
+kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           kt_residual *residual, kt_error *error) {
+    kt_violation violation = kt_violation_none;
+    const kt_input input = {.q = q, .v = v};
+    if (KT_HAS_LOOPS && model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
+        return kt_input_refuse_not_finite(model, t, &input, error);
+    *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
+    return KT_OK;
+}
+
+kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
+    const kt_input input = {.q = q, .v = v};
+    double *new_q = data->assembled_q, *new_v = data->assembled_v, *given = data->given_q;
+    kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(new_q, q, model->n.q * sizeof *q);
+    memcpy(new_v, v, model->n.v * sizeof *v);
+    (void)kt_unit_quaternions(model, new_q); /* none is zero */
+    memcpy(given, new_q, model->n.q * sizeof *q);
+    if (KT_HAS_LOOPS && model->n.group)
+        status = kt_loops_assemble(model, data, t, given, new_q, new_v, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(q, new_q, model->n.q * sizeof *q);
+    memcpy(v, new_v, model->n.v * sizeof *v);
+    return KT_OK;
+}
+
+void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q) {
+    memcpy(q, data->assembled_q, model->n.q * sizeof *q);
+}
+
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v) {
+    if (kt_state_assemble(model, data, 0.0, q, v, NULL) != KT_OK)
+        return;
+}

@@ -1,0 +1,38 @@
+/* Fronts of at most four parameters in a plane (front.h), for accelerations at regular positions: a row of four-bars.
+ *
+ * Parameters are lanes, so that no loop goes over them: T_i' is three vectors, H four. A step with equations D p = e,
+ * at most two, has D' Pi = Q [R1; 0] by two reflectors, p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
+ * columns of Q. With the lanes R = [Z p0]
+ *   T R gives T Z and T p0,  H R gives H Z and H p0,  H becomes Z' H Z,  g becomes Z' (g - H p0)
+ * Parameters are minimised out where no link is open any more; until then each of them is kept.
+ *
+ * Every exceptional case (next to a singular position, no inertia, not finite) is left to front_factor.c.
+ */
+#ifndef KT_REDUCTION_FRONT4_H
+#define KT_REDUCTION_FRONT4_H
+
+#include "reduction/front.h"
+
+/* The most parameters, equations of a step and open links. */
+enum { KT_NARROW = 4, KT_NARROW_ROWS = 2, KT_NARROW_SLOTS = 16 };
+
+/* What a step keeps for the backward pass, in the group's memory for fronts. */
+typedef struct kt_narrow_step {
+    kt_v4 basis[3], particular; /* Z by columns; p0 */
+    kt_v4 last;                 /* the parameters that it minimises out */
+    int32_t params, rank;
+    bool ends;
+} kt_narrow_step;
+
+static inline size_t kt_narrow_count(size_t steps) { return steps * sizeof(kt_narrow_step) / sizeof(double); }
+
+/* Writes the accelerations of a group on the ground, whose equations have been filled and whose bias is computed
+ * (planar_group.h), to a; without tau the least solution of A x = right. False if that is left to front_factor.c.
+ * Sets what kt_front_factor does, for the equations data->factored. */
+#define KT_NARROW_DECLARE(level)                                                                                       \
+    bool kt_narrow_close_##level(const kt_model *, kt_data *, size_t, const double *, double *);
+KT_NARROW_DECLARE(baseline)
+KT_NARROW_DECLARE(v3)
+KT_NARROW_DECLARE(v4)
+
+#endif

@@ -1,0 +1,476 @@
+/* The elimination of a constraint group link by link, of equations that have been factored, and the backward pass:
+ * front.h. */
+#include "reduction/front.h"
+
+#include "reduction/front_link.h"
+#include "reduction/maggi_kane.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- the energy -------------------------------------------------------------------------------------------------- */
+
+/* H becomes G H G for the reflector G = 1 - t u u' of `all` entries, those of u before `from` being zero; g becomes G
+ * g, and the sizes of the terms on the diagonal of H those of the sums. */
+KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int from, int all) {
+    const int level = f->level;
+    double *h = f->energy, *w = f->product, *size = f->size, whole = 0.0;
+    for (int i = 0; i < all; i += KT_FRONT_LANES) {
+        kt_v4 sum = kt_v4_splat(0.0);
+        for (int c = from; c < all; c++)
+            sum += kt_v4_splat(u[c]) * kt_front_load(h + c * level + i);
+        kt_front_store(w + i, kt_v4_splat(t) * sum);
+    }
+    kt_front_add(-0.5 * t * kt_front_dot(u, w, all), u, all, w);
+    for (int c = 0; c < all; c++) {
+        double *x = h + c * level;
+        const kt_v4 uc = kt_v4_splat(u[c]), wc = kt_v4_splat(w[c]);
+        for (int i = 0; i < all; i += KT_FRONT_LANES)
+            kt_front_store(x + i, kt_front_load(x + i) - (wc * kt_front_load(u + i) + uc * kt_front_load(w + i)));
+    }
+    kt_front_reflect(u, t, all, f->pull);
+    for (int i = from; i < all; i++)
+        whole += u[i] * u[i] * size[i];
+    for (int i = from; i < all; i++) {
+        const double square = t * u[i] * u[i];
+        size[i] = size[i] * (1.0 - 2.0 * square) + t * square * whole;
+    }
+}
+
+/* The reflector of an equation, or one of n entries that are all stored, behind the parent's acceleration; of `all`
+ * entries in f->spare. */
+KT_INLINE void place_row(const kt_front *f, const double *row, int head, int base, int all) {
+    memset(f->spare, 0, (size_t)kt_front_padded(all) * sizeof *f->spare);
+    f->spare[base + head] = 1.0;
+    for (int i = head + 1; i < all - base; i++)
+        f->spare[base + i] = row[i];
+}
+KT_INLINE void place_reflector(const kt_front *f, const double *u, int base, int all) {
+    memset(f->spare, 0, (size_t)kt_front_padded(all) * sizeof *f->spare);
+    memcpy(f->spare + base, u, (size_t)(all - base) * sizeof *u);
+}
+
+/* Adds n parameters after `all`. */
+KT_INLINE void extend_energy(const kt_front *f, int all, int more) {
+    const int end = kt_front_padded(all + more);
+    for (int c = 0; c < all + more; c++)
+        for (int i = c < all ? all : 0; i < end; i++)
+            f->energy[c * f->level + i] = 0.0;
+    for (int i = all; i < end; i++)
+        f->pull[i] = f->size[i] = 0.0;
+}
+
+/* Removes `count` parameters from `at` on. */
+KT_INLINE void remove_params(const kt_front *f, int at, int count, int all) {
+    const int level = f->level;
+    for (int c = 0; c < all; c++) {
+        if (c >= at && c < at + count)
+            continue;
+        const double *from = f->energy + c * level;
+        double *to = f->energy + (c < at ? c : c - count) * level;
+        for (int i = 0; i < at && c >= at; i++)
+            to[i] = from[i];
+        for (int i = at + count; i < all; i++)
+            to[i - count] = from[i];
+    }
+    for (int i = at + count; i < all; i++) {
+        f->pull[i - count] = f->pull[i];
+        f->size[i - count] = f->size[i];
+    }
+}
+
+/* T of a link by components: the parent's acceleration at the link's origin, then the parameters. */
+KT_INLINE void place_motion(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n) {
+    const int c = f->components, end = kt_front_padded(base + n);
+    double *t = f->product;
+    for (int i = 0; i < base; i++) {
+        double x[KT_FRONT_SPACE] = {0.0};
+        x[i] = 1.0;
+        kt_front_shift(c, f->data->front_motion[f->group->v + f->model->link[step->link].local].point, x);
+        for (int k = 0; k < c; k++)
+            t[k * f->level + i] = x[k];
+    }
+    for (int k = 0; k < c; k++) {
+        memcpy(t + k * f->level + base, motion + k * n, (size_t)n * sizeof *t);
+        for (int i = base + n; i < end; i++)
+            t[k * f->level + i] = 0.0;
+    }
+}
+
+/* Adds T' I T, four rows of its lower triangle at a time, and -T' p to the forces. */
+KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inertia, const double *p) {
+    const int level = f->level;
+    const double *t = f->product;
+    for (int i = 0; i < all; i += KT_FRONT_LANES) {
+        kt_v4 force[KT_FRONT_SPACE] = {{0.0}}, pull = kt_front_load(f->pull + i), size = kt_front_load(f->size + i);
+        for (int j = 0; j < c; j++) {
+            const kt_v4 x = kt_front_load(t + j * level + i);
+            for (int k = 0; k < c; k++)
+                force[k] += kt_v4_splat(inertia[j * c + k]) * x;
+            pull -= kt_v4_splat(p[j]) * x;
+            size += kt_v4_splat(inertia[j * (c + 1)]) * (x * x);
+        }
+        kt_front_store(f->pull + i, pull);
+        kt_front_store(f->size + i, size);
+        for (int j = 0; j < all && j < i + KT_FRONT_LANES; j++) {
+            kt_v4 sum = force[0] * kt_v4_splat(t[j]);
+            for (int k = 1; k < c; k++)
+                sum += force[k] * kt_v4_splat(t[k * level + j]);
+            kt_front_store(f->energy + j * level + i, kt_front_load(f->energy + j * level + i) + sum);
+        }
+    }
+    for (int j = 0; j < all; j++)
+        for (int i = j + 1; i < all; i++)
+            f->energy[i * level + j] = f->energy[j * level + i];
+}
+
+/* Adds the energy of a link: T' IA T, and the forces -T' (IA t + bias). Parameters: the parent's acceleration if
+ * `base`, then n. */
+KT_INLINE void weigh_link(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n,
+                          const double *constant) {
+    const int c = f->components;
+    double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
+    kt_front_inertia(f, step->link, inertia, bias);
+    for (int k = 0; k < c; k++)
+        for (int j = 0; j < c; j++)
+            bias[k] += inertia[j * c + k] * constant[j];
+    place_motion(f, step, motion, base, n);
+    if (c == KT_FRONT_SPACE)
+        add_energy(f, KT_FRONT_SPACE, base + n, inertia, bias);
+    else
+        add_energy(f, KT_FRONT_SPACE / 2, base + n, inertia, bias);
+}
+
+/* t of a link: that of its parent, shifted. */
+KT_INLINE void carry_constant(const kt_front *f, const kt_front_step *step) {
+    const int c = f->components;
+    double *own = kt_front_constant(f, (int32_t)(step - f->step)), x[KT_FRONT_SPACE];
+    const double *up = step->up < 0 ? NULL : kt_front_constant(f, step->up);
+    for (int k = 0; k < c; k++)
+        x[k] = up ? up[k] : 0.0;
+    if (up)
+        kt_front_shift(c, kt_front_offset(f, step->link), x);
+    memcpy(own, x, (size_t)c * sizeof *own);
+}
+
+/* The part of the equation `row` that is constant in the parameters. */
+KT_INLINE double constant_of(const kt_front *f, const kt_front_step *step, const kt_loop_record *loop, int32_t index,
+                             int32_t row) {
+    double sum = 0.0;
+    if (loop->term_count)
+        return *kt_front_constant(f, kt_front_relation_of(f, step, index));
+    for (int k = 0; k < 2; k++) {
+        const int32_t slot = kt_front_step_of(f, loop->link[k]);
+        const double *w = kt_front_wrench(f, row, k), *t = kt_front_constant(f, slot < 0 ? 0 : slot);
+        for (int c = 0; c < f->components && slot >= 0; c++)
+            sum += w[c] * t[c];
+    }
+    return sum;
+}
+
+/* e of all equations that the step completes, in f->spare by their order there; see complete_loops. Then R1' y = e. */
+KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
+    const kt_front_step *step = &f->step[s];
+    const int rank = f->count[s].rank, n = f->count[s].params;
+    const int32_t *pivot = f->w.pivot + f->count[s].first;
+    for (int d = 0; d < f->count[s].waiting; d++)
+        for (int j = 0; j < rank; j++)
+            if (pivot[j] == f->count[s].wait[d])
+                x->y[j] = f->w.right[pivot[j]] - *kt_front_constant(f, kt_front_pending(f, d));
+    for (int i = step->loop; i < step->loop + step->loop_count; i++) {
+        const int32_t index = f->model->front_loop[i];
+        const kt_loop_record *loop = &f->model->loop[index];
+        const int32_t *slot = kt_front_slots(f, loop);
+        for (int r = 0; r < loop->row_count; r++)
+            for (int j = 0; j < rank && slot[r] >= 0; j++)
+                if (pivot[j] == slot[r])
+                    x->y[j] = f->w.right[slot[r]] - constant_of(f, step, loop, index, slot[r]);
+    }
+    for (int j = 0; j < rank; j++) {
+        double sum = x->y[j];
+        for (int i = 0; i < j; i++)
+            sum -= x->rows[j * n + i] * x->y[i];
+        x->y[j] = sum / x->rows[j * (n + 1)];
+    }
+}
+
+/* The constants of equations that the step passes on begin with those that they have had before it. */
+KT_INLINE void pass_constants(kt_front *f, int s) {
+    const kt_front_step *step = &f->step[s];
+    const kt_front_count *count = &f->count[s];
+    double constant[KT_FRONT_PENDING] = {0.0};
+    for (int d = 0; d < count->passed; d++) {
+        for (int e = 0; e < count->waiting; e++)
+            if (count->wait[e] == count->pass[d])
+                constant[d] = *kt_front_constant(f, kt_front_pending(f, e));
+        for (int i = step->loop; i < step->loop + step->loop_count; i++) {
+            const int32_t index = f->model->front_loop[i];
+            const kt_loop_record *loop = &f->model->loop[index];
+            const int32_t *slot = kt_front_slots(f, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] == count->pass[d])
+                    constant[d] = constant_of(f, step, loop, index, slot[r]);
+        }
+    }
+    for (int d = 0; d < count->waiting; d++)
+        kt_front_release(f, kt_front_pending(f, d));
+    for (int d = 0; d < count->passed; d++) {
+        *kt_front_constant(f, kt_front_pending(f, d)) = constant[d];
+        kt_front_enter(f, kt_front_pending(f, d));
+    }
+}
+
+/* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if they are asked for. */
+KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int rows) {
+    for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
+        memcpy(*f->kept, f->energy + c * f->level + from, (size_t)rows * sizeof **f->kept);
+}
+
+/* Puts p = Q (y, p2) into the energy. */
+KT_INLINE void impose(const kt_front *f, int s, const kt_front_factor *x, int base) {
+    const int n = f->count[s].params, rank = f->count[s].rank, all = base + n, level = f->level;
+    for (int j = 0; j < rank; j++) {
+        place_row(f, x->rows + j * n, j, base, all);
+        reflect_energy(f, f->spare, x->scale[j], base + j, all);
+    }
+    keep_energy(f, base, rank, 0, all);
+    for (int j = 0; j < rank; j++)
+        kt_front_add(-x->y[j], f->energy + (base + j) * level, all, f->pull);
+    remove_params(f, base, rank, all);
+}
+
+/* Adds T y of the first parameters to the constants of the slots in use. */
+KT_INLINE void carry_y(const kt_front *f, const kt_front_factor *x, int rank) {
+    const double *early = x->early;
+    for (int32_t l = 0; l < f->live_count; l++) {
+        double *t = kt_front_constant(f, f->live[l]);
+        for (int c = 0; c < kt_front_vector_count(f, f->live[l]); c++, early += rank)
+            for (int j = 0; j < rank; j++)
+                t[c] += early[j] * x->y[j];
+    }
+}
+
+/* Adds the squares of the violations (D p + gap) / scale, halved. */
+KT_INLINE void add_violations(const kt_front *f, int s, const kt_front_factor *x, const double *gap) {
+    const int n = f->count[s].params, level = f->level;
+    const int32_t *pivot = f->w.pivot + f->count[s].first;
+    for (int r = 0; r < f->count[s].rows; r++) {
+        const double scale = f->w.scale[pivot[r]];
+        double *d = f->spare;
+        for (int i = 0; i < kt_front_padded(n); i++)
+            d[i] = i < n ? x->rows[r * n + i] / scale : 0.0;
+        kt_front_add(-gap[pivot[r]] / scale, d, n, f->pull);
+        for (int i = 0; i < n; i++)
+            kt_front_add(d[i], d, n, f->energy + i * level);
+    }
+}
+
+/* y = L^-1 y, y = L^-T y */
+KT_INLINE void solve_lower(const kt_front *f, int at, int n, double *y) {
+    const double *l = f->energy + at * (f->level + 1);
+    for (int j = 0; j < n; j++) {
+        y[j] /= l[j * (f->level + 1)];
+        for (int i = j + 1; i < n; i++)
+            y[i] -= l[j * f->level + i] * y[j];
+    }
+}
+KT_INLINE void solve_upper(const kt_front *f, int at, int n, double *y) {
+    const double *l = f->energy + at * (f->level + 1);
+    for (int j = n - 1; j >= 0; j--) {
+        for (int i = j + 1; i < n; i++)
+            y[j] -= l[j * f->level + i] * y[i];
+        y[j] /= l[j * (f->level + 1)];
+    }
+}
+
+KT_INLINE void divide(double *x, int n, double by) {
+    for (int i = 0; i < n; i += KT_FRONT_LANES)
+        kt_front_store(x + i, kt_front_load(x + i) / kt_v4_splat(by));
+}
+
+/* Y = L^-1 H_ut by rows of t numbers, and H_tt - Y'Y, and g_t - Y' y for y = L^-1 g_u. */
+KT_INLINE void couple(const kt_front *f, int t, int u, const double *y, double *rows) {
+    const int level = f->level, end = kt_front_padded(t);
+    const double *l = f->energy + t * (level + 1);
+    for (int i = 0; i < u; i++) {
+        double *row = rows + i * end;
+        memcpy(row, f->energy + (t + i) * level, (size_t)t * sizeof *row);
+        for (int k = t; k < end; k++)
+            row[k] = 0.0;
+        for (int j = 0; j < i; j++)
+            kt_front_add(-l[j * level + i], rows + j * end, t, row);
+        divide(row, t, l[i * (level + 1)]);
+    }
+    for (int i = 0; i < u; i++) {
+        kt_front_add(-y[i], rows + i * end, t, f->pull);
+        for (int c = 0; c < t; c++)
+            kt_front_add(-rows[i * end + c], rows + i * end, t, f->energy + c * level);
+    }
+}
+
+/* Minimises over the parameters that nothing sees: p_u = free - gain (A, p_t). */
+KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int base, bool judge) {
+    const kt_front_count *count = &f->count[s];
+    const int t = base + count->kept, u = count->left - count->kept, all = t + u, level = f->level;
+    const int end = kt_front_padded(t);
+    const double *l = f->energy + t * (level + 1);
+    if (u <= 0)
+        return true;
+    for (int j = 0; j < count->reflectors; j++) {
+        const double *v = x->seen + j * kt_front_padded(count->left);
+        place_reflector(f, v, base, all);
+        reflect_energy(f, f->spare, x->seen_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
+    }
+    if (!kt_dense_cholesky_within(f->energy + t * (f->level + 1), (size_t)f->level, u, judge ? f->size + t : NULL))
+        return false;
+    keep_energy(f, t, u, t, u);
+    memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);
+    solve_lower(f, t, u, x->free);
+    couple(f, t, u, x->free, x->gain);
+    solve_upper(f, t, u, x->free);
+    for (int i = u - 1; i >= 0; i--) {
+        for (int j = i + 1; j < u; j++)
+            kt_front_add(-l[i * level + j], x->gain + j * end, t, x->gain + i * end);
+        divide(x->gain + i * end, t, l[i * (level + 1)]);
+    }
+    return true;
+}
+
+/* The least coordinates: all parameters that nothing sees are zero. */
+KT_INLINE void leave_unseen(const kt_front *f, int s, const kt_front_factor *x) {
+    const size_t u = (size_t)(f->count[s].left - f->count[s].kept);
+    memset(x->free, 0, u * sizeof *x->free);
+    memset(x->gain, 0, u * (size_t)kt_front_padded(f->count[s].kept) * sizeof *x->gain);
+}
+
+/* Adds the energy of the rotors of a link, whose coordinates are parameters from `at` on. */
+static __attribute__((noinline)) void add_armature(const kt_front *f, const kt_link *link, int at) {
+    for (int d = 0; d < kt_link_dofs(link); d++) {
+        const double armature = f->model->armature[link->v + d];
+        f->energy[(at + d) * (f->level + 1)] += armature;
+        f->size[at + d] += armature;
+    }
+}
+
+/* Adds the energy of a link's own coordinates, and for dynamics all of its energy. */
+KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, const kt_front_aim *aim, int base,
+                        int first, bool geared) {
+    const kt_front_step *step = &f->step[s];
+    const kt_link *link = &f->model->link[step->link];
+    const int dofs = f->count[s].params - first;
+    extend_energy(f, base + first, dofs);
+    if (aim->kind == KT_FRONT_DYNAMICS)
+        weigh_link(f, step, x->motion, base, f->count[s].params, kt_front_constant(f, s));
+    if (geared && aim->kind == KT_FRONT_DYNAMICS)
+        add_armature(f, link, base + first);
+    for (int d = 0; d < dofs; d++) {
+        const int at = base + first + d;
+        const double unit = f->model->unit[f->group->v + link->local + d];
+        if (aim->kind == KT_FRONT_DYNAMICS)
+            f->pull[at] += f->w.bias[link->local + d] = aim->tau[link->v + d];
+        else
+            f->energy[at * (f->level + 1)] = aim->damping / (unit * unit);
+    }
+}
+
+/* The constants of relations begin with zero. */
+KT_INLINE void enter_terms(kt_front *f, const kt_front_step *step) {
+    for (int i = step->term; i < step->term + step->term_count; i++) {
+        const int32_t slot = f->group->link_count + f->model->front_term[i].slot;
+        if (!f->model->front_term[i].first)
+            continue;
+        *kt_front_constant(f, slot) = 0.0;
+        kt_front_enter(f, slot);
+    }
+}
+
+KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool geared) {
+    const bool dynamics = aim->kind == KT_FRONT_DYNAMICS, least = aim->kind == KT_FRONT_COORDINATES;
+    int params = 0;
+    extend_energy(f, 0, base);
+    for (int s = 0; s < f->group->link_count; s++) {
+        const kt_front_step *step = &f->step[s];
+        const kt_front_count *count = &f->count[s];
+        kt_front_factor x;
+        kt_front_factor_find(f, s, &x);
+        carry_constant(f, step);
+        kt_front_enter(f, s);
+        enter_terms(f, step);
+        if (!least)
+            add_link(f, s, &x, aim, base, params, geared);
+        if (aim->kind == KT_FRONT_DAMPED)
+            add_violations(f, s, &x, aim->gap);
+        if (count->rank)
+            find_y(f, s, &x);
+        if (count->waiting || count->passed)
+            pass_constants(f, s);
+        kt_front_leave(f, step);
+        if (count->rank && !least)
+            impose(f, s, &x, base);
+        if (count->rank)
+            carry_y(f, &x, count->rank);
+        if (least)
+            leave_unseen(f, s, &x);
+        else if (!minimise(f, s, &x, base, dynamics))
+            return false;
+        params = count->kept;
+    }
+    return true;
+}
+
+static __attribute__((noinline)) bool reduce_geared(kt_front *f, const kt_front_aim *aim, int base) {
+    return reduce_steps(f, aim, base, true);
+}
+
+bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, const kt_front_aim *aim,
+                                kt_front_total *total) {
+    kt_front f;
+    kt_front_find(model, data, g, data->factored[g], &f);
+    f.kept = aim->kept;
+    const int base = aim->base ? f.components : 0;
+    const bool done = model->geared ? reduce_geared(&f, aim, base) : reduce_steps(&f, aim, base, false);
+    for (int c = 0; c < base && done; c++) {
+        total->bias[c] = -f.pull[c];
+        memcpy(total->inertia + c * base, f.energy + c * f.level, (size_t)base * sizeof(double));
+    }
+    return done;
+}
+
+/* ---- the backward pass ------------------------------------------------------------------------------------------- */
+
+/* p of a step before its changes of parameters, from those after them; the parent's acceleration, of `base` components,
+ * comes first. */
+KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
+    const kt_front_count *count = &f->count[s];
+    const int kept = count->kept, left = count->left, rank = count->rank, n = count->params, u = left - kept;
+    kt_front_factor x;
+    double *p = z + base;
+    kt_front_factor_find(f, s, &x);
+    for (int i = 0; i < u; i++) {
+        const double *gain = x.gain + i * kt_front_padded(base + kept);
+        p[kept + i] = x.free[i] - (base + kept ? kt_front_dot(gain, z, base + kept) : 0.0);
+    }
+    for (int j = count->reflectors - 1; j >= 0; j--)
+        kt_front_reflect(x.seen + j * kt_front_padded(left), x.seen_scale[j], left, p);
+    if (!rank)
+        return;
+    for (int i = left - 1; i >= 0; i--)
+        p[rank + i] = p[i];
+    memcpy(p, x.y, (size_t)rank * sizeof *p);
+    for (int j = rank - 1; j >= 0; j--) {
+        kt_front_unfold(x.rows + j * n, j, n, f->spare);
+        kt_front_reflect(f->spare, x.scale[j], n, p);
+    }
+}
+
+void KT_KERNEL(kt_front_respond)(const kt_model *model, kt_data *data, size_t g, const double *base, double *step) {
+    kt_front f;
+    kt_front_find(model, data, g, data->factored[g], &f);
+    const int count = base ? f.components : 0;
+    for (int c = 0; c < f.level; c++)
+        f.z[c] = c < count ? base[c] : 0.0;
+    for (int s = f.group->link_count - 1; s >= 0; s--) {
+        substitute(&f, s, count, f.z);
+        (void)kt_front_take_coordinates(&f, s, f.z + count, step);
+    }
+}

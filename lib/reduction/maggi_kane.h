@@ -1,0 +1,163 @@
+/* Small dense matrices, column-major, and Maggi-Kane for one group with them.
+ *
+ * Among the accelerations x = x0 + N z with A x0 = b'' and A N = 0 the dynamics determine z by [MSD 7.33, 7.34]
+ *   (N' M N) z = N' (tau - h - M x0 - F' A)
+ * where F couples the group to the parent's acceleration A (spatial_group.h). So
+ *   x = y - K A
+ *   y = x0 + N (N' M N)^-1 (N' (tau - h) - (M N)' x0)      free acceleration
+ *   K = N (N' M N)^-1 N' F'                                parent gain
+ * Most groups have a handful of coordinates and one degree of freedom: the loops are short and free of calls.
+ */
+#ifndef KT_REDUCTION_MAGGI_KANE_H
+#define KT_REDUCTION_MAGGI_KANE_H
+
+#include "constraint/group.h"
+
+/* From this number of coordinates on, loops run along columns, so that vector instructions process several entries. */
+enum { KT_SHORT = 9 };
+
+/* y = a x for an m x n matrix */
+static inline void kt_dense_apply(const double *a, int m, int n, const double *x, double *y) {
+    for (int i = 0; i < m; i++)
+        y[i] = 0.0;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < m; i++)
+            y[i] += a[(size_t)j * (size_t)m + (size_t)i] * x[j];
+}
+
+KT_INLINE double kt_dense_dot(const double *a, const double *b, int n) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* A = L L': L replaces the lower triangle of A (n x n in columns `stride` numbers apart), which alone is read. Returns false
+ * if A is not positive definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj itself).
+ */
+KT_INLINE bool kt_dense_cholesky_within(double *a, size_t stride, int n, const double *size) {
+    for (int j = 0; j < n; j++) {
+        double *column = a + (size_t)j * stride;
+        const double whole = size ? size[j] : column[j];
+        for (int k = 0; k < j; k++) {
+            const double f = a[(size_t)k * stride + (size_t)j];
+            for (int i = j; i < n; i++)
+                column[i] -= a[(size_t)k * stride + (size_t)i] * f;
+        }
+        if (!(column[j] > 1e-14 * whole))
+            return false;
+        const double d = 1.0 / sqrt(column[j]);
+        for (int i = j; i < n; i++)
+            column[i] *= d;
+    }
+    return true;
+}
+
+/* The same of a matrix that is stored as a whole. */
+KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
+    return kt_dense_cholesky_within(a, (size_t)n, n, size);
+}
+
+/* x = (L L')^-1 x */
+KT_INLINE void kt_dense_solve(const double *l, int n, double *x) {
+    for (int j = 0; j < n; j++) {
+        x[j] /= l[(size_t)j * (size_t)(n + 1)];
+        for (int i = j + 1; i < n; i++)
+            x[i] -= l[(size_t)j * (size_t)n + (size_t)i] * x[j];
+    }
+    for (int j = n - 1; j >= 0; j--) {
+        for (int i = j + 1; i < n; i++)
+            x[j] -= l[(size_t)j * (size_t)n + (size_t)i] * x[i];
+        x[j] /= l[(size_t)j * (size_t)(n + 1)];
+    }
+}
+
+/* y += N (N' M N)^-1 z, or with `anew` y = N (N' M N)^-1 z; z is overwritten. */
+KT_INLINE void kt_group_spread(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
+    const int m = w->m;
+    kt_dense_solve(w->reduced, dofs, z);
+    for (int i = 0; i < m && anew; i++)
+        y[i] = dofs ? w->basis[i] * z[0] : 0.0;
+    for (int c = anew ? 1 : 0; c < dofs; c++) {
+        const double *restrict n = w->basis + (size_t)c * (size_t)m;
+        for (int i = 0; i < m; i++)
+            y[i] += n[i] * z[c];
+    }
+}
+
+/* y = M x */
+KT_INLINE void kt_group_weigh(const kt_group_work *w, const double *x, double *y) {
+    const int m = w->m;
+    if (m >= KT_SHORT)
+        kt_dense_apply(w->mass, m, m, x, y);
+    else
+        for (int i = 0; i < m; i++)
+            y[i] = kt_dense_dot(w->mass + (size_t)i * (size_t)m, x, m);
+}
+
+/* Computes the lower triangle of N' M N. The rounding error of entry cc is proportional to size[c]: n' M n may be the
+ * remainder of terms n_i^2 M_ii that cancel. */
+KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
+    const int m = w->m;
+    double *half = w->half; /* M n */
+    for (int c = 0; c < dofs; c++) {
+        const double *n = w->basis + (size_t)c * (size_t)m;
+        double sum = 0.0;
+        kt_group_weigh(w, n, half);
+        for (int i = 0; i < m; i++)
+            sum += n[i] * n[i] * w->mass[i * (m + 1)];
+        size[c] = sum;
+        for (int r = c; r < dofs; r++)
+            w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(w->basis + (size_t)r * (size_t)m, half, m);
+    }
+}
+
+/* Computes y (free) and K (gain) from the factored equations with right-hand side `right`; returns false if N' M N is
+ * singular. `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own
+ * functions, which are then inlined. */
+KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank, int width) {
+    const int m = w->m, dofs = m - rank;
+    double *size = w->work, *z = w->work + m, *half = w->half;
+    particular(w, rank, w->right, w->free);
+    basis(w, rank);
+    kt_group_reduce(w, dofs, size);
+    if (!kt_dense_cholesky(w->reduced, dofs, size))
+        return false;
+    kt_group_weigh(w, w->free, half);
+    for (int i = 0; i < m; i++)
+        half[i] = w->bias[i] - half[i];
+    for (int c = 0; c < dofs; c++)
+        z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
+    kt_group_spread(w, dofs, false, z, w->free);
+    for (int c = 0; c < width; c++) {
+        double *k = w->gain + (size_t)c * (size_t)m;
+        for (int r = 0; r < dofs; r++) {
+            const double *n = w->basis + (size_t)r * (size_t)m;
+            double sum = 0.0;
+            for (int i = 0; i < m; i++)
+                sum += n[i] * w->coupling[width * i + c];
+            z[r] = sum;
+        }
+        kt_group_spread(w, dofs, true, z, k);
+    }
+    return true;
+}
+
+/* x <- x - N (N' N)^-1 N' x for x in `free`: the least of the solutions. Returns false if N' N is singular. */
+static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
+    const int m = w->m, dofs = m - rank;
+    double *z = w->work + m;
+    kind->basis(w, rank);
+    for (int c = 0; c < dofs; c++) {
+        const double *n = w->basis + (size_t)c * (size_t)m;
+        for (int r = c; r < dofs; r++)
+            w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(n, w->basis + (size_t)r * (size_t)m, m);
+        z[c] = -kt_dense_dot(n, w->free, m);
+    }
+    if (!kt_dense_cholesky(w->reduced, dofs, NULL))
+        return false;
+    kt_group_spread(w, dofs, false, z, w->free);
+    return true;
+}
+
+#endif

@@ -1,0 +1,262 @@
+/* The smallest planar constraint group, solved in closed form: three coordinates x, and one pin that holds two points
+ * together (four-bars, slider-cranks). One degree of freedom remains.
+ *
+ * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as it enters the loop's rows: J times the lever to p2 for a
+ * revolute joint, the direction of a prismatic one. (The rows are taken along e1 and e2, which changes no solution.)
+ * With a x b = a_x b_y - a_y b_x for vectors in the plane and A = [c_1 c_2 c_3],
+ *   null vector                 n  = (c_2 x c_3, c_3 x c_1, c_1 x c_2)
+ *   least solution of A x0 = b'' x0 = ((b'' x c_1, b'' x c_2, b'' x c_3) x n) / n.n
+ * Virtual power replaces the mass matrix. Let U_i = (w, u) be the velocities of the links at the rates n,
+ * A_i = (alpha, a) their accelerations for x0 together with those that the velocities alone give, and IA_i,
+ * (n_b, f_b) their articulated inertias and bias wrenches. Then
+ *   D = sum U_i . IA_i U_i
+ *   z = (n . tau - sum U_i . (IA_i A_i + (n_b, f_b))) / D
+ *   y = x0 + n z                     accelerations while the parent's acceleration A is zero
+ * and with the momentum p = sum IA_i U_i about the parent's origin
+ *   inertia on the parent            Ic - p p' / D
+ *   bias wrench on the parent        W + p z
+ *   accelerations                    x = y - n (p . A) / D
+ * This is spatial_group.h for one degree of freedom.
+ *
+ * Every exceptional case (near a singular position, no inertia, not finite) is left to the general method.
+ */
+#ifndef KT_REDUCTION_PIN_H
+#define KT_REDUCTION_PIN_H
+
+#include "constraint/planar_rows.h"
+#include "dynamics/planar_articulated.h"
+
+enum { KT_PIN_LINKS = 3 };
+
+/* gcc does not unroll loops of this length by itself. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define KT_PIN_UNROLL _Pragma("GCC unroll 3")
+#else
+#define KT_PIN_UNROLL
+#endif
+
+/* Below this fraction of the inertia that the links carry along the degree of freedom, the general method decides
+ * whether the inertia is zero. */
+#define KT_PIN_INERTIA 1e-10
+
+/* The links are in the order of the paths: those of the first end come first. */
+typedef struct kt_pin {
+    const kt_planar_link *link[KT_PIN_LINKS];
+    kt_v2 offset[KT_PIN_LINKS]; /* from the previous link */
+    kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
+    kt_v2 bend[KT_PIN_LINKS];   /* acceleration from the velocities alone */
+    kt_v2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
+    kt_v2 c[KT_PIN_LINKS];
+    kt_v2 drift; /* -b'' */
+    double n[KT_PIN_LINKS], x[KT_PIN_LINKS];
+} kt_pin;
+
+KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
+
+KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->revolute; }
+
+/* One end of the loop, relative to the parent's origin. */
+typedef struct kt_pin_end {
+    kt_v2 point, rate, linear; /* linear: from the velocities alone */
+    double omega;
+} kt_pin_end;
+
+/* Follows the links [from, to) of the path to end k. */
+KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
+                                   const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
+                                   kt_pin *p) {
+    const kt_v2 none = {0.0, 0.0};
+    kt_v2 at = -kt_v2_load(flat->origin), rate = none, bend = none;
+    const int32_t first = kt_planar_index_shift(model, 0);
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        const int32_t index = path[i - from] + first;
+        const kt_planar_link *link = p->link[i] = &model->planar[index];
+        const kt_planar_motion *m = &data->planar[index];
+        p->offset[i] = kt_v2_load(m->offset);
+        at += p->offset[i];
+        bend += kt_v2_load(m->linear);
+        rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
+        w = m->omega;
+        p->along[i] = none;
+        if (!link->revolute) {
+            p->along[i] = kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
+            rate += kt_v2_splat(v[link->v]) * p->along[i];
+        }
+        p->at[i] = at;
+        p->bend[i] = bend;
+    }
+    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->link[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
+    return (kt_pin_end){.point = at + arm,
+                        .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
+                        .linear = bend - kt_v2_splat(w * w) * arm,
+                        .omega = w};
+}
+
+/* Computes c_i and the drift. `first`: the number of links on the first end's path. */
+KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
+    const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
+    const kt_v2 seen = (two->rate - one->rate) - w1 * kt_v2_across(d);
+    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(seen));
+    KT_PIN_UNROLL
+    for (int i = 0; i < KT_PIN_LINKS; i++) {
+        const double sign = i < first ? -1.0 : 1.0;
+        p->c[i] = kt_pin_is_revolute(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
+                                           : kt_v2_splat(sign) * p->along[i];
+    }
+}
+
+/* Computes n and x0; returns false near a singular position. usual: the usual size of the group's last independent
+ * direction. */
+KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
+    const kt_v2 *c = p->c, b = -p->drift;
+    const kt_v2 squares = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    const double all = squares[0] + squares[1], small = KT_NEAR_SINGULAR * usual;
+    double *n = p->n, *x = p->x;
+    n[0] = kt_pin_cross(c[1], c[2]);
+    n[1] = kt_pin_cross(c[2], c[0]);
+    n[2] = kt_pin_cross(c[0], c[1]);
+    const double nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    /* the size of the last direction in QR is |n| divided by the norm of the longest row of A, at most that of A */
+    if (!(nn > small * small * all && nn > KT_RANK_TOLERANCE * (all * all)))
+        return false;
+    const double one = 1.0 / nn, bx = b[0] * one, by = b[1] * one;
+    const double g0 = bx * c[0][1] - by * c[0][0], g1 = bx * c[1][1] - by * c[1][0], g2 = bx * c[2][1] - by * c[2][0];
+    x[0] = g1 * n[2] - g2 * n[1];
+    x[1] = g2 * n[0] - g0 * n[2];
+    x[2] = g0 * n[1] - g1 * n[0];
+    return true;
+}
+
+/* The velocity of one link at the rates n, and its acceleration for x0. */
+typedef struct kt_pin_body {
+    double w, alpha;
+    kt_v2 u, a;
+} kt_pin_body;
+
+KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
+    const kt_v2 across = kt_v2_across(p->offset[i]);
+    body->u += kt_v2_splat(body->w) * across;
+    body->a += kt_v2_splat(body->alpha) * across;
+    if (kt_pin_is_revolute(p, i)) {
+        body->w += p->link[i]->sign * p->n[i];
+        body->alpha += p->link[i]->sign * p->x[i];
+    } else {
+        body->u += kt_v2_splat(p->n[i]) * p->along[i];
+        body->a += kt_v2_splat(p->x[i]) * p->along[i];
+    }
+}
+
+/* M u of a link's articulated inertia. */
+KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
+    return (kt_v2){x->xx, x->yy} * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
+}
+
+/* Sums over the links: D, the virtual power of the wrenches along n, and if the parent moves the momentum p (about its
+ * origin), Ic and W. */
+typedef struct kt_pin_sum {
+    double inertia, power, carried, moment; /* `carried`: the scale that D is compared with */
+    kt_v2 force;
+    kt_planar_inertia total;
+} kt_pin_sum;
+
+KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_v2 ground, bool rides,
+                          const kt_planar_inertia *x, kt_pin_sum *sum) {
+    const kt_v2 h = kt_v2_load(x->h), a = body->a + (p->bend[i] + ground);
+    const double moment = x->j * body->w + kt_v2_dot(h, body->u);
+    const kt_v2 force = h * kt_v2_splat(body->w) + kt_pin_apply(x, body->u);
+    sum->inertia += body->w * moment + kt_v2_dot(body->u, force);
+    sum->carried += p->n[i] * p->n[i] * p->link[i]->size;
+    if (!rides) {
+        sum->power +=
+            (moment * body->alpha + body->w * x->moment) + kt_v2_dot2(force, a, body->u, kt_v2_load(x->force));
+        return;
+    }
+    kt_planar_inertia moved = *x;
+    const kt_v2 resists = kt_v2_load(x->force) + (h * kt_v2_splat(body->alpha) + kt_pin_apply(x, a));
+    moved.moment += x->j * body->alpha + kt_v2_dot(h, a);
+    kt_v2_store(moved.force, resists);
+    sum->power += body->w * moved.moment + kt_v2_dot(body->u, resists);
+    sum->moment += moment + kt_pin_cross(p->at[i], force);
+    sum->force += force;
+    kt_planar_shift(&moved, (const double[2]){p->at[i][0], p->at[i][1]});
+    kt_planar_add(&sum->total, &moved);
+}
+
+/* Adds the group's inertia and bias wrench to the parent; `one` is 1 / D. */
+KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, kt_planar_inertia *parent) {
+    kt_planar_inertia x = sum->total;
+    const double moment = sum->moment, fx = sum->force[0], fy = sum->force[1], gx = fx * one, gy = fy * one;
+    x.j -= moment * (moment * one);
+    x.h[0] -= moment * gx;
+    x.h[1] -= moment * gy;
+    x.xx -= fx * gx;
+    x.xy -= fx * gy;
+    x.yy -= fy * gy;
+    x.moment += moment * z;
+    x.force[0] += fx * z;
+    x.force[1] += fy * z;
+    kt_planar_add(parent, &x);
+}
+
+/* Adds the links [from, to) of one path to the sums; the parent is at rest. */
+KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const kt_pin *p, int from, int to,
+                               kt_v2 ground, bool rides, const double *tau, kt_pin_sum *sum) {
+    kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
+    KT_PIN_UNROLL
+    for (int i = from; i < to; i++) {
+        kt_pin_move(p, i, &body);
+        kt_pin_add(p, i, &body, ground, rides, &data->planar_inertia[p->link[i] - model->planar], sum);
+        sum->power -= p->n[i] * tau[p->link[i]->v];
+    }
+}
+
+KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
+                            const kt_planar_loop *flat, int32_t top, int first, const double *gravity, const double *v,
+                            const double *tau, double *a) {
+    const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
+    const double omega = data->planar[top].omega;
+    kt_pin p;
+    kt_pin_sum sum = {.inertia = 0.0, .force = none};
+    const kt_pin_end first_end =
+        kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
+    const kt_pin_end second_end =
+        kt_pin_follow(model, data, model->path + loop->path[1], flat, 1, first, KT_PIN_LINKS, omega, v, &p);
+    kt_pin_relate(&first_end, &second_end, first, &p);
+    if (!kt_pin_reduce(group->usual[KT_ROWS_ALL], &p))
+        return false;
+    kt_pin_sum_path(data, model, &p, 0, first, ground, top != 0, tau, &sum);
+    kt_pin_sum_path(data, model, &p, first, KT_PIN_LINKS, ground, top != 0, tau, &sum);
+    if (!(sum.inertia > KT_PIN_INERTIA * sum.carried))
+        return false;
+    const double one = 1.0 / sum.inertia, z = -sum.power * one;
+    if (top == 0) {
+        for (int i = 0; i < KT_PIN_LINKS; i++)
+            a[p.link[i]->v] = p.x[i] + p.n[i] * z;
+        return true;
+    }
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    for (int i = 0; i < KT_PIN_LINKS; i++) {
+        w.free[p.link[i]->local] = p.x[i] + p.n[i] * z;
+        w.basis[p.link[i]->local] = p.n[i];
+    }
+    w.coupling[0] = sum.moment * one;
+    kt_v2_store(w.coupling + 1, sum.force * kt_v2_splat(one));
+    kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
+    return true;
+}
+
+/* Does the same as kt_planar_group_respond, for a group of one pin. */
+KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const kt_group *group, int32_t top,
+                              double *a) {
+    const kt_planar_motion *up = &data->planar[top];
+    const int32_t *v = model->group_v + group->v;
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    const double pull = w.coupling[0] * up->alpha + (w.coupling[1] * up->linear[0] + w.coupling[2] * up->linear[1]);
+    for (int i = 0; i < KT_PIN_LINKS; i++)
+        a[v[i]] = w.free[i] - w.basis[i] * pull;
+}
+
+#endif

@@ -1,0 +1,374 @@
+/* Dynamics and closure if some or all links are planar: driver.c for the spatial links and the groups among them, and
+ * the same in the plane for the others (dynamics/planar_articulated.h, planar_group.h, planar_rows.h). No joint
+ * connects the two, and a group is entirely planar or entirely spatial.
+ *
+ * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
+ */
+#include "reduction/delassus.h"
+#include "reduction/driver.h"
+#include "reduction/front.h"
+#include "reduction/front4.h"
+#include "reduction/kernel.h"
+#include "reduction/pin.h"
+#include "reduction/planar_group.h"
+
+static const double none[2] = {0.0, 0.0};
+
+static bool has_spatial(const kt_model *model) { return model->n.spatial > 1; }
+
+KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                          double t) {
+    kt_group_work w;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    if (model->group[g].front.used)
+        KT_KERNEL(kt_front_fill)(model, data, g, kt_group_is_planar(model, &model->group[g]), moving, q, v, t);
+    else if (kt_group_is_planar(model, &model->group[g]))
+        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
+    else
+        kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
+static void fill_moving(const kt_model *model, kt_data *data, size_t g, const double *q, const double *v, double t) {
+    fill_group(model, data, g, true, q, v, t);
+}
+
+/* ---- the recursion in the planes --------------------------------------------------------------------------------- */
+
+static void pose(const kt_model *model, kt_data *data, const double *q) {
+    kt_planar_motion *motion = data->planar;
+    kt_planar_gather(model, data, q);
+    kt_planar_ground_set(none, &motion[0]);
+    for (size_t k = 1; k < model->n.planar; k++)
+        kt_planar_pose(&model->planar[k], &motion[model->planar[k].parent], q, data->planar_cosine, data->planar_sine,
+                       &motion[k]);
+}
+
+/* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
+static void move(const kt_model *model, kt_data *data, const double *v) {
+    for (size_t k = 1; k < model->n.planar; k++) {
+        const kt_planar_link *link = &model->planar[k];
+        kt_planar_motion *m = &data->planar[k];
+        kt_planar_velocity(link, &data->planar[link->parent], v, m);
+        kt_planar_wrench_set(link, m->omega, m);
+        if (link->branches)
+            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
+    }
+}
+
+/* The same by fronts, after the bias. */
+static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau, double *a) {
+    const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};
+    kt_front_total total;
+    const double *x = total.inertia, *bias = total.bias;
+    if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
+        return false;
+    if (!top) {
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)g, NULL, a);
+        return true;
+    }
+    kt_planar_add(&data->planar_inertia[top], &(kt_planar_inertia){.j = x[0],
+                                                                   .h = {x[1], x[2]},
+                                                                   .xx = x[4],
+                                                                   .xy = x[5],
+                                                                   .yy = x[8],
+                                                                   .moment = bias[0],
+                                                                   .force = {bias[1], bias[2]}});
+    return true;
+}
+
+KT_INLINE bool close_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
+                           int32_t top, const double *tau, bool geared, double *a) {
+    kt_planar_inertia total;
+    kt_planar_group_assemble(model, data, group, w, top, tau, &total);
+    for (int i = 0; i < w->m && geared; i++)
+        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
+    if (!model->reduction->solve(w, data->rank[group - model->group], top ? KT_PLANAR_WIDTH : 0))
+        return false;
+    if (top)
+        kt_planar_group_onto_parent(w, &total, &data->planar_inertia[top]);
+    else
+        kt_planar_group_respond(model, data, group, w, 0, a);
+    return true;
+}
+
+static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_data *data, const kt_group *group,
+                                                   const kt_group_work *w, int32_t top, const double *tau, double *a) {
+    return close_dense(model, data, group, w, top, tau, true, a);
+}
+
+/* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
+ * accelerations. */
+static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                        const double *tau, double *a) {
+    const kt_group *group = &model->group[g];
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)g, data->factored[g], &w);
+    kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
+    if (data->solved[g])
+        return KT_KERNEL(kt_narrow_close)(model, data, (size_t)g, tau, a);
+    if (group->apart)
+        return group->front.used ? close_front(model, data, g, top, tau, a)
+                                 : close_geared(model, data, group, &w, top, tau, a);
+    return close_dense(model, data, group, &w, top, tau, false, a);
+}
+
+/* Does the same for a group of one pin, whose equations have not been filled; returns false if it needs the general
+ * method. */
+static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                      const double *v, const double *tau, double *a) {
+    const kt_group *group = &model->group[g];
+    const int32_t index = model->group_loop[group->loop];
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_planar_loop *flat = &model->planar_loop[index];
+    data->near[g] = false;
+    data->rank[g] = group->rank[KT_ROWS_ALL];
+    switch (loop->length[0]) {
+    case 0:
+        return kt_pin_close(model, data, group, loop, flat, top, 0, gravity, v, tau, a);
+    case 1:
+        return kt_pin_close(model, data, group, loop, flat, top, 1, gravity, v, tau, a);
+    case 2:
+        return kt_pin_close(model, data, group, loop, flat, top, 2, gravity, v, tau, a);
+    default:
+        return kt_pin_close(model, data, group, loop, flat, top, 3, gravity, v, tau, a);
+    }
+}
+
+/* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
+ * in closed form for these velocities; otherwise they have been factored like all others. Links of groups that
+ * delassus.h has prepared are links of the tree. */
+typedef struct closure {
+    const kt_model *model;
+    kt_data *data;
+    const double *gravity, *v;
+    double *a;
+} closure;
+
+KT_INLINE bool is_few(const closure *c, const kt_planar_link *link) {
+    return c->data->solved[link->group] && c->model->group[link->group].delassus;
+}
+
+static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
+                          const kt_planar_carried *x) {
+    kt_delassus d;
+    double u[2];
+    kt_delassus_find(c->model, c->data, (size_t)link->group, &d);
+    if (link->revolute) {
+        d.inverse[link->local] = 1.0 / (x->j + link->armature);
+        return;
+    }
+    kt_planar_along(link, m, u);
+    d.inverse[link->local] = 1.0 / (kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u))) + link->armature);
+}
+
+static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
+    const bool pin = c->v && c->model->group[link->group].pin;
+    const bool done = pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+                          : close_group(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
+    return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
+}
+
+/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the
+ * tree. */
+KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                      kt_planar_carried *x, kt_planar_response *response, const closure *c,
+                                      kt_planar_eliminate *joint) {
+    if (link->group < 0)
+        return joint(link, m, tau, x, response, NULL);
+    if (is_few(c, link)) {
+        store_inverse(c, link, m, x);
+        return joint(link, m, tau, x, response, NULL);
+    }
+    c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
+    return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
+}
+
+KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
+}
+
+static kt_elimination eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                       kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_geared);
+}
+
+static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
+    const kt_group *group = &model->group[g];
+    kt_group_work w;
+    if (pins && group->pin) {
+        kt_pin_respond(model, data, group, top, a);
+        return;
+    }
+    if (group->front.used) {
+        const kt_planar_motion *p = &data->planar[top];
+        const double base[3] = {p->alpha, p->linear[0], p->linear[1]};
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)g, base, a);
+        return;
+    }
+    kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
+    kt_planar_group_respond(model, data, group, &w, top, a);
+}
+
+KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha, kt_v2 *linear,
+                       kt_planar_motion *m, double *a, void *context) {
+    const closure *c = context;
+    if (link->group < 0 || is_few(c, link)) {
+        kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
+        return;
+    }
+    if (link->first_of_group && link->parent)
+        respond_group(c->model, c->data, link->group, link->parent, c->v != NULL, a);
+    if (link->carries_others) {
+        kt_planar_acceleration(link, &c->data->planar[link->parent], a, m);
+        *alpha = m->alpha;
+        *linear = kt_v2_load(m->linear);
+    }
+}
+
+static __attribute__((noinline)) size_t backward_geared(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                                        const double *tau, closure *c) {
+    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_geared, c);
+}
+
+/* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
+static size_t solve_few(const closure *c, const kt_plane *plane) {
+    const kt_model *model = c->model;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
+        if (c->data->solved[g] && model->group[g].delassus && k >= plane->first && k < plane->last &&
+            !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
+            return g;
+    }
+    return model->n.group;
+}
+
+/* `weightless`: without gravity; v: as above. */
+static size_t accelerate(const kt_model *model, kt_data *data, const double *v, const double *tau, bool weightless,
+                         double *a) {
+    for (size_t p = 0; p < model->n.plane; p++) {
+        const kt_plane *plane = &model->plane[p];
+        closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
+        const size_t failed = model->geared ? backward_geared(model, data, plane, tau, &c)
+                                            : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
+        if (failed)
+            return model->n.spatial + failed - 1;
+        const size_t unsolved = model->few ? solve_few(&c, plane) : model->n.group;
+        if (unsolved < model->n.group)
+            return (size_t)model->group_link[model->group[unsolved].link];
+        kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
+    }
+    return 0;
+}
+
+/* ---- kernels -------------------------------------------------------------------------------------------------------
+ */
+
+static void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
+                       const kt_wrench *external) {
+    kt_planar_gather(model, data, q);
+    for (size_t p = 0; p < model->n.plane; p++)
+        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
+    if (external)
+        kt_planar_external(model, data->planar, external);
+    if (has_spatial(model))
+        KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
+}
+
+/* Narrow fronts are left to front4.h if `special` (data->solved); the others as kt_group_ready. */
+static bool group_ready(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
+    const kt_group *group = &model->group[g];
+    if (!special || !group->narrow || group->count[rows] != group->count[KT_ROWS_ALL])
+        return KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, special);
+    data->solved[g] = kt_solved_as(regular);
+    data->factored[g] = rows;
+    data->near[g] = false;
+    data->rank[g] = group->rank[rows];
+    return true;
+}
+
+/* Narrow fronts know no coordinates that count as constants. */
+static bool has_fixed(const kt_data *data, const kt_group *group) {
+    return group->narrow && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
+}
+
+static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= group_ready(model, data, g, rows, regular, !has_fixed(data, &model->group[g]));
+    return fine;
+}
+
+/* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h, those of narrow fronts
+ * by front4.h. */
+static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                          const double *tau, const kt_wrench *external, bool regular, bool special, double *a) {
+    size_t failed = 0;
+    set_motion(model, data, q, v, external);
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (special && model->group[g].pin)
+            continue;
+        fill_moving(model, data, g, q, v, t);
+        if (!group_ready(model, data, g, KT_ROWS_ALL, regular, special))
+            failed = (size_t)model->group_link[model->group[g].link];
+    }
+    if (failed)
+        return failed;
+    if (has_spatial(model))
+        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, special && model->few, a);
+    return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, a);
+}
+
+/* If one of the special forms fails, for whatever reason, the general method decides. */
+static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const double *tau, const kt_wrench *external, bool regular, double *a) {
+    if (!regular && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
+        return 0;
+    return try_forward(model, data, t, q, v, tau, external, regular, false, a);
+}
+
+static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
+                 kt_violation *violation) {
+    *violation = kt_violation_none;
+    pose(model, data, q);
+    if (has_spatial(model))
+        KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
+    for (size_t g = 0; g < model->n.group; g++) {
+        fill_group(model, data, g, false, q, v, t);
+        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
+    }
+    return isfinite(violation->position + violation->velocity);
+}
+
+static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    set_motion(model, data, q, v, NULL);
+    for (size_t g = 0; g < model->n.group; g++)
+        fill_moving(model, data, g, q, v, t);
+}
+
+static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
+    if (metric != KT_METRIC_MASS)
+        return KT_KERNEL(kt_groups_close)(model, data, step);
+    move(model, data, model->zero);
+    if (has_spatial(model)) {
+        KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
+        KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
+        data->motion[0].linear = kt_v4_splat(0.0);
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->few, step))
+            return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
+    }
+    if (accelerate(model, data, NULL, force, true, step) == 0)
+        return true;
+    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
+}
+
+const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
+                                                                     .apply = KT_KERNEL(kt_front_apply),
+                                                                     .measure = KT_KERNEL(kt_damped_measure),
+                                                                     .damp = KT_KERNEL(kt_damped_solve),
+                                                                     .nullspace = KT_KERNEL(kt_front_nullspace),
+                                                                     .look = look,
+                                                                     .factor = KT_KERNEL(kt_groups_factor),
+                                                                     .ready = ready,
+                                                                     .fill = fill,
+                                                                     .close = close_groups};

@@ -1,0 +1,142 @@
+/* One constraint group inside the articulated-body recursion.
+ *
+ * The backward pass reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all links
+ * of the group, which include all descendants outside the group. The links of the group are then treated together as a
+ * mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
+ *   M x + F' A + h = tau + A_g' lambda
+ *   A_g x = b''                              (b'' does not depend on A: spatial_rows.h)
+ *   wrench on the parent = Ic A + F x + W
+ * M, F and the composite Ic come from the composite-body recursion over IA_i; h and W come from Newton-Euler with the
+ * accelerations that the velocities alone give. By Maggi-Kane [MSD 7.33, 7.34],
+ *   x = x0 + N z,   A_g x0 = b'',   A_g N = 0
+ *   (N' M N) z = N' (tau - h - M x0 - F' A)
+ * so that (maggi_kane.h)
+ *   x = y - K A                              y: free acceleration, K: parent gain
+ *   inertia on the parent     Ic - F K       an articulated inertia like any other
+ *   bias wrench on the parent W + F y
+ */
+#ifndef KT_REDUCTION_SPATIAL_GROUP_H
+#define KT_REDUCTION_SPATIAL_GROUP_H
+
+#include "dynamics/articulated.h"
+#include "reduction/maggi_kane.h"
+
+#include <string.h>
+
+/* Computes the accelerations A0 that the velocities alone give while the parent's is zero (in response), and the
+ * corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
+    for (int l = 0; l < group->link_count; l++) {
+        const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;
+        const kt_link_motion *m = &data->motion[i];
+        kt_response *self = &data->response[i];
+        self->bias_angular = m->alpha;
+        self->bias_linear = m->linear;
+        if (up != group->parent) {
+            self->bias_angular += data->response[up].bias_angular;
+            self->bias_linear +=
+                data->response[up].bias_linear + kt_v4_cross(data->response[up].bias_angular, m->offset);
+        } else if (up == 0) {
+            self->bias_linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
+        }
+        kt_articulated *x = &data->articulated[i];
+        x->moment += kt_v4_apply(x->j, self->bias_angular) + kt_v4_apply(x->h, self->bias_linear);
+        x->force += kt_v4_apply(x->g, self->bias_angular) + kt_v4_apply(x->m, self->bias_linear);
+    }
+}
+
+/* Computes the columns of M and F for the degrees of freedom of link i, whose composite inertia is complete. */
+static inline void kt_group_columns(const kt_model *model, const kt_data *data, const kt_group *group,
+                                    const kt_group_work *w, int32_t i) {
+    const size_t m = (size_t)w->m;
+    const kt_articulated *c = &data->articulated[i];
+    const kt_link *link = &model->link[i];
+    kt_subspace own;
+    kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
+    for (int k = 0; k < own.count; k++) {
+        const size_t column = (size_t)link->local + (size_t)k;
+        kt_v4 moment = kt_v4_apply(c->j, own.angular[k]) + kt_v4_apply(c->h, own.linear[k]);
+        kt_v4 force = kt_v4_apply(c->g, own.angular[k]) + kt_v4_apply(c->m, own.linear[k]);
+        for (int32_t j = i;;) {
+            const kt_link *at = &model->link[j];
+            kt_subspace s;
+            kt_link_subspace(at, &data->motion[at->parent], &data->motion[j], &s);
+            for (int l = 0; l < s.count; l++) {
+                const double x = kt_along(s.angular[l], s.linear[l], moment, force);
+                w->mass[column * m + (size_t)(at->local + l)] = x;
+                w->mass[(size_t)(at->local + l) * m + column] = x;
+            }
+            moment += kt_v4_cross(data->motion[j].offset, force);
+            j = at->parent;
+            if (j == group->parent)
+                break;
+        }
+        for (int l = 0; l < 3; l++) {
+            w->coupling[6 * column + (size_t)l] = moment[l];
+            w->coupling[6 * column + 3 + (size_t)l] = force[l];
+        }
+    }
+}
+
+/* Computes M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
+static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
+                                     const kt_group_work *w, const double *tau, kt_articulated *total) {
+    memset(total, 0, sizeof *total);
+    memset(w->mass, 0, (size_t)w->m * (size_t)w->m * sizeof(double));
+    kt_group_bias(model, data, group);
+    for (int l = group->link_count - 1; l >= 0; l--) {
+        const int32_t i = model->group_link[group->link + l];
+        const kt_link *link = &model->link[i];
+        kt_articulated x = data->articulated[i];
+        kt_subspace s;
+        kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
+        for (int k = 0; k < s.count; k++)
+            w->bias[link->local + k] = tau[link->v + k] - kt_along(s.angular[k], s.linear[k], x.moment, x.force);
+        kt_group_columns(model, data, group, w, i);
+        kt_articulated_shift(&x, data->motion[i].offset);
+        kt_articulated_add(link->parent == group->parent ? total : &data->articulated[link->parent], &x);
+    }
+}
+
+/* Adds the armatures to M. */
+static inline void kt_group_gear(const kt_model *model, const kt_group *group, const kt_group_work *w) {
+    for (int i = 0; i < w->m; i++)
+        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
+}
+
+/* total becomes (Ic - F K, W + F y) and is added to the parent. */
+static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *total, kt_articulated *parent) {
+    double f[6] = {0.0}, fk[36] = {0.0};
+    for (int i = 0; i < w->m; i++)
+        for (int r = 0; r < 6; r++) {
+            const double x = w->coupling[6 * (size_t)i + (size_t)r];
+            f[r] += x * w->free[i];
+            for (int c = 0; c < 6; c++)
+                fk[6 * c + r] += x * w->gain[(size_t)c * (size_t)w->m + (size_t)i];
+        }
+    for (int c = 0; c < 3; c++) {
+        const double *a = fk + 6 * c, *l = fk + 6 * (c + 3);
+        total->j[c] -= (kt_v4){a[0], a[1], a[2], 0.0};
+        total->g[c] -= (kt_v4){a[3], a[4], a[5], 0.0};
+        total->h[c] -= (kt_v4){l[0], l[1], l[2], 0.0};
+        total->m[c] -= (kt_v4){l[3], l[4], l[5], 0.0};
+    }
+    total->moment += (kt_v4){f[0], f[1], f[2], 0.0};
+    total->force += (kt_v4){f[3], f[4], f[5], 0.0};
+    kt_articulated_add(parent, total);
+}
+
+/* Writes the accelerations of the group's coordinates, which follow from the parent's, to a. */
+static inline void kt_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
+                                    const kt_group_work *w, double *a) {
+    const kt_link_motion *p = &data->motion[group->parent];
+    for (int i = 0; i < w->m; i++) {
+        double x = w->free[i];
+        for (int c = 0; c < 3 && group->parent; c++)
+            x -= w->gain[(size_t)c * (size_t)w->m + (size_t)i] * p->alpha[c] +
+                 w->gain[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * p->linear[c];
+        a[model->group_v[group->v + i]] = x;
+    }
+}
+
+#endif

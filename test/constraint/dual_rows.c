@@ -1,0 +1,194 @@
+/* What loops add to derivatives (constraint/dual_rows.h), against differences of their equations: of every type, in space
+ * and in a plane, on the manifold and off it, for any accelerations and multipliers.
+ *
+ * Differences of order eight, of steps H and H / 2: the second is off by 1 / 256 of what the first is off by, and so
+ * their extrapolation by about 1 / 256 of their difference, or by rounding, some eps / H of the numbers.
+ */
+#include "tangle.h"
+
+#include "constraint/dual_rows.h"
+#include "model/model.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define H 0.005
+enum { MECHANISMS = 60, MATRIX = TANGLE_ROWS * KT_TREE_NV, SQUARE = KT_TREE_NV * KT_TREE_NV };
+
+/* A' lambda (nv) and b'' - A a (rows), or how they change. */
+typedef struct sample {
+    double force[KT_TREE_NV], slack[TANGLE_ROWS];
+} sample;
+
+typedef struct motion {
+    const tangle *g;
+    double a[KT_TREE_NV], lambda[TANGLE_ROWS];
+} motion;
+
+static bool take(const motion *m, const double *q, const double *v, sample *s) {
+    static double jacobian[MATRIX];
+    const int nv = m->g->tree.nv, rows = m->g->rows;
+    kt_error e = {0};
+    if (!kt_tree_fine(
+            "equations",
+            kt_loop_equations(m->g->tree.model, m->g->tree.data, m->g->t, q, v, jacobian, NULL, NULL, s->slack, &e),
+            &e))
+        return false;
+    for (int i = 0; i < nv; i++) {
+        s->force[i] = 0.0;
+        for (int r = 0; r < rows; r++) {
+            s->force[i] += jacobian[i * rows + r] * m->lambda[r];
+            s->slack[r] -= jacobian[i * rows + r] * m->a[i];
+        }
+    }
+    return true;
+}
+
+/* Adds factor * sample at a step in q_j or v_j. */
+static bool add(const motion *m, int j, bool rate, double step, double factor, sample *sum) {
+    double q[KT_TREE_NQ], v[KT_TREE_NV], move[KT_TREE_NV] = {0.0};
+    sample s;
+    memcpy(v, m->g->v, sizeof v);
+    if (rate)
+        v[j] += step;
+    else
+        move[j] = step;
+    kt_position_add(m->g->tree.model, m->g->q, move, q);
+    if (!take(m, q, v, &s))
+        return false;
+    for (int i = 0; i < KT_TREE_NV; i++)
+        sum->force[i] += factor * s.force[i];
+    for (int r = 0; r < TANGLE_ROWS; r++)
+        sum->slack[r] += factor * s.slack[r];
+    return true;
+}
+
+static bool difference(const motion *m, int j, bool rate, double h, sample *out) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    memset(out, 0, sizeof *out);
+    for (int k = 1; k <= 4; k++)
+        if (!add(m, j, rate, k * h, weight[k - 1] / h, out) || !add(m, j, rate, -k * h, -weight[k - 1] / h, out))
+            return false;
+    return true;
+}
+
+/* Extrapolates to a step of nothing; *apart receives the largest difference of both. */
+static double extrapolate(double whole, double half, double *apart) {
+    *apart = fmax(*apart, fabs(half - whole));
+    return half + (half - whole) / 255.0;
+}
+
+typedef struct derivatives {
+    double force[SQUARE], slack_q[MATRIX], slack_v[MATRIX];
+} derivatives;
+
+static bool derive(const motion *m, derivatives *d) {
+    static kt_support_dof dof[KT_TREE_NV];
+    static int32_t chain[KT_TREE_SLOTS * 3];
+    const kt_model *model = m->g->tree.model;
+    kt_error e = {0};
+    if (model->n.link > sizeof chain / sizeof *chain)
+        return kt_check_true("links fit", false);
+    if (!kt_tree_fine("kinematics", kt_kinematics_update(model, m->g->tree.data, m->g->q, NULL, NULL, &e), &e))
+        return false;
+    const kt_dual_motion at = {.model = model,
+                               .data = m->g->tree.data,
+                               .t = m->g->t,
+                               .q = m->g->q,
+                               .v = m->g->v,
+                               .a = m->a,
+                               .dof = dof,
+                               .chain = chain};
+    memset(d, 0, sizeof *d);
+    kt_dual_loops(&at, m->lambda, d->force, d->slack_q, d->slack_v);
+    return true;
+}
+
+/* Errors of a column, against the largest number of its matrix, or what rounding leaves of a difference of 0: eps / H.
+ */
+typedef struct errors {
+    kt_worst force, slack_q, slack_v;
+} errors;
+
+static void compare(const motion *m, const derivatives *d, int j, bool rate, errors *worst, int n) {
+    const int nv = m->g->tree.nv, rows = m->g->rows;
+    const double *force = d->force + j * nv, *slack = (rate ? d->slack_v : d->slack_q) + j * rows;
+    const double most = fmax(kt_tree_largest(d->slack_q, nv * rows), kt_tree_largest(d->slack_v, nv * rows));
+    const double force_most = fmax(1.0, kt_tree_largest(d->force, nv * nv)), slack_most = fmax(1.0, most);
+    sample whole, half;
+    double apart = 0.0;
+    if (!difference(m, j, rate, H, &whole) || !difference(m, j, rate, 0.5 * H, &half))
+        return;
+    for (int i = 0; i < nv; i++) {
+        const double expected = extrapolate(whole.force[i], half.force[i], &apart);
+        const double bound = apart / 16.0 + 2e-12 * force_most;
+        kt_worst_near(&worst->force, rate ? 0.0 : -force[i], expected, bound, "mechanism %d row %d column %d%s", n, i,
+                      j, rate ? " (v)" : "");
+    }
+    apart = 0.0;
+    for (int r = 0; r < rows; r++) {
+        const double expected = extrapolate(whole.slack[r], half.slack[r], &apart);
+        kt_worst_near(rate ? &worst->slack_v : &worst->slack_q, slack[r], expected, apart / 16.0 + 2e-12 * slack_most,
+                      "mechanism %d equation %d column %d", n, r, j);
+    }
+}
+
+static void put_off(tangle *g, kt_random *random) {
+    double step[KT_TREE_NV], q[KT_TREE_NQ];
+    for (int i = 0; i < g->tree.nv; i++) {
+        step[i] = kt_random_uniform(random, -0.05, 0.05);
+        g->v[i] = kt_random_uniform(random, -1.0, 1.0);
+    }
+    memcpy(q, g->q, sizeof q);
+    kt_position_add(g->tree.model, q, step, g->q);
+}
+
+static void check_all(tangle_plan plan, int types_wanted) {
+    kt_random random = kt_random_of_test();
+    static tangle g;
+    static derivatives d;
+    static motion m;
+    errors worst = {kt_worst_make("d(A' lambda)"), kt_worst_make("d(b'' - A a)/dq"), kt_worst_make("d(b'' - A a)/dv")};
+    int types[KT_LOOP_TYPE_COUNT] = {0}, kinds = 0;
+    for (int n = 0; n < MECHANISMS; n++) {
+        if (tangle_grow(&g, &plan, &random)) {
+            m.g = &g;
+            if (n % 2)
+                put_off(&g, &random);
+            for (int i = 0; i < KT_TREE_NV; i++)
+                m.a[i] = kt_random_normal(&random);
+            for (int r = 0; r < TANGLE_ROWS; r++)
+                m.lambda[r] = kt_random_normal(&random);
+            for (int i = 0; i < g.loops; i++)
+                types[g.loop[i].type]++;
+            for (int j = 0; j < g.tree.nv && (j > 0 || derive(&m, &d)); j++) {
+                compare(&m, &d, j, false, &worst, n);
+                compare(&m, &d, j, true, &worst, n);
+            }
+        }
+        tangle_free(&g);
+    }
+    kt_check_worst(&worst.force);
+    kt_check_worst(&worst.slack_q);
+    kt_check_worst(&worst.slack_v);
+    for (int i = 0; i < KT_LOOP_TYPE_COUNT; i++)
+        kinds += types[i] > 0;
+    kt_check_equal_int("types of loops", kinds, types_wanted);
+}
+
+KT_TEST(loops_change_as_differences_of_their_equations_do) {
+    tangle_plan plan = tangle_plan_default();
+    plan.loops = 3;
+    plan.tree.bodies = 10;
+    check_all(plan, KT_LOOP_TYPE_COUNT);
+}
+
+/* Screws and rolling have no form in a plane. */
+KT_TEST(loops_in_a_plane_change_as_differences_of_their_equations_do) {
+    tangle_plan plan = tangle_plan_planar();
+    plan.loops = 3;
+    plan.tree.bodies = 10;
+    check_all(plan, KT_LOOP_TYPE_COUNT - 2);
+}

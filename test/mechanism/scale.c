@@ -1,0 +1,141 @@
+/* Millimetres and kilometres: what is small is said by the mechanism, not by the unit.
+ *
+ * With all lengths and gravity times s, inertias times s^2 and masses as they are, every angle is the same function of
+ * time.
+ */
+#include "../constraint/linkage.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double sizes[] = {1e-6, 1e-3, 1.0, 1e3, 1e6};
+enum { SIZES = 5, UNIT = 2 };
+
+static void enlarge(linkage *l, double s) {
+    l->description.gravity = kt_vec3_scale(s, l->description.gravity);
+    for (int i = 0; i < l->description.body_count; i++) {
+        kt_body *b = &l->body[i];
+        b->joint.at = kt_vec3_scale(s, b->joint.at);
+        b->com = kt_vec3_scale(s, b->com);
+        const kt_sym3 j = b->inertia;
+        b->inertia = kt_sym3_make(s * s * j.xx, s * s * j.yy, s * s * j.zz, s * s * j.xy, s * s * j.xz, s * s * j.yz);
+        if (b->joint.type == KT_JOINT_PRISMATIC) {
+            b->joint.position[0] *= s;
+            b->joint.velocity[0] *= s;
+        }
+    }
+    for (int i = 0; i < l->description.loop_count; i++)
+        for (int k = 0; k < 2; k++)
+            l->loop[i].between[k].at = kt_vec3_scale(s, l->loop[i].between[k].at);
+}
+
+/* From far off, ranks and the closed state are the same; so are the accelerations there, and a gap is so much larger.
+ */
+KT_TEST(four_bar_is_assembled_alike_at_every_size) {
+    static linkage l;
+    double q[3], a[3], b[3];
+    kt_worst accelerations = kt_worst_make("accelerations"); /* measured: 1.5e-15 */
+    const int order[SIZES] = {UNIT, 0, 1, 3, 4};
+    for (int k = 0; k < SIZES; k++) {
+        const double s = sizes[order[k]];
+        four_bar f = four_bar_default();
+        f.angle[0] += 0.4;
+        f.angle[1] -= 0.4;
+        f.angle[2] += 0.5;
+        linkage_four_bar(&l, &f);
+        enlarge(&l, s);
+        if (linkage_build(&l, 0.0)) {
+            kt_note("%g m", s);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
+            kt_check_below("gap", linkage_residual(&l, 0.0).position, 2e-15 * s);
+            if (linkage_accelerate(&l, 0.0, k ? b : a))
+                for (int i = 0; i < 3; i++) {
+                    if (k == 0)
+                        q[i] = l.q[i];
+                    kt_check_near(l.body_name[i], l.q[i], q[i], 1e-13);
+                    kt_worst_near(&accelerations, k ? b[i] : a[i], a[i], 1e-14, "%g m, %d", s, i);
+                }
+        }
+        linkage_free(&l);
+    }
+    kt_check_worst(&accelerations);
+}
+
+KT_TEST(unreachable_loop_is_refused_at_every_size) {
+    static linkage l;
+    for (int k = 0; k < SIZES; k++) {
+        four_bar f = four_bar_default();
+        kt_error e = {0};
+        f.ground = 4.8 + 1e-3; /* with all bars in line 4.8 m */
+        linkage_four_bar(&l, &f);
+        enlarge(&l, sizes[k]);
+        if (linkage_compile(&l)) {
+            kt_check_equal_int("status", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), KT_ERROR_CONSTRAINT);
+            static const char *const gaps[SIZES] = {"'close' by 1e-09", "'close' by 1e-06", "'close' by 0.001",
+                                                    "'close' by 1 ", "'close' by 1e+03"};
+            kt_check_contains("message", e.message, gaps[k]);
+        }
+        linkage_free(&l);
+    }
+}
+
+/* Ten crossings in 10 s, seen from the angle at the end. */
+KT_TEST(windows_pass_singular_positions_at_every_size) {
+    static linkage l;
+    double reference[5];
+    const int order[SIZES] = {UNIT, 0, 1, 3, 4};
+    for (int k = 0; k < SIZES; k++) {
+        linkage_run r;
+        linkage_windows(&l, 2, 0.0, 1.0, KT_LOOP_REVOLUTE);
+        enlarge(&l, sizes[order[k]]);
+        if (linkage_build(&l, 0.0) && linkage_run_start(&r, &l, "rk4", 1e-3, 0.0, false, 0.0)) {
+            kt_note("%g m", sizes[order[k]]);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 4);
+            if (linkage_run_to(&r, 10.0)) {
+                for (int i = 0; i < 5 && k == 0; i++)
+                    reference[i] = l.q[i];
+                for (int i = 0; i < 5 && k; i++)
+                    kt_check_near(l.body_name[i], l.q[i], reference[i], 2e-10);
+                kt_check_below("gap", linkage_residual(&l, 10.0).position, 1e-14 * sizes[order[k]]);
+            }
+            linkage_run_stop(&r);
+        }
+        linkage_free(&l);
+    }
+}
+
+/* Metres and radians in one loop: a crank and a rod of one length, the rod's end on a slider through the crank's pivot.
+ * At 90 degrees the slider stands on the pivot and could stay there; it goes on, x = 2 cos(angle) and -angle between
+ * the bars twice. */
+KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
+    static linkage l;
+    kt_worst rod = kt_worst_make("rod"), place = kt_worst_make("slider");
+    for (int k = 0; k < SIZES; k++) {
+        const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), bar = kt_vec3_make(1.0, 0.0, 0.0);
+        const double s = sizes[k], angle = 0.5, rate = 3.0;
+        linkage_run r;
+        linkage_begin(&l);
+        linkage_bar(&l, "crank", NULL, none, bar, angle, rate);
+        linkage_bar(&l, "rod", "crank", bar, bar, -2.0 * angle, -2.0 * rate);
+        kt_body *slider = linkage_bar(&l, "slider", NULL, none, bar, 2.0 * cos(angle), -2.0 * sin(angle) * rate);
+        slider->joint.type = KT_JOINT_PRISMATIC;
+        slider->joint.axis = bar;
+        linkage_close(&l, "close", KT_LOOP_REVOLUTE, "rod", bar, "slider", none);
+        l.description.gravity = none;
+        enlarge(&l, s);
+        if (linkage_build(&l, 0.0) && linkage_run_start(&r, &l, "dop853", 0.0, 1e-11, false, 0.0)) {
+            kt_note("%g m", s);
+            for (int i = 1; i <= 50 && linkage_run_to(&r, 0.1 * i); i++) {
+                kt_worst_near(&rod, l.q[1], -2.0 * l.q[0], 3e-10, "%g m, t = %g", s, 0.1 * i);
+                kt_worst_near(&place, l.q[2], 2.0 * s * cos(l.q[0]), 3e-10 * s, "%g m, t = %g", s, 0.1 * i);
+            }
+            linkage_run_stop(&r);
+            kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
+            kt_check_above("turned", l.q[0], 6.0);
+        }
+        linkage_free(&l);
+    }
+    kt_check_worst(&rod);
+    kt_check_worst(&place);
+}
