@@ -11,9 +11,10 @@
  * eliminated link by link, where that takes fewer operations than one dense matrix for all of it (kt_structure): its
  * cost then grows with its number of links if loops are chained, as in rows of windows, ropes and ladders.
  */
-#ifndef KINETREE_REDUCTION_H
-#define KINETREE_REDUCTION_H
+#ifndef KINETREE_MECHANISM_H
+#define KINETREE_MECHANISM_H
 
+#include "kinetree/closure.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -141,15 +142,6 @@ typedef struct kt_residual {
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 
-/* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
- * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
- * states, each closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
-enum {
-    KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
-    KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */
-    KT_ASSEMBLY_STEPS_MAX = 200 /* of an assembly, along the manifold to the nearest state */
-};
-
 /* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55
  * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. At most
  * KT_POSITION_STEPS_MAX and KT_VELOCITY_STEPS_MAX steps are taken; if loops are still open, the call fails, and at most
@@ -175,27 +167,6 @@ KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *da
 /* Writes the positions (nq) at which the last kt_state_assemble with these data ended with KT_ERROR_CONSTRAINT;
  * kt_loop_equations gives the residual of each equation there. O(nq). */
 KT_API void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q);
-
-/* A given initial value that an assembly has moved. */
-typedef struct kt_initial_change {
-    int body;        /* whose joint it is */
-    unsigned part;   /* of its state: one of the KT_GIVEN_ bits */
-    double change;   /* of the coordinate of that part that moved most: rad, m, rad/s or m/s; of a quaternion the angle,
-                        rad */
-    double relative; /* relative to a radian, or to the length of the longest loop; of velocities, to the fastest of the
-                        mechanism */
-} kt_initial_change;
-
-/* Changes whose relative size is smaller are not reported. */
-#define KT_INITIAL_CHANGE_LEAST 1e-6
-
-/* Reports the given initial values from which the state q (nq), v (nv), assembled from kt_model_initial, differs by
- * more than KT_INITIAL_CHANGE_LEAST: one entry for each part of a joint, in the order of bodies, positions before
- * velocities. Returns the number of entries and fills the first `most` of them (changes may be NULL if most is 0). The
- * positions and velocities of a simulation that has just been created are such a state. Allocates nothing.
- * O(bodies). */
-KT_API int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes,
-                              int most);
 
 /* Computes the equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'',
  * one for each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. Errors:

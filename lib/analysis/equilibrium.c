@@ -16,8 +16,8 @@
  */
 #include "analysis/analysis.h"
 #include "dynamics/dynamics.h"
+#include "linear/cholesky.h"
 #include "linear/lapack.h"
-#include "reduction/maggi_kane.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,7 +3,7 @@
  * A change is relative to its scale: an angle to a radian, a length to the length of the longest loop; a velocity to
  * the fastest of the mechanism, before or after, in the same units.
  */
-#include "kinetree/mechanism.h"
+#include "kinetree/closure.h"
 #include "model/model.h"
 
 #include <math.h>

@@ -21,7 +21,7 @@
  */
 #include "closure/levenberg_marquardt.h"
 
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 
 #include <float.h>
 #include <string.h>

@@ -3,7 +3,9 @@
 #define KT_CLOSURE_PROJECT_H
 
 #include "dynamics/dynamics.h"
-#include "kinetree/mechanism.h"
+#include "kinetree/closure.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
 #include "reduction/kernel.h"
 
 #include <float.h>

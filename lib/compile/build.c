@@ -8,9 +8,9 @@
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "compile/planar.h"
-#include "constraint/group.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
+#include "reduction/method.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,10 +1,9 @@
-/* Derivatives of loops and effects by dual numbers: their part of kt_acceleration_derivatives (acceleration.c) and of
- * linearisations. */
+/* Derivatives of loops by dual numbers: their part of kt_acceleration_derivatives and of linearisations. */
 #ifndef KT_CONSTRAINT_DUAL_ROWS_H
 #define KT_CONSTRAINT_DUAL_ROWS_H
 
 #include "dynamics/dof.h"
-#include "effect/effect.h"
+#include "model/model.h"
 
 /* A degree of freedom on the path from the link that carries both ends of a loop or an effect to one of them, expressed
  * about a point near to them. */
@@ -31,11 +30,5 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
 
 /* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */
 void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);
-
-/* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
-void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_slopes *slopes);
-void kt_dual_joint_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                          double slope[2]);
 
 #endif

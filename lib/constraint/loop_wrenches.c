@@ -1,6 +1,6 @@
 /* The wrenches of the loops, from their equations' multipliers: the sum of the rows' wrenches times lambda. */
+#include "constraint/loop_wrenches.h"
 #include "constraint/spatial_rows.h"
-#include "reduction/kernel.h"
 
 /* Adds a wrench at `arm` from a link's origin to the body's, about the body frame's origin. */
 static void add_to_body(const kt_model *model, const kt_data *data, int32_t body, kt_v4 moment, kt_v4 force, kt_v4 arm,
@@ -78,8 +78,6 @@ static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-/* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
- * loops (one wrench for each loop, on the second end about the first end's point). */
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];

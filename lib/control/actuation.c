@@ -4,6 +4,7 @@
  * and with y = sqrt(W) forces the least y is that of least forces' W forces.
  */
 #include "control/control.h"
+#include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 
 #include <stdio.h>

@@ -4,6 +4,7 @@
  */
 #include "control/control.h"
 
+#include "linear/cholesky.h"
 #include "reduction/kernel.h"
 
 #include <stdio.h>

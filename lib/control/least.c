@@ -25,7 +25,7 @@ void kt_least_factor(kt_least *w) {
         kt_swap_columns(&w->qr, m, j, best);
         w->norm[best] = w->norm[j];
         w->norm[j] = size * size;
-        kt_eliminate(&w->qr, m, j, w->norm);
+        kt_eliminate_column(&w->qr, m, j, w->norm);
     }
 }
 

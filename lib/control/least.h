@@ -6,7 +6,7 @@
 #include "linear/qr.h"
 
 typedef struct kt_least {
-    kt_group_work qr;   /* m, k; factor: A (m x k), then its factors; reflector (k), pivot (k) */
+    kt_qr qr;           /* factor: A (m x k), then its factors */
     double *norm, *sum; /* k; the larger of m and k */
     int rank;
 } kt_least;

@@ -4,7 +4,7 @@
 
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
  */
 #include "control/mass_inverse.h"
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 
 #include <string.h>
 

@@ -7,7 +7,7 @@
 
 #include "derivative/kkt.h"
 #include "dynamics/dynamics.h"
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 
 #include <string.h>
 

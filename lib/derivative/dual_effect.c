@@ -1,6 +1,6 @@
 /* Derivatives of the wrench and of the joint force of an effect by dual numbers, of its own code: for types that have
  * none in closed form (effect/effect.h), and to hold these against. */
-#include "constraint/dual_rows.h"
+#include "derivative/dual_effect.h"
 
 /* What is changed of the last end, in the order of kt_effect_slopes. */
 enum { ROTATION, DISPLACEMENT, OMEGA, VELOCITY, CHANGES };

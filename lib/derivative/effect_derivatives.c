@@ -22,7 +22,7 @@
  */
 #include "derivative/effect_derivatives.h"
 
-#include "constraint/dual_rows.h"
+#include "derivative/dual_effect.h"
 #include "effect/effect.h"
 
 /* What all effects of a state share. */

@@ -1,6 +1,7 @@
 /* One QR decomposition of all loops' equations, as lib/reduction/qr_method.c factors those of a group. */
 #include "derivative/jacobian_qr.h"
 
+#include "linear/cholesky.h"
 #include "linear/qr.h"
 
 #include <string.h>
@@ -32,7 +33,7 @@ static int weigh(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
     return rank;
 }
 
-static void swap(kt_jacobian_qr *w, const kt_group_work *g, int j, int best) {
+static void swap(kt_jacobian_qr *w, const kt_qr *g, int j, int best) {
     const double norm = w->norm[j];
     kt_swap_columns(g, g->m, j, best);
     w->norm[j] = w->norm[best];
@@ -53,8 +54,7 @@ static void write_basis(const kt_jacobian_qr *w) {
 kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
                                 kt_error *error) {
     const size_t n = w->n, p = w->p;
-    const kt_group_work g = {
-        .m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    const kt_qr g = {.m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
     w->rank = weigh(w, model, rows);
     for (size_t r = 0; r < p; r++) {
         for (size_t i = 0; i < n; i++)
@@ -69,7 +69,7 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
             return kt_jacobian_singular(error);
         if (best != j)
             swap(w, &g, j, best);
-        kt_eliminate(&g, (int)n, j, w->norm);
+        kt_eliminate_column(&g, (int)n, j, w->norm);
     }
     for (int c = 0; c < w->rank; c++)
         for (int i = 0; i <= c; i++)

@@ -1,6 +1,7 @@
 /* The maps of kkt.h of a group by fronts: what the steps of an elimination have in common for all right-hand
  * sides. */
 #include "derivative/kkt_link.h"
+#include "linear/cholesky.h"
 #include "linear/qr.h"
 
 #include <string.h>

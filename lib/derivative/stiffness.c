@@ -22,11 +22,11 @@
  */
 #include "derivative/stiffness.h"
 
-#include "constraint/gradient.h"
 #include "derivative/kkt.h"
+#include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 
 #include <string.h>
 

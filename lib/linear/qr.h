@@ -5,11 +5,24 @@
 #ifndef KT_LINEAR_QR_H
 #define KT_LINEAR_QR_H
 
-#include "reduction/maggi_kane.h"
+#include "algebra/lane.h"
 
 #include <math.h>
 
-static inline void kt_swap_columns(const kt_group_work *w, int m, int a, int b) {
+/* A matrix A (m x k), then its factors; reflector and pivot: k. */
+typedef struct kt_qr {
+    int m, k;
+    double *factor, *reflector;
+    int32_t *pivot;
+} kt_qr;
+
+/* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
+ * largest direction counts as at least KT_RANK_FLOOR of what it could be (rank.c): if all entries are rounding noise,
+ * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be. */
+#define KT_RANK_TOLERANCE 1e-10
+#define KT_RANK_FLOOR 1e-3
+
+static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
     for (int i = 0; i < m; i++) {
         const double t = x[i];
@@ -42,7 +55,7 @@ KT_INLINE double kt_squares(const double *x, int from, int m) {
 /* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
  * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
  * would lose their digits where the rank ends. */
-KT_INLINE void kt_eliminate(const kt_group_work *w, int m, int j, double *norm) {
+KT_INLINE void kt_eliminate_column(const kt_qr *w, int m, int j, double *norm) {
     double *u = w->factor + (size_t)j * (size_t)m;
     const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
     for (int i = j + 1; i < m; i++)

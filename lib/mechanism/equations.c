@@ -5,26 +5,6 @@
 
 #include <string.h>
 
-void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations) {
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
-        for (int r = 0; r < loop->row_count; r++)
-            if (slot[r] >= 0 && slot[r] < count)
-                equations[loop->equation + r] = slots[slot[r]];
-    }
-}
-
-void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots) {
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
-        for (int r = 0; r < loop->row_count; r++)
-            if (slot[r] >= 0 && slot[r] < count)
-                slots[slot[r]] = equations[loop->equation + r];
-    }
-}
-
 /* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
 typedef struct kt_outputs {
     double *jacobian, *residual, *rate, *drift;

@@ -3,6 +3,7 @@
 #define KT_MECHANISM_EVALUATE_H
 
 #include "closure/project.h"
+#include "kinetree/mechanism.h"
 
 /* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
  * to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */

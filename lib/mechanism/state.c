@@ -1,6 +1,7 @@
 /* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
  * (project.c) and at the start by an assembly (assemble.c). */
 #include "closure/project.h"
+#include "kinetree/mechanism.h"
 
 #include "dynamics/dynamics.h"
 

@@ -7,6 +7,7 @@
  */
 #include "reduction/driver.h"
 
+#include "constraint/loop_wrenches.h"
 #include "constraint/spatial_rows.h"
 #include "reduction/delassus.h"
 #include "reduction/front.h"

@@ -111,7 +111,7 @@ KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, dou
 /* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small
  * directions are left and all can be passed on. *first is the squared size of the largest direction of all steps so
  * far. Returns the rank, or -1 if a number is not finite. */
-KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, const double *usual, double *first) {
+KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const double *usual, double *first) {
     const int n = d->m, k = d->k;
     double *norm = f->w.work, all = 0.0;
     int rank = 0;
@@ -137,7 +137,7 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_group_work *d, int most, c
             norm[rank] = norm[best];
             norm[best] = norm_of;
         }
-        kt_eliminate(d, n, rank, norm);
+        kt_eliminate_column(d, n, rank, norm);
     }
     for (int c = 0; c < rank && f->w.weight; c++) {
         const double weight = f->w.weight[d->pivot[c]];
@@ -333,7 +333,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     kt_front_factor_find(f, s, &x);
     if (count->rows && goal->eliminate) {
         const double *usual = goal->waits[s] && !goal->regular ? goal->usual + s : NULL;
-        const kt_group_work d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector = x.scale};
+        const kt_qr d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector = x.scale};
         const int rank = factor_rows(f, &d, goal->cap[s] - at->rank - at->dropped, usual, &at->first);
         if (rank < 0)
             return false;

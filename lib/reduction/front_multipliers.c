@@ -8,6 +8,7 @@
  */
 #include "reduction/front.h"
 
+#include "linear/cholesky.h"
 #include "linear/qr.h"
 #include "reduction/front_link.h"
 

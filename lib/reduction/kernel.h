@@ -2,7 +2,7 @@
 #ifndef KT_REDUCTION_KERNEL_H
 #define KT_REDUCTION_KERNEL_H
 
-#include "constraint/group.h"
+#include "reduction/method.h"
 
 /* data->solved: groups of few equations (delassus.h) and of narrow fronts (front4.h) may be solved in their own
  * forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
@@ -49,8 +49,7 @@ typedef struct kt_reduction_kernels {
 } kt_reduction_kernels;
 
 #define KT_REDUCTION_DECLARE(level)                                                                                    \
-    extern const kt_reduction_kernels kt_reduction_kernels_##level, kt_reduction_planar_kernels_##level;               \
-    void kt_react_##level(const kt_model *, const kt_data *, double, kt_wrench *, kt_wrench *);
+    extern const kt_reduction_kernels kt_reduction_kernels_##level, kt_reduction_planar_kernels_##level;
 KT_REDUCTION_DECLARE(baseline)
 KT_REDUCTION_DECLARE(v3)
 KT_REDUCTION_DECLARE(v4)

@@ -1,17 +1,5 @@
-/* The kernels and the reduction for an instruction set, and the layout of a group's matrices. */
+/* The kernels and the reduction for an instruction set. */
 #include "reduction/kernel.h"
-
-size_t kt_group_layout(kt_group *group) {
-    const size_t m = (size_t)group->v_count, k = (size_t)group->row_count;
-    const size_t n = group->front.used ? 0 : m, s = n < k ? n : k;
-    size_t used = 0, *at = group->at;
-#define KT_GROUP_PLACE(name, count, meaning)                                                                           \
-    *at++ = used;                                                                                                      \
-    used += ((count) + 7) / 8 * 8;
-    KT_GROUP_FIELDS(KT_GROUP_PLACE)
-#undef KT_GROUP_PLACE
-    return used;
-}
 
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
     if (model->sweep == KT_SWEEP_SPATIAL)

@@ -15,7 +15,7 @@
  * according to the number of threads.
  */
 #include "linear/lapack.h"
-#include "linear/qr.h"
+#include "reduction/maggi_kane.h"
 
 #include <math.h>
 #include <string.h>
@@ -48,6 +48,7 @@ static void unweight(const kt_group_work *w, int rank) {
 KT_INLINE int factor_any(const kt_group_work *w, int cap) {
     const int m = w->m;
     double first = 0.0, all, *norm = w->work;
+    const kt_qr qr = {.m = m, .k = w->k, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
     begin(w, m, norm);
     for (int j = 0; j < cap; j++) {
         const int best = kt_longest_column(norm, j, w->k, &all);
@@ -58,12 +59,12 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
         if (best != j) {
-            kt_swap_columns(w, m, j, best);
+            kt_swap_columns(&qr, m, j, best);
             const double t = norm[j];
             norm[j] = norm[best];
             norm[best] = t;
         }
-        kt_eliminate(w, m, j, norm);
+        kt_eliminate_column(&qr, m, j, norm);
     }
     return cap;
 }

@@ -16,9 +16,10 @@
  * x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
 #include "closure/project.h"
 #include "constraint/gradient.h"
+#include "derivative/loop_response.h"
 #include "derivative/stiffness.h"
 #include "kinetree/joint.h"
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

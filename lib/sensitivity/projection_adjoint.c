@@ -7,6 +7,7 @@
  * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M
  * g. */
 #include "constraint/gradient.h"
+#include "derivative/loop_response.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
 

@@ -9,7 +9,8 @@
  * at constant w, a, lambda and pi: one solution, one sweep for the gradient of w times inverse dynamics
  * (dynamics/inverse_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
  * equations (constraint/gradient.h). With other effects, the products with the derivatives themselves. */
-#include "reduction/maggi_kane.h"
+#include "derivative/dual_effect.h"
+#include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

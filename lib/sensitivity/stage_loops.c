@@ -1,5 +1,6 @@
 /* What loops add to the adjoint of an evaluation of accelerations (stage_adjoint.c). */
 #include "constraint/gradient.h"
+#include "derivative/loop_response.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 

@@ -5,7 +5,7 @@
  * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by
  * themselves: zero unless p is a loop's own function of time. The projection is told in projection.c.
  */
-#include "reduction/maggi_kane.h"
+#include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 #ifndef KT_STUDY_REDUCTION_H
 #define KT_STUDY_REDUCTION_H
 
-#include "constraint/group.h"
+#include "reduction/method.h"
 
 KT_REDUCTION_EXTERN(kt_reduction_svd)
 KT_REDUCTION_EXTERN(kt_reduction_partition)

@@ -5,7 +5,7 @@
  */
 #include "check.h"
 
-#include "constraint/dual_rows.h"
+#include "derivative/dual_effect.h"
 
 #include <math.h>
 #include <string.h>

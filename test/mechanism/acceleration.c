@@ -4,8 +4,8 @@
 
 #include "model/model.h"
 
-#include "constraint/group.h"
 #include "kinetree/study.h"
+#include "reduction/method.h"
 
 #include <float.h>
 #include <math.h>

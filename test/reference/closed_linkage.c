@@ -131,7 +131,7 @@ KT_TEST(squeezer_takes_up_the_work_of_its_drive) {
 
 /* The ends of steps keep 5e-9 J or better. Records between them are less exact where a step crosses a singular
  * position: dop853's three stages for its dense output lie off the manifold by about the tolerance c, and near the
- * position, at a distance x, that is an acceleration of 2 c v^2 / x^3 (lib/mechanism/evaluate.c) which no error
+ * position, at a distance x, that is an acceleration of 2 c v^2 / x^3 (mechanism/singular_crossing.c) which no error
  * estimate sees. Measured: 5.5e-8 J at 1e-11 and 3.1e-7 J at 1e-12, whose steps reach further across; of 34 J. tsit5's
  * dense output is of order 4. */
 KT_TEST(records_across_singular_positions_keep_the_energy) {

@@ -1,0 +1,45 @@
+/* Closing the loops: how far iterations go, and what an assembly has moved. kt_state_project and kt_state_assemble are in
+ * mechanism.h. */
+#ifndef KINETREE_CLOSURE_H
+#define KINETREE_CLOSURE_H
+
+#include "kinetree/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
+ * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
+ * states, each closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
+enum {
+    KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
+    KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */
+    KT_ASSEMBLY_STEPS_MAX = 200 /* of an assembly, along the manifold to the nearest state */
+};
+
+/* A given initial value that an assembly has moved. */
+typedef struct kt_initial_change {
+    int body;        /* whose joint it is */
+    unsigned part;   /* of its state: one of the KT_GIVEN_ bits */
+    double change;   /* of the coordinate of that part that moved most: rad, m, rad/s or m/s; of a quaternion the angle,
+                        rad */
+    double relative; /* relative to a radian, or to the length of the longest loop; of velocities, to the fastest of the
+                        mechanism */
+} kt_initial_change;
+
+/* Changes whose relative size is smaller are not reported. */
+#define KT_INITIAL_CHANGE_LEAST 1e-6
+
+/* Reports the given initial values from which the state q (nq), v (nv), assembled from kt_model_initial, differs by
+ * more than KT_INITIAL_CHANGE_LEAST: one entry for each part of a joint, in the order of bodies, positions before
+ * velocities. Returns the number of entries and fills the first `most` of them (changes may be NULL if most is 0). The
+ * positions and velocities of a simulation that has just been created are such a state. Allocates nothing.
+ * O(bodies). */
+KT_API int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes,
+                              int most);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

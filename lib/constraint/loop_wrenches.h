@@ -1,0 +1,16 @@
+/* The wrenches of the loops (loop_wrenches.c). */
+#ifndef KT_CONSTRAINT_LOOP_WRENCHES_H
+#define KT_CONSTRAINT_LOOP_WRENCHES_H
+
+#include "constraint/group.h"
+
+/* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
+ * loops (one wrench for each loop, on the second end about the first end's point). */
+#define KT_REACT_DECLARE(level)                                                                                        \
+    void kt_react_##level(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
+KT_REACT_DECLARE(baseline)
+KT_REACT_DECLARE(v3)
+KT_REACT_DECLARE(v4)
+#undef KT_REACT_DECLARE
+
+#endif

@@ -1,0 +1,106 @@
+/* What the loops do at a state, over the kernels of the model's instruction set and sweep: responses, multipliers. */
+#include "derivative/loop_response.h"
+
+#include "closure/project.h"
+#include "reduction/driver.h"
+
+#include <string.h>
+
+static kt_status refuse_overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "the loops' equations overflow: look for a position that is huge");
+}
+
+kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error) {
+    return !kt_is_near_singular(model, data)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                              "the loops are at a singular position, or next to one, where accelerations have no "
+                              "defined derivative; take a neighbouring one");
+}
+
+kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
+                          kt_error *error) {
+    kt_violation violation;
+    if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation))
+        return refuse_overflow(error);
+    return kt_loops_factor_again(model, data, rows, error);
+}
+
+kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
+    return kt_reduction_kernels_of(model)->ready(model, data, rows, true) ? kt_loops_refuse_singular(model, data, error)
+                                                                          : refuse_overflow(error);
+}
+
+/* The arrays of a group's equations. */
+typedef enum array { RIGHT, MULTIPLIER, RESIDUAL } array;
+
+static double *array_of(const kt_group_work *w, array of) {
+    return of == RIGHT ? w->right : of == MULTIPLIER ? w->multiplier : w->residual;
+}
+
+/* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others;
+ * or back, from `given` (NULL: zeros) where `out` is NULL. */
+static void exchange(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
+    if (out)
+        memset(out, 0, model->n.row * sizeof *out);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        double *numbers = array_of(&w, of);
+        if (out)
+            kt_rows_scatter(model, group, w.k, numbers, out);
+        else if (given)
+            kt_rows_gather(model, group, w.k, given, numbers);
+        else
+            memset(numbers, 0, (size_t)w.k * sizeof *numbers);
+    }
+}
+
+void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi) {
+    exchange(model, data, RESIDUAL, NULL, phi);
+}
+
+kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
+                           const double *force, double *x, kt_error *error) {
+    exchange(model, data, RIGHT, right, NULL);
+    if (kt_reduction_kernels_of(model)->close(model, data, metric, force, x))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+}
+
+/* Groups that have been solved in their own form are factored. */
+static kt_status unsolve(const kt_model *model, kt_data *data, kt_error *error) {
+    bool some = false, fine;
+    for (size_t g = 0; g < model->n.group; g++)
+        some |= data->solved[g];
+    if (!some)
+        return KT_OK;
+    KT_BY_LEVEL(model->level, fine =, kt_groups_unsolve, (model, data));
+    return fine ? kt_loops_refuse_singular(model, data, error) : refuse_overflow(error);
+}
+
+kt_status kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda, kt_error *error) {
+    const kt_status status = unsolve(model, data, error);
+    if (status != KT_OK)
+        return status;
+    KT_BY_LEVEL(model->level, , kt_groups_share, (model, data, force));
+    exchange(model, data, MULTIPLIER, NULL, lambda);
+    return KT_OK;
+}
+
+void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, double *out) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        if (group->front.used)
+            kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, w.multiplier, NULL);
+        for (int r = 0; r < w.k && !group->front.used; r++) {
+            w.multiplier[r] = 0.0;
+            for (int i = 0; i < w.m; i++)
+                w.multiplier[r] += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];
+        }
+    }
+    exchange(model, data, MULTIPLIER, NULL, out);
+}
