@@ -45,7 +45,7 @@
 KT_METHOD_LIST(KT_METHOD_EXTERN)
 #undef KT_METHOD_EXTERN
 
-/* The coefficients of dopri5, which are those of auto, too (table_dormand_prince.c). */
+/* The coefficients of dopri5, which are those of auto, too (tables/dormand_prince.c). */
 extern const double kt_dopri5_a[], kt_dopri5_b[], kt_dopri5_c[], kt_dopri5_e[], kt_dopri5_d[];
 
 /* Whether the method is one of the built-in list, whose tables the tests check. */

@@ -12,7 +12,7 @@
  *
  * It begins with the polynomial of the last step, continued, or with 0 where there is none.
  *
- * Error estimate. The embedded formula of order 3 (table_radau.c) is made to decay where the motion is stiff:
+ * Error estimate. The embedded formula of order 3 (tables/radau.c) is made to decay where the motion is stiff:
  *
  *     err = (gamma / h - J)^-1 (f(t0, y0) + gamma (e_1 z_1 + e_2 z_2 + e_3 z_3) / h)
  *
