@@ -19,7 +19,7 @@
 #define KT_CONSTRAINT_PLANAR_ROWS_H
 
 #include "constraint/spatial_rows.h"
-#include "dynamics/planar_sweep.h"
+#include "dynamics/sweep_planar.h"
 
 #include <float.h>
 

@@ -1,4 +1,4 @@
-/* What joint forces do to accelerations: M^-1 of a tree (dynamics/mass_inverse.h), or with loops Z (Z' M Z)^-1 Z', by
+/* What joint forces do to accelerations: M^-1 of a tree (dynamics/aba_inverse.h), or with loops Z (Z' M Z)^-1 Z', by
  * these matrices where loops are few, otherwise along the tree (derivative/kkt.h). */
 #include "control/mass_inverse.h"
 

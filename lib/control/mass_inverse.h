@@ -3,7 +3,7 @@
 #define KT_CONTROL_MASS_INVERSE_H
 
 #include "derivative/kkt.h"
-#include "dynamics/mass_inverse.h"
+#include "dynamics/aba_inverse.h"
 #include "kinetree/control.h"
 
 /* Every array: type, name, count, meaning. closed: v with loops and dense factors, otherwise 0; along, data: the bytes

@@ -1,6 +1,6 @@
 /* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's instruction set, results. */
 #include "dynamics/derivative.h"
-#include "dynamics/inverse_gradient.h"
+#include "dynamics/rnea_gradient.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>

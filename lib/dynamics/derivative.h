@@ -30,7 +30,7 @@
  *     dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)     i before k's node
  * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi), and likewise for v.
  *
- * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (articulated.h): with
+ * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (aba.h): with
  * U = I S and d = 1 / S.U, from the tips to the root,
  *     I -= U U' d,   2B -= U d S'2B,   X -= U d S'X
  * leaves what a node passes to its parent; armature is added to S.U and appears nowhere else. Then, for each k, the

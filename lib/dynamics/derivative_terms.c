@@ -1,5 +1,5 @@
 /* The terms of the derivatives of each degree of freedom (derivative.h): a forward pass and a backward pass. */
-#include "dynamics/articulated.h"
+#include "dynamics/aba.h"
 #include "dynamics/derivative.h"
 #include "dynamics/dof.h"
 

@@ -1,4 +1,4 @@
-/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of articulated.h at
+/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of aba.h at
  * rest, with a sharper pivot test than forward dynamics can afford.
  *
  * Projecting out a degree of freedom leaves rounding errors in J and M that are proportional to what was there. These
@@ -7,7 +7,7 @@
  * present r where prismatic joints change it. Nothing of J remains behind a spherical or a free joint, whose rows are
  * then exactly zero.
  */
-#include "dynamics/articulated.h"
+#include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 
 typedef struct size {

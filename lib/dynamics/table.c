@@ -48,7 +48,7 @@ static size_t mixed_follow(const kt_model *model, kt_data *data, const double *q
 }
 
 /* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds it where joints are
- * eliminated (articulated.h). */
+ * eliminated (aba.h). */
 static size_t geared_mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a) {
     const size_t failed = KT_KERNEL(kt_geared_forward)(model, data, q, v, tau, external, a);

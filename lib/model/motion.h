@@ -14,7 +14,7 @@
  * an angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last
  * three velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among
  * the coordinates. All other properties of a motion are a function or a case for each row (dynamics/motion.h,
- * dynamics/articulated.h, dynamics/inertia_check.c): the compiler reports a row for which one is missing.
+ * dynamics/aba.h, dynamics/inertia_check.c): the compiler reports a row for which one is missing.
  */
 #ifndef KT_MODEL_MOTION_H
 #define KT_MODEL_MOTION_H

@@ -29,7 +29,7 @@
 #ifndef KT_REDUCTION_DELASSUS_H
 #define KT_REDUCTION_DELASSUS_H
 
-#include "dynamics/articulated.h"
+#include "dynamics/aba.h"
 #include "reduction/front.h"
 
 /* The most equations: one a lane. */

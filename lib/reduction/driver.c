@@ -1,4 +1,4 @@
-/* Dynamics and closure of mechanisms with loops: the articulated-body recursion (dynamics/articulated.h), in which each
+/* Dynamics and closure of mechanisms with loops: the articulated-body recursion (dynamics/aba.h), in which each
  * constraint group is one step (spatial_group.h), and the same recursion without forces for steps that are least in
  * kinetic energy. Bodies outside all loops cost what they cost in a tree.
  *

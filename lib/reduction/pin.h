@@ -24,7 +24,7 @@
 #define KT_REDUCTION_PIN_H
 
 #include "constraint/planar_rows.h"
-#include "dynamics/planar_articulated.h"
+#include "dynamics/aba_planar.h"
 
 enum { KT_PIN_LINKS = 3 };
 

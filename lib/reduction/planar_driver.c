@@ -1,5 +1,5 @@
 /* Dynamics and closure if some or all links are planar: driver.c for the spatial links and the groups among them, and
- * the same in the plane for the others (dynamics/planar_articulated.h, planar_group.h, planar_rows.h). No joint
+ * the same in the plane for the others (dynamics/aba_planar.h, planar_group.h, planar_rows.h). No joint
  * connects the two, and a group is entirely planar or entirely spatial.
  *
  * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).

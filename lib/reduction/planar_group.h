@@ -7,7 +7,7 @@
 #define KT_REDUCTION_PLANAR_GROUP_H
 
 #include "constraint/planar_rows.h"
-#include "dynamics/planar_articulated.h"
+#include "dynamics/aba_planar.h"
 #include "reduction/maggi_kane.h"
 
 enum { KT_PLANAR_WIDTH = 3 };

@@ -18,7 +18,7 @@
 #ifndef KT_REDUCTION_SPATIAL_GROUP_H
 #define KT_REDUCTION_SPATIAL_GROUP_H
 
-#include "dynamics/articulated.h"
+#include "dynamics/aba.h"
 #include "reduction/maggi_kane.h"
 
 #include <string.h>

@@ -23,9 +23,9 @@
 #include "constraint/dual_rows.h"
 #include "derivative/jacobian_qr.h"
 #include "derivative/kkt.h"
+#include "dynamics/aba_inverse.h"
 #include "dynamics/derivative.h"
-#include "dynamics/inverse_gradient.h"
-#include "dynamics/mass_inverse.h"
+#include "dynamics/rnea_gradient.h"
 #include "kinetree/sensitivity.h"
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */

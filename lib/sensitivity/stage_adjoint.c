@@ -7,7 +7,7 @@
  * give
  *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics) + d(lambda . J w + pi . (J a - b''))
  * at constant w, a, lambda and pi: one solution, one sweep for the gradient of w times inverse dynamics
- * (dynamics/inverse_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
+ * (dynamics/rnea_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
  * equations (constraint/gradient.h). With other effects, the products with the derivatives themselves. */
 #include "derivative/dual_effect.h"
 #include "linear/cholesky.h"

@@ -156,7 +156,7 @@ KT_TEST(mixed_mechanisms_accelerate_as_the_dense_equations_say) {
     kt_check_above("with groups of both kinds", c.both, 5.0);
 }
 
-/* kt_dynamics_forward of a model with loops is that of its tree. Bounds as in dynamics/forward.c. */
+/* kt_dynamics_forward of a model with loops is that of its tree. Bounds as in dynamics/aba.c. */
 KT_TEST(forward_dynamics_of_the_tree_leaves_the_loops_out) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("a from tau(a)");

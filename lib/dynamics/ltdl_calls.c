@@ -1,6 +1,6 @@
 /* Factors of a mass matrix: memory, the calls of dynamics.h, and the order of velocity coordinates. */
 #include "dynamics/dynamics.h"
-#include "dynamics/factor.h"
+#include "dynamics/ltdl.h"
 
 #include <stdio.h>
 #include <string.h>

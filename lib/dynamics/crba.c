@@ -6,10 +6,10 @@
  * Its wrench for a unit acceleration of degree of freedom k is carried to each ancestor j:
  *   F = (J s + h x s_f, m s_f + s x h),   M_jk = S_j . F
  * Backward pass: the composites and the wrenches F, a link after the other. Columns: F of a block of degrees of freedom
- * at a time (mass.h), from link to link in registers.
+ * at a time (crba.h), from link to link in registers.
  */
-#include "dynamics/mass.h"
-#include "dynamics/articulated.h"
+#include "dynamics/crba.h"
+#include "dynamics/aba.h"
 #include "dynamics/sweep.h"
 
 /* ---- composites -------------------------------------------------------------------------------------------------- */

@@ -1,5 +1,5 @@
-/* The passes of inverse_gradient.h: motion and terms of each link from the root to the tips, sums back to the root. */
-#include "dynamics/inverse_gradient.h"
+/* The passes of rnea_gradient.h: motion and terms of each link from the root to the tips, sums back to the root. */
+#include "dynamics/rnea_gradient.h"
 #include "dynamics/dof.h"
 
 /* I W, F and 2B' W of the link alone. */

@@ -1,5 +1,5 @@
 /* The terms of M^-1 for a model's instruction set. */
-#include "dynamics/mass_inverse.h"
+#include "dynamics/aba_inverse.h"
 
 #include <stdio.h>
 

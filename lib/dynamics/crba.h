@@ -1,4 +1,4 @@
-/* Columns of the mass matrix, several at a time: what mass.c and planar_mass.c share.
+/* Columns of the mass matrix, several at a time: what crba.c and crba_planar.c share.
  *
  * Degrees of freedom are numbered here in the order of the links, which is depth first: those that a link carries, its
  * own included, are [its first, link->end), and model->link_v has their velocity coordinates. A *block* is as many
@@ -10,8 +10,8 @@
  * otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum whatever the
  * width.
  */
-#ifndef KT_DYNAMICS_MASS_H
-#define KT_DYNAMICS_MASS_H
+#ifndef KT_DYNAMICS_CRBA_H
+#define KT_DYNAMICS_CRBA_H
 
 #include "dynamics/dynamics.h"
 

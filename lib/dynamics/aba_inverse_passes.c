@@ -1,6 +1,6 @@
-/* The passes of mass_inverse.h. */
-#include "dynamics/articulated.h"
-#include "dynamics/mass_inverse.h"
+/* The passes of aba_inverse.h. */
+#include "dynamics/aba.h"
+#include "dynamics/aba_inverse.h"
 
 /* ---- terms ------------------------------------------------------------------------------------------------------- */
 
@@ -30,7 +30,7 @@ KT_INLINE bool project(kt_v4 angular, kt_v4 linear, double armature, double size
     return true;
 }
 
-/* All degrees of freedom of a link. A free link's translations are judged by its mass alone, as in articulated.h. */
+/* All degrees of freedom of a link. A free link's translations are judged by its mass alone, as in aba.h. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const kt_link *link = &model->link[i];

@@ -1,4 +1,4 @@
-/* The passes of inverse_gradient.h in a plane.
+/* The passes of rnea_gradient.h in a plane.
  *
  * What a joint carries moves as one rigid body when its position changes, so the gradient needs no more than sums over
  * the particles that it carries. With the velocities v along the motion and u along w, accelerations a less gravity,
@@ -10,8 +10,8 @@
  * A prismatic joint along e, carried at omega and alpha, adds w J e to u, alpha J e - omega^2 e and 2 omega J e to a:
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w. */
-#include "dynamics/inverse_gradient.h"
-#include "dynamics/planar_articulated.h"
+#include "dynamics/aba_planar.h"
+#include "dynamics/rnea_gradient.h"
 
 static const double still[2] = {0.0, 0.0};
 

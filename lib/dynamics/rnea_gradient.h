@@ -14,8 +14,8 @@
  *     I W    = (J w' + h x u', m u' + w' x h)
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
  *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c */
-#ifndef KT_DYNAMICS_INVERSE_GRADIENT_H
-#define KT_DYNAMICS_INVERSE_GRADIENT_H
+#ifndef KT_DYNAMICS_RNEA_GRADIENT_H
+#define KT_DYNAMICS_RNEA_GRADIENT_H
 
 #include "dynamics/dynamics.h"
 
@@ -27,7 +27,7 @@ typedef struct kt_gradient_link {
     kt_v4 n, y;             /* N, Y */
 } kt_gradient_link;
 
-/* The same in a plane (planar_gradient.c); velocity and u: of the origin, along the motion and along w. */
+/* The same in a plane (rnea_gradient_planar.c); velocity and u: of the origin, along the motion and along w. */
 typedef struct kt_planar_gradient_link {
     kt_v2 velocity, u, force, p; /* F, P */
     double w, moment, spin;      /* angular velocity along w; moments of F and P about the origin */

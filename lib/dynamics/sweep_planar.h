@@ -8,8 +8,8 @@
  *   a     = a_p + alpha_p p + c_f + [acceleration of a prismatic joint along u]
  *   c_f   = -w_p^2 r + 2 w_p v (-u_y, u_x)
  */
-#ifndef KT_DYNAMICS_PLANAR_SWEEP_H
-#define KT_DYNAMICS_PLANAR_SWEEP_H
+#ifndef KT_DYNAMICS_SWEEP_PLANAR_H
+#define KT_DYNAMICS_SWEEP_PLANAR_H
 
 #include "algebra/sincos.h"
 #include "model/model.h"

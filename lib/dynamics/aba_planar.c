@@ -1,7 +1,7 @@
-/* Forward dynamics of planar trees: the recursion of planar_articulated.h, in which each joint is eliminated by itself.
+/* Forward dynamics of planar trees: the recursion of aba_planar.h, in which each joint is eliminated by itself.
  */
+#include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"
-#include "dynamics/planar_articulated.h"
 
 size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
                                     const double *tau, const kt_wrench *external, double *a) {

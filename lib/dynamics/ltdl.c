@@ -9,7 +9,7 @@
  * Those of the passes up are all zero before and after.
  * In depth-first order, the path is a stack: its entry at a depth belongs to k's support as long as it is needed.
  */
-#include "dynamics/factor.h"
+#include "dynamics/ltdl.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* The gradient of a sum of joint forces, and M^-1 x, by the kernels of a model's instruction set and sweep. Models with
  * spatial and planar links are computed in space. */
-#include "dynamics/inverse_gradient.h"
-#include "dynamics/mass_inverse.h"
+#include "dynamics/aba_inverse.h"
+#include "dynamics/rnea_gradient.h"
 
 kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                const kt_wrench *external, unsigned choice, const double *w, kt_gradient_link *links,

@@ -1,4 +1,4 @@
-/* Poses and motion of the planar links in the world: the forward pass of planar_sweep.h, without gravity, with each
+/* Poses and motion of the planar links in the world: the forward pass of sweep_planar.h, without gravity, with each
  * link's numbers expressed in world axes. With A the link's axes at q = 0 in the plane's basis,
  *   R = [w1 w2 n] A,   w1 = c e1 + s e2,   w2 = c e2 - s e1
  *   angular velocity omega n,   angular acceleration alpha n,   a = a_1 e1 + a_2 e2
@@ -6,8 +6,8 @@
  * displacement.
  */
 #include "dynamics/dynamics.h"
-#include "dynamics/planar_sweep.h"
 #include "dynamics/sweep.h"
+#include "dynamics/sweep_planar.h"
 
 KT_INLINE kt_v4 in_plane(const kt_v4 basis[3], const double x[2]) {
     return kt_v4_splat(x[0]) * basis[0] + kt_v4_splat(x[1]) * basis[1];

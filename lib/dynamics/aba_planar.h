@@ -1,4 +1,4 @@
-/* Forward dynamics in a plane: the articulated-body algorithm of articulated.h, with three by three numbers instead of
+/* Forward dynamics in a plane: the articulated-body algorithm of aba.h, with three by three numbers instead of
  * six by six.
  *
  * The wrench that a link with all it carries requires of its joint is, with p = r rotated by a right angle,
@@ -20,15 +20,15 @@
  * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way.
  * A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
  *
- * As in articulated.h, the passes are written once, with what eliminates a link's degree of freedom as a parameter: the
- * joint alone in a tree (planar_forward.c), or a constraint group (reduction/planar_driver.c). What goes from a link to
- * the next stays in registers. The pivot test is that of articulated.h.
+ * As in aba.h, the passes are written once, with what eliminates a link's degree of freedom as a parameter: the
+ * joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_driver.c). What goes from a link to
+ * the next stays in registers. The pivot test is that of aba.h.
  */
-#ifndef KT_DYNAMICS_PLANAR_ARTICULATED_H
-#define KT_DYNAMICS_PLANAR_ARTICULATED_H
+#ifndef KT_DYNAMICS_ABA_PLANAR_H
+#define KT_DYNAMICS_ABA_PLANAR_H
 
-#include "dynamics/articulated.h"
-#include "dynamics/planar_sweep.h"
+#include "dynamics/aba.h"
+#include "dynamics/sweep_planar.h"
 
 KT_INLINE void kt_planar_add(kt_planar_inertia *to, const kt_planar_inertia *from) {
     to->j += from->j;

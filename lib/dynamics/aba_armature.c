@@ -1,10 +1,10 @@
-/* Forward dynamics of trees with armature, in space and in the plane: forward.c and planar_forward.c with another
+/* Forward dynamics of trees with armature, in space and in the plane: aba.c and aba_planar.c with another
  * elimination of joints. These two are compiled by themselves, so that what has no armature is compiled as if there
  * were none.
  */
-#include "dynamics/articulated.h"
+#include "dynamics/aba.h"
+#include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"
-#include "dynamics/planar_articulated.h"
 
 /* Projects the degrees of freedom of a link with armature out of x, the last one first. With A the acceleration before
  * the joint's own, c included, and k ascending,

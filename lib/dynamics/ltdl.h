@@ -4,8 +4,8 @@
  * the degrees of freedom that carry k alone, its support, and a 1 on the diagonal. It is stored packed: the entry for
  * the p-th of the support, counted from the root, is number[row[k] + p], p < depth[k].
  */
-#ifndef KT_DYNAMICS_FACTOR_H
-#define KT_DYNAMICS_FACTOR_H
+#ifndef KT_DYNAMICS_LTDL_H
+#define KT_DYNAMICS_LTDL_H
 
 #include "base/arena.h"
 #include "base/isa.h"

@@ -1,5 +1,5 @@
-/* Forward dynamics of trees in space: the recursion of articulated.h, in which each joint is eliminated by itself. */
-#include "dynamics/articulated.h"
+/* Forward dynamics of trees in space: the recursion of aba.h, in which each joint is eliminated by itself. */
+#include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 
 size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,

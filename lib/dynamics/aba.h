@@ -20,7 +20,7 @@
  * their own, in an instance of the recursion that only models with armature use.
  *
  * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
- * parameter: the joint alone in a tree (forward.c), a constraint group as a whole (reduction/driver.c), a joint whose
+ * parameter: the joint alone in a tree (aba.c), a constraint group as a whole (reduction/driver.c), a joint whose
  * inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its loops.
  *
  * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same
@@ -29,8 +29,8 @@
  * not do: for a chain in a plane the trace grows as its length cubed in the directions that no joint frees, and swamps
  * an inertia about the others that is exact. (inertia_check.c has a sharper test, made once at compilation.)
  */
-#ifndef KT_DYNAMICS_ARTICULATED_H
-#define KT_DYNAMICS_ARTICULATED_H
+#ifndef KT_DYNAMICS_ABA_H
+#define KT_DYNAMICS_ABA_H
 
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"

@@ -1,6 +1,6 @@
-/* Inverse dynamics of planar trees: the recursive Newton-Euler algorithm of inverse.c in the plane.
+/* Inverse dynamics of planar trees: the recursive Newton-Euler algorithm of rnea.c in the plane.
  *
- * Forward pass: the motion (planar_sweep.h), with a_0 = -gravity; then, with h = m c rotated by a right angle, J about
+ * Forward pass: the motion (sweep_planar.h), with a_0 = -gravity; then, with h = m c rotated by a right angle, J about
  * the origin, and external wrenches subtracted,
  *   n = J alpha + h . a
  *   f = m a + h alpha - w^2 m c
@@ -8,7 +8,7 @@
  *   tau = +-n or u . f,   n_p += n + p . f,   f_p += f
  */
 #include "dynamics/dynamics.h"
-#include "dynamics/planar_sweep.h"
+#include "dynamics/sweep_planar.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
     const kt_v2 first = kt_planar_sum(kt_v2_load(m->rotation), link->moment[0], link->moment[1]); /* m c */

@@ -1,4 +1,4 @@
-/* Mass matrix of planar trees: the composite-rigid-body algorithm of mass.c in the plane.
+/* Mass matrix of planar trees: the composite-rigid-body algorithm of crba.c in the plane.
  *
  * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin these are
  *   J + r . (2 h + m r),   h + m r,   m
@@ -6,8 +6,8 @@
  *   revolute            (n, f) = (J, (-h_y, h_x))
  *   prismatic along u   (n, f) = (h x u, m u)
  */
-#include "dynamics/mass.h"
-#include "dynamics/planar_sweep.h"
+#include "dynamics/crba.h"
+#include "dynamics/sweep_planar.h"
 
 typedef struct composite {
     double j, h[2], m;
@@ -113,7 +113,7 @@ KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t k, w
     w->n += kt_mass_part_of(p, r[0] * w->f[1] - r[1] * w->f[0]);
 }
 
-/* As pass_block of mass.c; the planar index of a link is its degree of freedom plus one. */
+/* As pass_block of crba.c; the planar index of a link is its degree of freedom plus one. */
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together) {
     const kt_planar_link *link = model->planar;
     const size_t stride = kt_lanes8(model->n.v);

@@ -1,7 +1,7 @@
 /* M^-1 of a tree as the articulated-body recursion leaves it, for any number of right-hand sides: O(n) for the terms
  * and O(n) a column, without M.
  *
- * With I the articulated inertia of a link (articulated.h) and S_k its degrees of freedom, all about the link's origin,
+ * With I the articulated inertia of a link (aba.h) and S_k its degrees of freedom, all about the link's origin,
  * from the tips to the ground and from the last k to the first
  *     U_k = I S_k,   d_k = 1 / S_k.U_k,   I -= U_k U_k' d_k
  * These terms depend on q alone. A column x of joint forces then takes two passes: with F the wrench that what a link
@@ -11,8 +11,8 @@
  * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3; that the passes
  * are factors of M^-1: Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
  */
-#ifndef KT_DYNAMICS_MASS_INVERSE_H
-#define KT_DYNAMICS_MASS_INVERSE_H
+#ifndef KT_DYNAMICS_ABA_INVERSE_H
+#define KT_DYNAMICS_ABA_INVERSE_H
 
 #include "base/arena.h"
 #include "dynamics/dynamics.h"
