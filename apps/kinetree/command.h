@@ -2,9 +2,9 @@
 #ifndef KT_COMMAND_H
 #define KT_COMMAND_H
 
-#include "arguments.h"
 #include "base/names.h"
 #include "kinetree/import.h"
+#include "text/arguments.h"
 
 #include <stdbool.h>
 #include <stddef.h>

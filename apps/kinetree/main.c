@@ -1,6 +1,6 @@
 /* kinetree: runs and analyses scenes. */
 #include "command.h"
-#include "json.h"
+#include "text/json.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "draw.h"
 
 #include "../../apps/kinetree/command.h"
-#include "../../apps/kinetree/plot_paper.h"
+#include "../../apps/kinetree/plot/paper.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Ticks of charts: round, within the axis, few, and written so that they read back. */
 #include "check.h"
 
-#include "plot.h"
+#include "plot/plot.h"
 
 #include <math.h>
 #include <stdio.h>

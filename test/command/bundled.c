@@ -1,8 +1,8 @@
 /* Where the bundled scenes are looked for, on systems that do not tell a program its own path, too. */
 #include "check.h"
 
-#include "bundled.h"
 #include "command.h"
+#include "scene/bundled.h"
 
 #include <stdarg.h>
 #include <stdio.h>

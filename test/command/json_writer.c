@@ -1,7 +1,7 @@
 /* JSON that is written without a tree: jansson reads back what was put. */
 #include "check.h"
 
-#include "json_writer.h"
+#include "text/json_writer.h"
 
 #include <limits.h>
 #include <math.h>

@@ -1,0 +1,398 @@
+/* Explains why the loops of a scene do not close, and suggests changes that close them.
+ *
+ * Every suggested change has been tested: the description is changed in this one respect and assembled. */
+#include "advice/advice.h"
+
+#include "kinetree/descriptor.h"
+#include "kinetree/study.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    LISTED_MAX = 12, /* lines of a list */
+    TRIED_MAX = 6,   /* joints or loops for which a change is tried */
+};
+
+static const double degree = 3.14159265358979323846 / 180.0;
+
+/* ---- trials ------------------------------------------------------------------------------------------------------ */
+
+/* Returns whether a description, compiled with the options of the scene's run, can be assembled. */
+static bool closes(const kt_scene *scene, const kt_description *description) {
+    const kt_model_options options = kt_compile_options(scene);
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
+        return false;
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    bool closed = state != NULL && kt_data_create(model, &data, NULL) == KT_OK;
+    if (closed) {
+        double *v = state + kt_model_nq(model);
+        kt_model_initial(model, state, v);
+        closed = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_OK;
+    }
+    kt_data_free(data);
+    free(state);
+    kt_model_free(model);
+    return closed;
+}
+
+bool kt_closes_holding(const kt_scene *scene, int out, const char *in) {
+    kt_description d = scene->description;
+    const char **hold = malloc(((size_t)d.hold_count + 1) * sizeof *hold);
+    int count = 0;
+    if (hold == NULL)
+        return false;
+    for (int i = 0; i < d.hold_count; i++)
+        if (i != out)
+            hold[count++] = d.hold[i];
+    if (in != NULL)
+        hold[count++] = in;
+    d.hold = hold;
+    d.hold_count = count;
+    const bool closed = closes(scene, &d);
+    free(hold);
+    return closed;
+}
+
+/* Tests the assembly with another axis in one loop, or (axis NULL) without that loop. */
+static bool closes_with(const kt_scene *scene, int loop, const kt_vec3 *axis) {
+    kt_description d = scene->description;
+    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
+    if (loops == NULL)
+        return false;
+    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
+    if (axis != NULL)
+        loops[loop].axis = *axis;
+    else
+        memmove(loops + loop, loops + loop + 1, (size_t)(d.loop_count - loop - 1) * sizeof *loops);
+    d.loops = loops;
+    d.loop_count -= axis == NULL;
+    const bool closed = closes(scene, &d);
+    free(loops);
+    return closed;
+}
+
+/* Tests the assembly with another axis of a body's joint. */
+static bool closes_with_joint(const kt_scene *scene, int body, kt_vec3 axis) {
+    kt_description d = scene->description;
+    kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
+    if (bodies == NULL)
+        return false;
+    memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
+    bodies[body].joint.axis = axis;
+    d.bodies = bodies;
+    const bool closed = closes(scene, &d);
+    free(bodies);
+    return closed;
+}
+
+/* ---- lengths of a loop's links ----------------------------------------------------------------------------------- */
+
+/* A length in a loop: the distance from a body's origin to a child's joint on it, or to an end of the loop. Between two
+ * joints on the world it is the distance of these joints. */
+typedef struct length {
+    int body;         /* the body; -1: the world */
+    int child;        /* body whose joint is at `to`; -1: `to` is an end of the loop */
+    int loop, end;    /* otherwise this end of this loop */
+    kt_vec3 from, to; /* m, in the body's frame */
+} length;
+
+enum { LENGTHS_MAX = 12, DEPTH_MAX = 64 };
+
+static int find_body(const kt_description *d, const char *name) {
+    for (int i = 0; name != NULL && i < d->body_count; i++)
+        if (strcmp(d->bodies[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+static int find_marker(const kt_body *body, const char *name) {
+    for (int i = 0; name != NULL && i < body->marker_count; i++)
+        if (strcmp(body->markers[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+/* Lists the bodies on the path from an end of a loop to the world. Returns their number. */
+static int follow_path(const kt_description *d, const kt_end *end, int *path) {
+    int count = 0;
+    for (int i = find_body(d, end->body); i >= 0 && count < DEPTH_MAX; i = find_body(d, d->bodies[i].parent))
+        path[count++] = i;
+    return count;
+}
+
+static void add_length(length *list, int *count, length one) {
+    if (*count < LENGTHS_MAX && kt_vec3_norm(kt_vec3_sub(one.to, one.from)) > 0.0)
+        list[(*count)++] = one;
+}
+
+/* Lists the lengths of a loop, without bodies common to the paths of both ends. Returns their number. */
+static int list_lengths(const kt_description *d, int loop, length *list) {
+    const kt_end *ends = d->loops[loop].between;
+    int path[2][DEPTH_MAX], n[2], count = 0;
+    for (int k = 0; k < 2; k++)
+        n[k] = follow_path(d, &ends[k], path[k]);
+    while (n[0] > 0 && n[1] > 0 && path[0][n[0] - 1] == path[1][n[1] - 1]) {
+        n[0]--;
+        n[1]--;
+    }
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < n[k]; i++) {
+            const kt_body *body = &d->bodies[path[k][i]];
+            const int marker = i == 0 ? find_marker(body, ends[k].marker) : -1;
+            const kt_vec3 to = i > 0         ? d->bodies[path[k][i - 1]].joint.at
+                               : marker >= 0 ? body->markers[marker].at
+                                             : ends[k].at;
+            add_length(
+                list, &count,
+                (length){.body = path[k][i], .child = i > 0 ? path[k][i - 1] : -1, .loop = loop, .end = k, .to = to});
+        }
+    if (n[0] > 0 && n[1] > 0) {
+        const int first = path[0][n[0] - 1], last = path[1][n[1] - 1];
+        add_length(
+            list, &count,
+            (length){.body = -1, .child = last, .from = d->bodies[first].joint.at, .to = d->bodies[last].joint.at});
+    }
+    return count;
+}
+
+/* Tests the assembly with a length that is longer by `change` m. */
+static bool closes_longer(const kt_scene *scene, const length *l, double change) {
+    kt_description d = scene->description;
+    const kt_vec3 way = kt_vec3_sub(l->to, l->from);
+    const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(way), way));
+    kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
+    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
+    bool closed = false;
+    if (bodies != NULL && loops != NULL) {
+        memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
+        memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
+        if (l->child >= 0) {
+            bodies[l->child].joint.at = to;
+        } else { /* other loops may use the marker, so this end gets a position of its own */
+            loops[l->loop].between[l->end].marker = NULL;
+            loops[l->loop].between[l->end].at = to;
+        }
+        d.bodies = bodies;
+        d.loops = loops;
+        closed = closes(scene, &d);
+    }
+    free(bodies);
+    free(loops);
+    return closed;
+}
+
+/* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
+ * those tried. */
+static double find_change(const kt_scene *scene, const length *l, double gap) {
+    static const double part[] = {1.001, 1.3, 2.0};
+    const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; k++)
+        for (int sign = 1; sign >= -1; sign -= 2) {
+            const double change = sign * part[k] * gap;
+            if (whole + change > 1e-3 * whole && closes_longer(scene, l, change))
+                return change;
+        }
+    return 0.0;
+}
+
+/* ---- residuals of open loops ------------------------------------------------------------------------------------- */
+
+/* Prints the residuals of a loop, grouped by unit: "0.5, 0, 0 m; 90, 0 deg". Residuals below 1e-6 of the largest of all
+ * loops are printed as zero. */
+static void say_gaps(const kt_model *model, int loop, const double *residual, double most) {
+    static const char *const unit[] = {" m", " deg", " (rad or m)"};
+    const kt_loop_rows rows = kt_loop_rows_of(model, loop);
+    const char *before = "";
+    fprintf(stderr, "  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop),
+            kt_loop_type_name(kt_loop_type_of(model, loop)));
+    for (int measure = KT_MEASURE_LENGTH; measure < KT_MEASURE_NONE; measure++) {
+        int count = 0;
+        for (int r = 0; r < rows.count; r++) {
+            if (kt_loop_measure_of(model, loop, r) != (kt_loop_measure)measure)
+                continue;
+            const double x = fabs(residual[rows.first + r]) > 1e-6 * most ? residual[rows.first + r] : 0.0;
+            fprintf(stderr, "%s%.3g", count++ ? ", " : before,
+                    measure == KT_MEASURE_ANGLE ? kt_loop_residual_angle(model, loop, r, x) / degree : x);
+        }
+        if (count > 0) {
+            fputs(unit[measure], stderr);
+            before = "; ";
+        }
+    }
+    fputc('\n', stderr);
+}
+
+static double largest_gap(const kt_model *model, int loop, const double *residual) {
+    const kt_loop_rows rows = kt_loop_rows_of(model, loop);
+    double most = 0.0;
+    for (int r = 0; r < rows.count; r++)
+        most = fmax(most, fabs(residual[rows.first + r]));
+    return most;
+}
+
+/* Distance between the ends of a loop: the norm of its residuals that are lengths, m. */
+static double gap_length(const kt_model *model, int loop, const double *residual) {
+    const kt_loop_rows rows = kt_loop_rows_of(model, loop);
+    double sum = 0.0;
+    for (int r = 0; r < rows.count; r++)
+        if (kt_loop_measure_of(model, loop, r) == KT_MEASURE_LENGTH)
+            sum += residual[rows.first + r] * residual[rows.first + r];
+    return sqrt(sum);
+}
+
+/* Returns the residuals of all equations at the state where the assembly ended, in allocated memory; NULL if the
+ * assembly succeeded or could not be run. */
+static double *open_residuals(const kt_model *model) {
+    const kt_mobility dof = kt_model_mobility(model);
+    kt_data *data = NULL;
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    double *residual = calloc((size_t)dof.equations + 1, sizeof *residual);
+    bool is_open = state != NULL && residual != NULL && kt_data_create(model, &data, NULL) == KT_OK;
+    if (is_open) {
+        double *v = state + kt_model_nq(model);
+        kt_model_initial(model, state, v);
+        is_open = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_ERROR_CONSTRAINT;
+        if (is_open)
+            kt_assembly_reached(model, data, state);
+        is_open =
+            is_open && kt_loop_equations(model, data, 0.0, state, NULL, NULL, residual, NULL, NULL, NULL) == KT_OK;
+    }
+    kt_data_free(data);
+    free(state);
+    if (is_open)
+        return residual;
+    free(residual);
+    return NULL;
+}
+
+static int advise_on_hold(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int found = 0;
+    for (int i = 0; i < d->hold_count && i < TRIED_MAX; i++)
+        if (kt_closes_holding(scene, i, NULL)) {
+            fprintf(stderr, "  they close where '%s' is not in 'initial: hold'\n", d->hold[i]);
+            found++;
+        }
+    return found;
+}
+
+static const struct {
+    const char *name;
+    kt_vec3 axis;
+} axes[] = {{"x", {1.0, 0.0, 0.0}}, {"y", {0.0, 1.0, 0.0}}, {"z", {0.0, 0.0, 1.0}}};
+
+static int advise_on_axis(const kt_scene *scene, int loop) {
+    const kt_loop *given = &scene->description.loops[loop];
+    int found = 0;
+    for (int k = 0; k < 3 && kt_descriptor_key(kt_loop_descriptor(given->type), "axis"); k++) {
+        const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
+        if (kt_vec3_norm(across) > 1e-6 && closes_with(scene, loop, &axes[k].axis)) {
+            fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
+            found++;
+        }
+    }
+    return found;
+}
+
+static bool joint_has_axis(kt_joint_type type) {
+    return kt_descriptor_key(kt_joint_descriptor(type), "joint.axis") != NULL;
+}
+
+/* Tries other axes for the joints on the paths of a loop. Returns the number of suggestions. */
+static int advise_on_joints(const kt_scene *scene, int loop) {
+    const kt_description *d = &scene->description;
+    int path[DEPTH_MAX], found = 0, tried = 0;
+    for (int end = 0; end < 2; end++) {
+        const int count = follow_path(d, &d->loops[loop].between[end], path);
+        for (int i = 0; i < count && tried < TRIED_MAX; i++) {
+            const kt_body *body = &d->bodies[path[i]];
+            if (!joint_has_axis(body->joint.type))
+                continue;
+            tried++;
+            for (int k = 0; k < 3; k++) {
+                const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(body->joint.axis), axes[k].axis);
+                if (kt_vec3_norm(across) <= 1e-6 || !closes_with_joint(scene, path[i], axes[k].axis))
+                    continue;
+                fprintf(stderr, "  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
+                found++;
+            }
+        }
+    }
+    return found;
+}
+
+/* Tries other lengths in a loop whose ends are `gap` m apart. Returns the number of suggestions. */
+static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
+    const kt_description *d = &scene->description;
+    length list[LENGTHS_MAX];
+    const int count = gap > 0.0 ? list_lengths(d, loop, list) : 0;
+    int found = 0;
+    for (int i = 0; i < count; i++) {
+        const length *l = &list[i];
+        const double change = find_change(scene, l, gap), whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
+        const char *point = l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name;
+        if (change == 0.0)
+            continue;
+        found++;
+        if (l->body < 0)
+            fprintf(
+                stderr,
+                "  they close where the joint of '%s' on the world is %.3g m %s the other one: %.3g m, not %.3g m\n",
+                point, fabs(change), change > 0.0 ? "farther from" : "nearer to", whole + change, whole);
+        else
+            fprintf(stderr, "  they close where '%s' is %.3g m %s from its joint to %s '%s': %.3g m, not %.3g m\n",
+                    d->bodies[l->body].name, fabs(change), change > 0.0 ? "longer" : "shorter",
+                    l->child >= 0 ? "that of" : "the end of loop", point, whole + change, whole);
+    }
+    return found;
+}
+
+static void advise(const kt_scene *scene, const int *open, const double *gap, int count) {
+    const kt_description *d = &scene->description;
+    const int held = advise_on_hold(scene);
+    int found = 0;
+    for (int i = 0; i < count; i++)
+        found += advise_on_axis(scene, open[i]);
+    for (int i = 0; i < count && found == 0; i++)
+        found += advise_on_joints(scene, open[i]);
+    found += held;
+    for (int i = 0; i < count && found == 0; i++)
+        found += advise_on_lengths(scene, open[i], gap[i]);
+    for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
+        if (closes_with(scene, open[i], NULL)) {
+            fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
+            found++;
+        }
+    if (found == 0)
+        fputs(
+            "  no axis of x, y, z in one of these loops or their joints, no joint freed from 'hold', and no one length "
+            "changed by the gap or twice as much closes them: see whether lengths and places are right\n",
+            stderr);
+}
+
+void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
+    double *residual = open_residuals(model);
+    int open[TRIED_MAX], count = 0;
+    double gap[TRIED_MAX];
+    double most = 0.0;
+    for (int i = 0; residual != NULL && i < kt_loop_count(model); i++)
+        most = fmax(most, largest_gap(model, i, residual));
+    for (int i = 0, said = 0; residual != NULL && i < kt_loop_count(model) && said < LISTED_MAX; i++) {
+        if (!(largest_gap(model, i, residual) > 1e-3 * most))
+            continue;
+        say_gaps(model, i, residual, most);
+        said++;
+        if (count == TRIED_MAX)
+            continue;
+        gap[count] = gap_length(model, i, residual);
+        open[count++] = i;
+    }
+    if (residual != NULL && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
+        advise(scene, open, gap, count);
+    free(residual);
+}

@@ -1,0 +1,16 @@
+/* Suggests changes that close the loops of a scene. */
+#ifndef KT_COMMAND_ADVICE_ADVICE_H
+#define KT_COMMAND_ADVICE_ADVICE_H
+
+#include "command.h"
+
+enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a failing assembly takes long */
+
+/* Returns whether the scene's loops close if the joint number `out` of `initial: hold` is released (-1: none is) and
+ * the joint named `in` is held in addition (NULL: none is). */
+bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
+
+/* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
+void kt_say_open_loops(const kt_scene *scene, const kt_model *model);
+
+#endif

@@ -1,0 +1,90 @@
+/* A warning about adaptive steps of an explicit method, or those that auto makes with one, that its stability bounds,
+ * not the accuracy that is asked for.
+ *
+ * At SAMPLES + 1 records, evenly over the run, the rate of the fastest mode is estimated (kt_mode_watch), and compared
+ * with the mean step of the method up to the next of them. Where the motion is stiff their product is near the limit of
+ * the method's stability on the real axis, whatever the tolerance. */
+#include "subcommands/run.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    SAMPLES = 10,
+    STEPS_LEAST = 500 /* of a run: shorter ones are not worth the estimates */
+};
+
+/* A mean step of this part of the limit counts as bounded: estimated rates are some too low, and steps vary. */
+#define BOUNDED 0.6
+
+static bool is_switching(const kt_method *method) { return strcmp(kt_method_family_name(method), "switching") == 0; }
+
+static const kt_method *explicit_method(const kt_outcome *outcome) {
+    const kt_method *method = outcome->run->integrator != NULL ? kt_method_find(outcome->run->integrator) : NULL;
+    const bool adaptive = method != NULL && !(outcome->run->step > 0.0) && kt_method_is_adaptive(method);
+    const bool bounded = adaptive && !kt_method_is_implicit(method) && !kt_method_stages_vary(method) &&
+                         (is_switching(method) || strcmp(kt_method_family_name(method), "explicit") == 0);
+    return bounded && kt_model_nv(outcome->model) > 0 ? method : NULL;
+}
+
+static double limit_of(const kt_method *method) {
+    kt_stability stability;
+    return kt_stability_make(method, method->stages, &stability, NULL) == KT_OK ? kt_stability_real_limit(&stability)
+                                                                                : HUGE_VAL;
+}
+
+/* |lambda| of the fastest mode at a record; 0 where it is not found. */
+static double rate_at(const kt_outcome *outcome, const kt_record *record) {
+    kt_mode_watch *watch = NULL;
+    if (kt_mode_watch_create(outcome->model, &watch, NULL) != KT_OK)
+        return 0.0;
+    kt_mode_watch_add(watch, record->time, record->q, record->v);
+    const double rate = kt_mode_watch_fastest(watch).rate;
+    kt_mode_watch_free(watch);
+    return rate;
+}
+
+void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
+    kt_stability_watch *w = &outcome->stability;
+    const kt_method *method = explicit_method(outcome);
+    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    const uint64_t steps = counts.steps;
+    if (method == NULL || record->time < (double)w->looks * outcome->run->duration / SAMPLES)
+        return;
+    if (w->looks > 0 && steps > w->steps) {
+        const double step = (record->time - w->time) / (double)(steps - w->steps);
+        const bool all_explicit = counts.switches == w->switches && counts.switches % 2 == 0; /* auto begins explicit */
+        const bool bounded = all_explicit && step * w->rate >= BOUNDED * limit_of(method);
+        w->compared++;
+        w->bounded += bounded;
+        if (bounded && w->rate > w->fastest)
+            w->fastest = w->rate;
+    }
+    w->looks = 1 + (int)(record->time / outcome->run->duration * SAMPLES + 1e-9); /* times are rounded */
+    w->time = record->time;
+    w->steps = steps;
+    w->switches = counts.switches;
+    w->rate = steps > 0 || record->time == 0.0 ? rate_at(outcome, record) : 0.0;
+}
+
+void kt_warn_of_stability(kt_outcome *outcome) {
+    const kt_stability_watch *w = &outcome->stability;
+    const kt_method *method = explicit_method(outcome);
+    if (method == NULL || kt_simulation_counts_get(outcome->simulation).steps < STEPS_LEAST ||
+        2 * w->bounded <= w->compared)
+        return;
+    const bool missed = is_switching(method);
+    const kt_warning warning = {.code = "bounded_by_stability",
+                                .time = (double)NAN,
+                                .value = w->fastest,
+                                .unit = "1/s",
+                                .remedy = missed ? "Take radau5, which no decay bounds; 'kinetree accuracy' tells what "
+                                                   "it costs here"
+                                                 : "Take auto, or radau5, which no decay bounds; 'kinetree accuracy' "
+                                                   "tells what each costs here"};
+    kt_warn(&outcome->warnings, &warning,
+            "the steps of %s are bounded by its stability, not by the tolerance, in %d of %d parts of the run: a mode "
+            "decays at up to %.3g /s, which allows none above %.3g s",
+            missed ? "auto, which has not found it and takes those of dopri5," : method->name, w->bounded, w->compared,
+            w->fastest, limit_of(method) / w->fastest);
+}

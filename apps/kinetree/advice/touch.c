@@ -1,0 +1,202 @@
+/* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. */
+#include "advice/touch.h"
+
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- one contact or limit ---------------------------------------------------------------------------------------- */
+
+kt_touch_name kt_name_touch(const kt_effect *effect) {
+    const bool is_contact = effect->type == KT_EFFECT_CONTACT;
+    const char *of = is_contact ? effect->between[0].body : effect->joint;
+    kt_touch_name name;
+    if (effect->name != NULL && *effect->name != '\0')
+        snprintf(name.text, sizeof name.text, "%s '%.70s' of '%.70s'", kt_effect_type_name(effect->type), effect->name,
+                 of != NULL ? of : "world");
+    else
+        snprintf(name.text, sizeof name.text, "%s of '%.70s'", kt_effect_type_name(effect->type),
+                 of != NULL ? of : "world");
+    return name;
+}
+
+static int body_of(const kt_model *model, const kt_end *end) {
+    return end->body != NULL ? kt_body_find(model, end->body) : 0;
+}
+
+static kt_vec3 point_of(const kt_model *model, const kt_data *data, const kt_end *end) {
+    const int body = body_of(model, end), marker = end->marker != NULL ? kt_marker_find(model, body, end->marker) : -1;
+    return kt_point_position(model, data, body, marker >= 0 ? kt_marker_at(model, body, marker) : end->at);
+}
+
+static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt_effect *effect) {
+    const kt_end *plane = &effect->between[1];
+    kt_mat3 turn = kt_mat3_identity();
+    if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
+        return kt_vec3_make(0.0, 0.0, 0.0); /* not reached: the description has been checked */
+    return kt_mat3_apply(kt_body_pose(model, data, body_of(model, plane)).rotation,
+                         kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
+}
+
+bool kt_effect_touches(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_CONTACT || effect->type == KT_EFFECT_JOINT_LIMIT;
+}
+
+kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q) {
+    kt_touch touch = {.effect = effect};
+    double exponent = 1.0;
+    if (effect->type == KT_EFFECT_CONTACT) {
+        const kt_vec3 apart =
+            kt_vec3_sub(point_of(model, data, &effect->between[0]), point_of(model, data, &effect->between[1]));
+        touch.normal = plane_normal(model, data, effect);
+        touch.depth = effect->radius - kt_vec3_dot(touch.normal, apart);
+        exponent = effect->exponent;
+    } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
+        const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, effect->joint));
+        touch.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
+        touch.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
+        touch.is_below = q[at.q] < effect->lower;
+    }
+    if (touch.depth > 0.0) {
+        touch.force = effect->stiffness * pow(touch.depth, exponent);
+        touch.energy = touch.force * touch.depth / (exponent + 1.0);
+    }
+    return touch;
+}
+
+/* ---- initial state ----------------------------------------------------------------------------------------------- */
+
+/* Data for the warnings about an initial state. */
+typedef struct start {
+    kt_warnings *warnings;
+    const kt_scene *scene;
+    const kt_model *model;
+    kt_data *data;
+    const double *q;
+    double weight; /* of all bodies, N */
+} start;
+
+/* Returns whether a body of the description can move relative to the world. */
+static bool is_moving(const kt_description *d, const kt_body *body) {
+    for (int depth = 0; depth <= d->body_count && body != NULL; depth++) {
+        const kt_body *parent = NULL;
+        if (body->joint.type != KT_JOINT_FIXED)
+            return true;
+        for (int i = 0; i < d->body_count && body->parent != NULL; i++)
+            if (strcmp(d->bodies[i].name, body->parent) == 0)
+                parent = &d->bodies[i];
+        body = parent;
+    }
+    return false;
+}
+
+/* Upper bound of the moment of all weights about a joint in any direction of gravity: the sum of m g times the distance
+ * from it, N m. */
+static double moment_of_weights(const start *s, const char *joint) {
+    const kt_description *d = &s->scene->description;
+    const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_find(s->model, joint)).position;
+    double sum = 0.0;
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_body *body = &d->bodies[i];
+        kt_vec3 com;
+        kt_sym3 inertia;
+        if (is_moving(d, body) && kt_body_inertia(body, &com, &inertia, NULL) == KT_OK) {
+            const kt_vec3 at = kt_point_position(s->model, s->data, kt_body_find(s->model, body->name), com);
+            sum += body->mass * kt_vec3_norm(d->gravity) * kt_vec3_norm(kt_vec3_sub(at, axis));
+        }
+    }
+    return sum;
+}
+
+/* Warns of a limit with more than twice the force that weights can cause at rest: the weight of all bodies (prismatic
+ * joint), or the moment of their weights about the joint (revolute joint). */
+static int warn_of_limit(const start *s, const kt_touch *touch) {
+    const kt_effect *effect = touch->effect;
+    const char *unit = touch->is_length ? "m" : "rad", *beyond = touch->is_below ? "lower" : "upper";
+    char remedy[200];
+    if (!(touch->force > 2.0 * (touch->is_length ? s->weight : moment_of_weights(s, effect->joint))))
+        return 0;
+    snprintf(remedy, sizeof remedy, "Start the joint at %.6g %s or %s, or move '%s'",
+             touch->is_below ? effect->lower : effect->upper, unit, touch->is_below ? "above" : "below", beyond);
+    const kt_warning warning = {
+        .code = "starts_beyond_limit", .time = 0.0, .value = touch->depth, .unit = unit, .remedy = remedy};
+    kt_warn(s->warnings, &warning, "%s starts %.3g %s beyond '%s', where it pushes with %.3g %s and stores %.3g J",
+            kt_name_touch(effect).text, touch->depth, unit, beyond, touch->force, touch->is_length ? "N" : "N m",
+            touch->energy);
+    return 1;
+}
+
+static void warn_of_contact(const start *s, const kt_touch *touch) {
+    const kt_vec3 n = touch->normal;
+    char remedy[200];
+    snprintf(remedy, sizeof remedy, "Start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]", touch->depth,
+             n.x + 0.0, n.y + 0.0, n.z + 0.0); /* adding 0.0 avoids -0 */
+    const kt_warning warning = {
+        .code = "starts_in_contact", .time = 0.0, .value = touch->depth, .unit = "m", .remedy = remedy};
+    kt_warn(
+        s->warnings, &warning,
+        "%s starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) and stores %.3g J",
+        kt_name_touch(touch->effect).text, touch->depth, touch->force, s->weight, touch->energy);
+}
+
+static void warn_of_contacts(const start *s, const kt_touch *deepest, int count, double force, double energy) {
+    char remedy[300];
+    snprintf(remedy, sizeof remedy, "Start them further along their planes' normals, %s by %.3g m",
+             kt_name_touch(deepest->effect).text, deepest->depth);
+    const kt_warning warning = {
+        .code = "starts_in_contact", .time = 0.0, .value = deepest->depth, .unit = "m", .remedy = remedy};
+    kt_warn(s->warnings, &warning,
+            "%d contacts start inside their planes, %s by %.3g m, the deepest, where they push with %.3g N together "
+            "(all bodies weigh %.3g N) and store %.3g J",
+            count, kt_name_touch(deepest->effect).text, deepest->depth, force, s->weight, energy);
+}
+
+/* Warns of contacts with more than twice the weight of all bodies together; with less, the scene may be at rest. */
+static int warn_of_all_contacts(const start *s) {
+    const kt_description *d = &s->scene->description;
+    kt_touch deepest = {.effect = NULL};
+    double force = 0.0, energy = 0.0;
+    int count = 0;
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_touch touch = kt_touch_of(s->model, s->data, &d->effects[i], s->q);
+        if (d->effects[i].type != KT_EFFECT_CONTACT || touch.depth <= 0.0)
+            continue;
+        count++;
+        force += touch.force;
+        energy += touch.energy;
+        if (touch.depth > deepest.depth)
+            deepest = touch;
+    }
+    if (count == 0 || !(force > 2.0 * s->weight))
+        return 0;
+    if (count == 1)
+        warn_of_contact(s, &deepest);
+    else
+        warn_of_contacts(s, &deepest, count, force, energy);
+    return 1;
+}
+
+int kt_touch_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
+    const kt_description *d = &scene->description;
+    kt_vec3 center;
+    start s = {.warnings = warnings, .scene = scene, .model = model, .q = q};
+    bool any = false;
+    int count = 0;
+    for (int i = 0; i < d->effect_count; i++)
+        any |= kt_effect_touches(&d->effects[i]);
+    if (!any || kt_data_create(model, &s.data, NULL) != KT_OK)
+        return 0;
+    if (kt_kinematics_update(model, s.data, q, NULL, NULL, NULL) == KT_OK) {
+        s.weight = kt_mass_center(model, s.data, &center) * kt_vec3_norm(d->gravity);
+        count = warn_of_all_contacts(&s);
+        for (int i = 0; i < d->effect_count; i++) {
+            const kt_touch touch = kt_touch_of(model, s.data, &d->effects[i], q);
+            if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT && touch.depth > 0.0)
+                count += warn_of_limit(&s, &touch);
+        }
+    }
+    kt_data_free(s.data);
+    return count;
+}

@@ -1,0 +1,38 @@
+/* Prints and lists warnings. */
+#include "advice/warnings.h"
+
+#include "text/json.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) {
+    char what[640];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    if (!warnings->quiet && !warning->is_said && warnings->path != NULL)
+        fprintf(stderr, "%s: warning: %s. %s\n", warnings->path, what, warning->remedy);
+    else if (!warnings->quiet && !warning->is_said)
+        kt_say("warning: %s. %s", what, warning->remedy);
+    if (warnings->list == NULL)
+        warnings->list = json_array(); /* if memory is insufficient, writing the summary reports it */
+    json_t *one = json_object();
+    json_object_set_new(one, "code", json_string(warning->code));
+    json_object_set_new(one, "what", json_string(what));
+    json_object_set_new(one, "remedy", json_string(warning->remedy));
+    json_object_set_new(one, "time", kt_json_number(warning->time));
+    json_object_set_new(one, "value", kt_json_number(warning->value));
+    json_object_set_new(one, "unit", warning->unit != NULL ? json_string(warning->unit) : json_null());
+    json_array_append_new(warnings->list, one);
+}
+
+json_t *kt_warnings_describe(const kt_warnings *warnings) {
+    return warnings->list != NULL ? json_incref(warnings->list) : json_array();
+}
+
+void kt_warnings_free(kt_warnings *warnings) {
+    json_decref(warnings->list);
+    warnings->list = NULL;
+}

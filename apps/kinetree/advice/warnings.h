@@ -1,0 +1,35 @@
+/* Warnings: facts that a result does not show and its reader must know. Each is printed once on standard error, and
+ * listed in the JSON summary under "warnings". */
+#ifndef KT_COMMAND_ADVICE_WARNINGS_H
+#define KT_COMMAND_ADVICE_WARNINGS_H
+
+#include "command.h"
+
+#include <jansson.h>
+
+/* All warnings given so far. A zero-initialised struct has none. */
+typedef struct kt_warnings {
+    bool quiet;       /* they are listed, but not printed */
+    const char *path; /* they are printed as warnings of this file; NULL: of the command */
+    json_t *list;     /* NULL: none */
+} kt_warnings;
+
+typedef struct kt_warning {
+    const char *code;   /* for programs: "unstable_step" */
+    double time;        /* s, when it was noticed; NaN: not related to a time */
+    double value;       /* the number that the warning is about; NaN: none */
+    const char *unit;   /* of value: "J"; NULL: none */
+    bool is_said;       /* it has been printed as an error and is only listed */
+    const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
+} kt_warning;
+
+/* Prints "kinetree: warning: WHAT. REMEDY", or "PATH: warning: WHAT. REMEDY", and adds the warning to the list. The
+ * format gives WHAT, a sentence without its full stop. Texts are copied. */
+void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Returns the list for a summary: [{"code", "what", "remedy", "time", "value", "unit"}, ...], a new reference. */
+json_t *kt_warnings_describe(const kt_warnings *warnings);
+
+void kt_warnings_free(kt_warnings *warnings);
+
+#endif

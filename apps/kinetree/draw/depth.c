@@ -1,0 +1,332 @@
+/* What hides what: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
+#include "draw/paper.h"
+#include "picture/solid.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* What a piece is painted as. */
+typedef enum thing_type {
+    THING_BODY,   /* a solid of the picture */
+    THING_JOINT,  /* a pin, a ball, a rail */
+    THING_GROUND, /* the foot of a joint on the ground */
+    THING_RUBBER, /* a bushing */
+    THING_SPRING, /* number: of the effect */
+} thing_type;
+
+typedef struct thing {
+    thing_type type;
+    int number;
+} thing;
+
+typedef struct things {
+    thing *items;
+    int count, room;
+    kt_pieces pieces;
+    bool is_full; /* memory was insufficient */
+} things;
+
+static void add(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid, thing_type type, int number) {
+    if (t->count == t->room) {
+        const int room = 2 * t->room + 32;
+        thing *more = realloc(t->items, (size_t)room * sizeof *more);
+        t->is_full = t->is_full || more == NULL;
+        if (more == NULL)
+            return;
+        t->items = more;
+        t->room = room;
+    }
+    solid.pose = kt_camera_pose(&sheet->drawing->camera, kt_pose_compose(world, solid.pose));
+    t->items[t->count] = (thing){type, number};
+    t->is_full = !kt_pieces_add(&t->pieces, &solid, t->count, type == THING_BODY) || t->is_full;
+    t->count++;
+}
+
+static kt_solid centred(kt_solid_type type, double x, double y, double z) {
+    return (kt_solid){.type = type, .pose = kt_pose_identity(), .half = {x, y, z}};
+}
+
+/* Whether a place in the world is in a solid of the picture, or nearer to one than a distance. */
+static bool is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
+        const double own = p->solids[i].type == KT_SOLID_ROD ? p->solids[i].half.x : 0.0;
+        if (kt_vec3_norm(kt_vec3_sub(kt_solid_nearest(&p->solids[i], local), local)) < distance + own)
+            return true;
+    }
+    return false;
+}
+
+/* The middle of the first solid of a body's rigid part; the body's origin where it has none. */
+static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->part[p->solids[i].body] == p->part[body])
+            return kt_pose_apply(sheet->poses[p->solids[i].body], p->solids[i].pose.position);
+    return sheet->poses[body].position;
+}
+
+/* A foot on the ground below a joint, or above it where the body hangs; none where neither has room. */
+static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, double r) {
+    const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
+    const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
+    for (int i = 0; i < 6; i++) {
+        const int pair = i / 2;
+        const double height = (2.6 + pair) * r * (i % 2 == 0 ? side : -side);
+        const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
+        const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
+        if (is_taken(sheet, place, 1.8 * r))
+            continue;
+        add(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
+        return;
+    }
+}
+
+/* How far the solids of a body reach to both sides along an axis through a frame's origin; those that the axis passes
+ * at a distance are left out. */
+static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, double r, double *low, double *high) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        if (p->part[p->solids[i].body] != p->part[body])
+            continue;
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_pose inverse = kt_pose_invert(pose);
+        const kt_vec3 from = kt_pose_apply(inverse, frame->position),
+                      d = kt_mat3_apply(inverse.rotation, frame->rotation.z);
+        kt_solid thick = p->solids[i];
+        double enter, leave;
+        thick.half = kt_vec3_add(thick.half, kt_vec3_make(0.2 * r, 0.2 * r, 0.2 * r));
+        if (!kt_solid_cut(&thick, from, d, &enter, &leave))
+            continue;
+        *low = fmin(*low, enter);
+        *high = fmax(*high, leave);
+    }
+}
+
+/* A pin along z of a frame, as long as to stand out of what it joins; of what is very long, only of the rest. */
+static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, int other, double r) {
+    double low = -1.4 * r, high = 1.4 * r, longer_low = low, longer_high = high;
+    reach_along(sheet, body, &frame, r, &longer_low, &longer_high);
+    if (longer_high - longer_low < 12.0 * r) {
+        low = longer_low;
+        high = longer_high;
+    }
+    longer_low = low;
+    longer_high = high;
+    if (other > 0)
+        reach_along(sheet, other, &frame, r, &longer_low, &longer_high);
+    if (longer_high - longer_low < 12.0 * r) {
+        low = longer_low;
+        high = longer_high;
+    }
+    kt_solid pin = centred(KT_SOLID_CYLINDER, r, r, 0.5 * (high - low) + 0.7 * r);
+    pin.pose.position.z = 0.5 * (high + low);
+    add(t, sheet, frame, pin, THING_JOINT, 0);
+}
+
+static void add_cross(things *t, const kt_sheet *sheet, kt_pose first, kt_pose second, double r) {
+    second.position = first.position;
+    add(t, sheet, first, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+    add(t, sheet, second, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+}
+
+/* A rail from the joint to the body and beyond, unless a solid of the parent is there already. */
+static void add_rail(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, kt_pose frame, double r) {
+    const kt_pose body = sheet->poses[joint->body];
+    const double place = kt_vec3_dot(kt_vec3_sub(body.position, frame.position), frame.rotation.z);
+    double low = 0.0, high = 0.0, own_low = fmin(place, 0.0), own_high = fmax(place, 0.0);
+    reach_along(sheet, joint->frame.body, &frame, r, &low, &high);
+    reach_along(sheet, joint->body, &frame, r, &own_low, &own_high);
+    if (high - low > 2.0 * r && sheet->drawing->picture->part[joint->frame.body] > 0)
+        return;
+    const double more = 4.0 * r + 0.5 * (own_high - own_low);
+    const double thick = (joint->type == KT_JOINT_SCREW ? 0.9 : 0.5) * r;
+    kt_solid rail = centred(KT_SOLID_CYLINDER, thick, thick, 0.5 * (own_high - own_low) + more);
+    rail.pose.position.z = 0.5 * (own_high + own_low);
+    add(t, sheet, frame, rail, THING_JOINT, 0);
+}
+
+/* Joints in space: a pin that stands out of what it joins, a ball, crossed pins, a rail. */
+static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, double r) {
+    const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses), body = sheet->poses[joint->body];
+    const kt_pose second = {.rotation = kt_mat3_multiply(body.rotation, kt_triad_from_axis(joint->axis2, 2))};
+    switch (joint->type) {
+    case KT_JOINT_REVOLUTE:
+        add_pin(t, sheet, frame, joint->body, joint->frame.body, r);
+        break;
+    case KT_JOINT_UNIVERSAL:
+        add_cross(t, sheet, frame, second, r);
+        break;
+    case KT_JOINT_SPHERICAL:
+        add(t, sheet, frame, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        break;
+    case KT_JOINT_PRISMATIC:
+    case KT_JOINT_CYLINDRICAL:
+    case KT_JOINT_SCREW:
+        add_rail(t, sheet, joint, frame, r);
+        return;
+    default:
+        return;
+    }
+    if (kt_sheet_is_ground(sheet, joint->frame.body))
+        add_foot(t, sheet, frame.position, joint->body, r);
+}
+
+static void add_loop(things *t, const kt_sheet *sheet, const kt_picture_loop *loop, double r) {
+    const kt_pose a = kt_body_frame_pose(&loop->ends[0], sheet->poses),
+                  b = kt_body_frame_pose(&loop->ends[1], sheet->poses);
+    switch (loop->type) {
+    case KT_LOOP_REVOLUTE:
+        add_pin(t, sheet, a, loop->ends[0].body, loop->ends[1].body, r);
+        break;
+    case KT_LOOP_SPHERICAL:
+        add(t, sheet, a, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        break;
+    case KT_LOOP_UNIVERSAL:
+        add_cross(t, sheet, a, b, r);
+        break;
+    default:
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        if (kt_sheet_is_ground(sheet, loop->ends[k].body) && !kt_sheet_is_ground(sheet, loop->ends[1 - k].body))
+            add_foot(t, sheet, k == 0 ? a.position : b.position, loop->ends[1 - k].body, r);
+}
+
+static void add_bushing(things *t, const kt_sheet *sheet, const kt_picture_effect *effect, double r) {
+    const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
+    add(t, sheet, frame, centred(KT_SOLID_CYLINDER, 2.2 * r, 2.2 * r, 1.6 * r), THING_RUBBER, 0);
+}
+
+/* The radius on the page of a bar that runs along most of a spring; 0: there is none. */
+static double bar_in(const kt_sheet *sheet, kt_vec3 a, kt_vec3 b) {
+    const kt_picture *p = sheet->drawing->picture;
+    const kt_vec3 along = kt_vec3_sub(b, a);
+    const double length = kt_vec3_norm(along);
+    double radius = 0.0;
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_solid *solid = &p->solids[i];
+        const kt_pose pose = kt_pose_compose(sheet->poses[solid->body], solid->pose);
+        const kt_vec3 apart = kt_vec3_cross(kt_vec3_sub(pose.position, a), pose.rotation.z);
+        if ((solid->type == KT_SOLID_ROD || solid->type == KT_SOLID_CYLINDER) && solid->half.z > 0.2 * length &&
+            fabs(kt_vec3_dot(along, pose.rotation.z)) > 0.99 * length && kt_vec3_norm(apart) < solid->half.x)
+            radius = fmax(radius, sheet->scale * solid->half.x);
+    }
+    return radius;
+}
+
+static void add_spring(things *t, const kt_sheet *sheet, int number, double r) {
+    const kt_picture_effect *effect = &sheet->drawing->picture->effects[number];
+    const kt_vec3 a = kt_body_frame_pose(&effect->ends[0], sheet->poses).position;
+    const kt_vec3 b = kt_body_frame_pose(&effect->ends[1], sheet->poses).position;
+    kt_solid rod = kt_solid_rod(a, b, fmax(r, 1.35 * bar_in(sheet, a, b) / sheet->scale));
+    rod.type = KT_SOLID_CYLINDER;
+    add(t, sheet, kt_pose_identity(), rod, THING_SPRING, number);
+}
+
+static void collect(things *t, const kt_sheet *sheet) {
+    const kt_drawing *d = sheet->drawing;
+    const kt_picture *p = d->picture;
+    const double r = sheet->pin / sheet->scale;
+    for (int i = 0; i < p->solid_count; i++)
+        add(t, sheet, sheet->poses[p->solids[i].body], p->solids[i], THING_BODY, p->solids[i].body);
+    if (d->is_diagram || sheet->fade > 0.0) /* of earlier states the bodies are enough */
+        return;
+    for (int i = 0; i < p->joint_count; i++)
+        add_joint(t, sheet, &p->joints[i], r);
+    for (int i = 0; i < p->loop_count; i++)
+        add_loop(t, sheet, &p->loops[i], r);
+    for (int i = 0; i < p->effect_count; i++)
+        if (p->effects[i].type == KT_EFFECT_SPRING)
+            add_spring(t, sheet, i, r);
+        else if (p->effects[i].type == KT_EFFECT_BUSHING)
+            add_bushing(t, sheet, &p->effects[i], r);
+}
+
+static void paint_spring(const kt_sheet *sheet, const kt_piece *piece, int number) {
+    const kt_picture_effect *effect = &sheet->drawing->picture->effects[number];
+    const kt_vec3 a = kt_body_frame_pose(&effect->ends[0], sheet->poses).position;
+    const kt_vec3 b = kt_body_frame_pose(&effect->ends[1], sheet->poses).position;
+    const double half = piece->solid.half.z;
+    if (!(half > 0.0))
+        return;
+    kt_paint_spring(sheet, kt_sheet_place(sheet, a), kt_sheet_place(sheet, b), 0.5 + 0.5 * piece->low / half,
+                    0.5 + 0.5 * piece->high / half, effect->has_stiffness, effect->has_damping,
+                    1.35 * bar_in(sheet, a, b));
+}
+
+static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
+    const kt_palette *palette = sheet->palette;
+    const kt_colour metal = kt_colour_mix(palette->paper, palette->quiet, 0.45);
+    switch (what->type) {
+    case THING_BODY:
+        kt_paint_piece(sheet, piece, kt_sheet_colour(sheet, what->number));
+        break;
+    case THING_JOINT:
+        kt_paint_piece(sheet, piece, kt_colour_mix(metal, palette->paper, 0.85 * sheet->fade));
+        break;
+    case THING_GROUND:
+        kt_paint_piece(sheet, piece, kt_colour_mix(palette->paper, palette->quiet, 0.3));
+        break;
+    case THING_RUBBER:
+        kt_paint_piece(sheet, piece, palette->quiet);
+        break;
+    case THING_SPRING:
+        paint_spring(sheet, piece, what->number);
+        break;
+    }
+}
+
+static bool is_alike(const kt_picture *p, int i, int k) {
+    return p->solids[k].type == KT_SOLID_ROD && p->solids[k].half.x == p->solids[i].half.x &&
+           p->colour[p->solids[k].body] == p->colour[p->solids[i].body];
+}
+
+/* Bars of one colour and width as one path, of which each takes a quarter of the bytes that it takes alone. */
+static void paint_bars(const kt_sheet *sheet, int first) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int k = first; k < p->solid_count; k++) {
+        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[k].body], p->solids[k].pose);
+        const kt_vec3 half = kt_vec3_make(0.0, 0.0, p->solids[k].half.z);
+        const kt_spot a = kt_sheet_place(sheet, kt_pose_apply(pose, kt_vec3_scale(-1.0, half)));
+        const kt_spot b = kt_sheet_place(sheet, kt_pose_apply(pose, half));
+        if (!is_alike(p, first, k))
+            continue;
+        cairo_move_to(sheet->c, a.x, a.y);
+        cairo_line_to(sheet->c, b.x, b.y);
+    }
+    kt_paper_use(sheet->c, kt_sheet_colour(sheet, p->solids[first].body));
+    cairo_set_line_width(sheet->c, 2.0 * fmax(sheet->scale * p->solids[first].half.x, 1.1));
+    cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_ROUND);
+    cairo_stroke(sheet->c);
+    cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_BUTT);
+}
+
+static void paint_all_bars(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++) {
+        bool is_first = p->solids[i].type == KT_SOLID_ROD;
+        for (int k = 0; k < i && is_first; k++)
+            is_first = !is_alike(p, i, k);
+        if (is_first)
+            paint_bars(sheet, i);
+    }
+}
+
+/* Paints what can hide and be hidden. Returns false if memory is insufficient. */
+bool kt_paint_solids(const kt_sheet *sheet) {
+    const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram;
+    if (joins_bars)
+        paint_all_bars(sheet);
+    things t = {0};
+    collect(&t, sheet);
+    const bool fine = !t.is_full && kt_pieces_sort(&t.pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram);
+    for (int i = 0; i < t.pieces.count && fine; i++)
+        if (!joins_bars || t.pieces.items[i].solid.type != KT_SOLID_ROD)
+            paint_thing(sheet, &t.pieces.items[i], &t.items[t.pieces.items[i].thing]);
+    kt_pieces_free(&t.pieces);
+    free(t.items);
+    return fine;
+}

@@ -1,0 +1,39 @@
+/* Drawings of mechanisms: what is drawn, and the paper on which it is painted. */
+#ifndef KT_COMMAND_DRAW_DRAW_H
+#define KT_COMMAND_DRAW_DRAW_H
+
+#include "picture/camera.h"
+#include "picture/picture.h"
+
+#include <stdbool.h>
+
+/* The path of a point: its places in the world, one after the other. */
+typedef struct kt_drawn_path {
+    int body; /* whose colour it has */
+    const kt_vec3 *points;
+    int count;
+} kt_drawn_path;
+
+/* A drawing: one state, several side by side, or several over each other. */
+typedef struct kt_drawing {
+    const kt_picture *picture;
+    kt_camera camera;
+    bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides what it runs through */
+    int state_count;
+    const kt_pose *poses; /* of all bodies in the first state, then in the second, ... */
+    const double *times;  /* s; of each state */
+    bool is_strobe;       /* over each other, earlier ones paler */
+    bool is_plain;        /* in flat colours, earlier states without symbols and edges */
+    const kt_drawn_path *paths;
+    int path_count;
+    bool shows_axes, shows_names;
+    bool shows_gaps; /* of loops that are open: a red line from end to end */
+    bool is_dark;
+    const char *title, *subtitle;
+} kt_drawing;
+
+/* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
+ * kt_plot_check. */
+int kt_drawing_write(const kt_drawing *drawing, const char *path);
+
+#endif

@@ -1,0 +1,272 @@
+/* Symbols of joints, of the ground, of planes, and of loops. */
+#include "draw/paper.h"
+#include "picture/solid.h"
+
+#include <math.h>
+
+/* ---- pivots ------------------------------------------------------------------------------------------------------ */
+
+static bool is_point_loop(kt_loop_type type) {
+    return type == KT_LOOP_REVOLUTE || type == KT_LOOP_SPHERICAL || type == KT_LOOP_UNIVERSAL || type == KT_LOOP_WELD ||
+           type == KT_LOOP_PRISMATIC || type == KT_LOOP_SCREW || type == KT_LOOP_CYLINDRICAL;
+}
+
+static bool is_slot(kt_loop_type type) { return type == KT_LOOP_INLINE || type == KT_LOOP_INPLANE; }
+
+/* A dot is a line of no length, with round ends. */
+static void trace_dot(cairo_t *c, kt_spot at) {
+    cairo_move_to(c, at.x, at.y);
+    cairo_line_to(c, at.x, at.y);
+}
+
+/* Small circles; with a dot where they close a loop. Layer by layer, which keeps files small. */
+void kt_paint_pivots(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    const double r = sheet->pin, widths[] = {2.0 * r, 2.0 * r - fmin(2.6, r), 0.75 * r};
+    const int joints = kt_sheet_is_crowded(sheet) ? 0 : p->joint_count;
+    cairo_t *c = sheet->c;
+    cairo_set_line_cap(c, CAIRO_LINE_CAP_ROUND);
+    for (int layer = 0; layer < 3; layer++) {
+        for (int i = 0; i < joints && layer < 2; i++)
+            if (p->joints[i].type == KT_JOINT_REVOLUTE)
+                trace_dot(c, kt_sheet_frame(sheet, &p->joints[i].frame));
+        for (int i = 0; i < p->loop_count; i++)
+            if (is_point_loop(p->loops[i].type) || is_slot(p->loops[i].type))
+                trace_dot(c, kt_sheet_frame(sheet, &p->loops[i].ends[1]));
+        kt_paper_use(c, layer == 1 ? sheet->palette->paper : kt_sheet_faded(sheet, sheet->palette->ink));
+        cairo_set_line_width(c, widths[layer]);
+        cairo_stroke(c);
+    }
+    cairo_set_line_cap(c, CAIRO_LINE_CAP_BUTT);
+}
+
+/* A point that does not move: a triangle below it (above: where what it carries hangs down) on hatched ground. */
+static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
+    const double r = fmax(sheet->pin, 2.2), down = is_above ? -1.0 : 1.0;
+    const kt_spot left = {at.x - 1.9 * r, at.y + down * 2.9 * r}, right = {at.x + 1.9 * r, at.y + down * 2.9 * r};
+    cairo_t *c = sheet->c;
+    cairo_move_to(c, at.x, at.y);
+    cairo_line_to(c, left.x, left.y);
+    cairo_line_to(c, right.x, right.y);
+    cairo_close_path(c);
+    kt_paper_use(c, sheet->palette->faint);
+    cairo_fill_preserve(c);
+    kt_paper_use(c, sheet->palette->quiet);
+    cairo_set_line_width(c, 1.0);
+    cairo_stroke(c);
+    const kt_spot a = kt_spot_offset(left, (kt_spot){1.0, 0.0}, -r, 0.0),
+                  b = kt_spot_offset(right, (kt_spot){1.0, 0.0}, r, 0.0);
+    kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
+}
+
+/* Whether the middle of a rigid part is lower on the page than a spot. */
+static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
+    const kt_picture *p = sheet->drawing->picture;
+    double sum = 0.0;
+    int count = 0;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->part[p->solids[i].body] == part) {
+            const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+            sum += kt_sheet_place(sheet, pose.position).y;
+            count++;
+        }
+    return count > 0 && sum / count > from.y + 1.5 * sheet->pin;
+}
+
+static bool turns_in_plane(kt_joint_type type) { return type == KT_JOINT_REVOLUTE; }
+
+/* Mounts of all pivots on the ground, at one place one. */
+void kt_paint_mounts(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->joint_count; i++) {
+        const kt_picture_joint *joint = &p->joints[i];
+        const kt_spot at = kt_sheet_frame(sheet, &joint->frame);
+        bool again = false;
+        for (int k = 0; k < i; k++)
+            again = again || (kt_sheet_is_ground(sheet, p->joints[k].frame.body) && turns_in_plane(p->joints[k].type) &&
+                              kt_spot_distance(kt_sheet_frame(sheet, &p->joints[k].frame), at) < 1.0);
+        if (kt_sheet_is_ground(sheet, joint->frame.body) && turns_in_plane(joint->type) && !again)
+            paint_mount(sheet, at, hangs(sheet, p->part[joint->body], at));
+    }
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < 2; k++) {
+            const kt_picture_loop *loop = &p->loops[i];
+            const kt_spot at = kt_sheet_frame(sheet, &loop->ends[k]);
+            const bool is_pin = loop->type == KT_LOOP_REVOLUTE || loop->type == KT_LOOP_SPHERICAL;
+            if (kt_sheet_is_ground(sheet, loop->ends[k].body) && is_pin)
+                paint_mount(sheet, at, hangs(sheet, p->part[loop->ends[1 - k].body], at));
+        }
+}
+
+/* ---- guides ------------------------------------------------------------------------------------------------------ */
+
+/* What a rigid part takes along and across a direction on the page, from a spot. */
+typedef struct reach {
+    double low, high, left, right; /* left, right: of the direction; right is down where it points right */
+} reach;
+
+static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot along) {
+    const kt_picture *p = sheet->drawing->picture;
+    const kt_camera *camera = &sheet->drawing->camera;
+    reach r = {1e9, -1e9, 1e9, -1e9};
+    for (int i = 0; i < p->solid_count; i++) {
+        if (p->solids[i].body != body)
+            continue;
+        const kt_pose pose = kt_camera_pose(camera, kt_pose_compose(sheet->poses[body], p->solids[i].pose));
+        const kt_spot at = kt_sheet_spot(sheet, pose.position);
+        const kt_vec3 ahead = kt_mat3_apply_transposed(pose.rotation, kt_vec3_make(along.x, -along.y, 0.0));
+        const kt_vec3 aside = kt_mat3_apply_transposed(pose.rotation, kt_vec3_make(along.y, along.x, 0.0));
+        const double x = (at.x - from.x) * along.x + (at.y - from.y) * along.y;
+        const double y = (at.y - from.y) * along.x - (at.x - from.x) * along.y;
+        const double a = sheet->scale * kt_solid_reach(&p->solids[i], ahead);
+        const double b = sheet->scale * kt_solid_reach(&p->solids[i], aside);
+        r = (reach){fmin(r.low, x - a), fmax(r.high, x + a), fmin(r.left, y - b), fmax(r.right, y + b)};
+    }
+    return r.low <= r.high ? r : (reach){0.0, 0.0, 0.0, 0.0};
+}
+
+/* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine
+ * line. */
+static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
+    const kt_drawing *d = sheet->drawing;
+    const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);
+    const kt_spot at = kt_sheet_place(sheet, frame.position);
+    const kt_spot ahead =
+        kt_sheet_place(sheet, kt_vec3_add(frame.position, kt_vec3_scale(d->picture->size, frame.rotation.z)));
+    if (kt_spot_distance(at, ahead) < 0.2 * sheet->scale * d->picture->size)
+        return;
+    kt_spot along = kt_spot_direction(at, ahead);
+    if (along.x < -1e-6 || (fabs(along.x) <= 1e-6 && along.y > 0.0))
+        along = (kt_spot){-along.x, -along.y};
+    const kt_spot body = kt_sheet_place(sheet, sheet->poses[joint->body].position);
+    const double place = (body.x - at.x) * along.x + (body.y - at.y) * along.y;
+    if (!kt_sheet_is_ground(sheet, joint->frame.body)) {
+        kt_paint_line(sheet, at, body, 1.0,
+                      kt_sheet_faded(sheet, d->picture->solid_count > 0 ? sheet->palette->quiet : sheet->palette->ink));
+        return;
+    }
+    const reach r = reach_of(sheet, joint->body, body, along);
+    if (fabs(along.y) > 0.8 &&
+        r.high - r.low <= 5.0 * (r.right - r.left)) { /* a block that does not rest on its guide */
+        const double more = fmax(4.0 * sheet->pin, 0.15 * (r.high - r.low));
+        kt_paint_dashes(sheet, kt_spot_offset(body, along, r.low - more, 0.0),
+                        kt_spot_offset(body, along, r.high + more, 0.0), kt_sheet_faded(sheet, sheet->palette->quiet),
+                        1.0);
+        return;
+    }
+    const double across = r.right - r.left, length = r.high - r.low;
+    const double own = fmax(2.5 * sheet->pin, 0.35 * across);
+    if (length > 5.0 * across) { /* a bar: guided where the joint is */
+        const double half = 2.2 * sheet->pin, inside = fmin(fmax(0.0, place + r.low + half), place + r.high - half);
+        for (int side = -1; side <= 1; side += 2) {
+            const double aside = side < 0 ? r.left - 1.5 : r.right + 1.5;
+            const kt_spot from = kt_spot_offset(at, along, inside - half, aside),
+                          to = kt_spot_offset(at, along, inside + half, aside);
+            kt_paint_hatching(sheet, side < 0 ? to : from, side < 0 ? from : to);
+        }
+        return;
+    }
+    double low = fmin(place, 0.0) + r.low, high = fmax(place, 0.0) + r.high;
+    for (int i = 0; i < d->state_count; i++) {
+        const kt_spot then =
+            kt_sheet_place(sheet, d->poses[(ptrdiff_t)i * d->picture->body_count + joint->body].position);
+        const double there = (then.x - at.x) * along.x + (then.y - at.y) * along.y;
+        low = fmin(low, d->is_strobe ? there + r.low : low);
+        high = fmax(high, d->is_strobe ? there + r.high : high);
+    }
+    kt_paint_hatching(sheet, kt_spot_offset(at, along, low - own, r.right + 1.5),
+                      kt_spot_offset(at, along, high + own, r.right + 1.5));
+}
+
+/* ---- planes ------------------------------------------------------------------------------------------------------ */
+
+/* A plane seen from its edge is hatched ground, else a square with lines, on which things stand. */
+static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
+    const kt_pose pose = kt_body_frame_pose(&plane->frame, sheet->poses);
+    const kt_vec3 normal = kt_camera_point(&sheet->drawing->camera, pose.rotation.z);
+    const double h = plane->half;
+    cairo_t *c = sheet->c;
+    if (fabs(normal.z) < 0.02) {
+        const kt_vec3 along = kt_vec3_cross(sheet->drawing->camera.axes.z, pose.rotation.z);
+        const kt_spot a = kt_sheet_place(sheet, kt_vec3_sub(pose.position, kt_vec3_scale(-h, along)));
+        const kt_spot b = kt_sheet_place(sheet, kt_vec3_sub(pose.position, kt_vec3_scale(h, along)));
+        const kt_spot right = kt_spot_direction(a, b); /* hatched on the side that is not the normal's */
+        const bool is_right = -right.y * normal.x + right.x * -normal.y < 0.0;
+        kt_paint_hatching(sheet, is_right ? a : b, is_right ? b : a);
+        return;
+    }
+    const kt_colour paper = sheet->palette->paper;
+    kt_spot corners[4];
+    for (int i = 0; i < 4; i++)
+        corners[i] =
+            kt_sheet_place(sheet, kt_pose_apply(pose, kt_vec3_make(i == 1 || i == 2 ? h : -h, i >= 2 ? h : -h, 0.0)));
+    for (int i = 0; i < 4; i++)
+        cairo_line_to(c, corners[i].x, corners[i].y);
+    cairo_close_path(c);
+    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.09));
+    cairo_fill_preserve(c);
+    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.55));
+    cairo_set_line_width(c, 1.0);
+    cairo_stroke(c);
+    for (int i = 1; i < 8; i++)
+        for (int k = 0; k < 2; k++) {
+            const kt_spot p = kt_spot_between(corners[0], corners[k == 0 ? 1 : 3], 0.125 * i);
+            const kt_spot q = kt_spot_between(corners[k == 0 ? 3 : 1], corners[2], 0.125 * i);
+            cairo_move_to(c, p.x, p.y);
+            cairo_line_to(c, q.x, q.y);
+        }
+    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.2));
+    cairo_set_line_width(c, 0.7);
+    cairo_stroke(c);
+}
+
+void kt_paint_ground(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->plane_count; i++)
+        paint_plane(sheet, &p->planes[i]);
+    for (int i = 0; i < p->joint_count && sheet->drawing->is_diagram; i++)
+        if (p->joints[i].type == KT_JOINT_PRISMATIC)
+            paint_guide(sheet, &p->joints[i]);
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+/* A point on a line or in a plane: a roller between two lines along which it may go. */
+static void paint_slot(const kt_sheet *sheet, const kt_picture_loop *loop) {
+    const kt_pose pose = kt_body_frame_pose(&loop->ends[0], sheet->poses);
+    const kt_vec3 axis = kt_camera_point(&sheet->drawing->camera, pose.rotation.z);
+    const double across = hypot(axis.x, axis.y), r = sheet->pin, half = 3.6 * r;
+    const kt_spot at = kt_sheet_frame(sheet, &loop->ends[1]);
+    if (across < 0.5)
+        return;
+    kt_spot along = {axis.x / across, -axis.y / across};
+    if (loop->type == KT_LOOP_INPLANE)
+        along = (kt_spot){along.y, -along.x};
+    if (along.x < 0.0)
+        along = (kt_spot){-along.x, -along.y};
+    for (int side = -1; side <= 1; side += 2) {
+        const kt_spot from = kt_spot_offset(at, along, -half, side * 1.25 * r),
+                      to = kt_spot_offset(at, along, half, side * 1.25 * r);
+        if (kt_sheet_is_ground(sheet, loop->ends[0].body))
+            kt_paint_hatching(sheet, side < 0 ? to : from, side < 0 ? from : to);
+        else
+            kt_paint_line(sheet, from, to, 1.2, kt_sheet_faded(sheet, sheet->palette->ink));
+    }
+}
+
+void kt_paint_loops(const kt_sheet *sheet) {
+    const kt_picture *p = sheet->drawing->picture;
+    const kt_colour open = {0.85, 0.1, 0.1};
+    for (int i = 0; i < p->loop_count; i++) {
+        const kt_picture_loop *loop = &p->loops[i];
+        const kt_spot a = kt_sheet_frame(sheet, &loop->ends[0]), b = kt_sheet_frame(sheet, &loop->ends[1]);
+        if (loop->type == KT_LOOP_DISTANCE)
+            kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->ink), 1.4);
+        else if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)
+            kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->quiet), 1.0);
+        if (sheet->drawing->is_diagram && is_slot(loop->type))
+            paint_slot(sheet, loop);
+        if (sheet->drawing->shows_gaps && is_point_loop(loop->type) && kt_spot_distance(a, b) > 1.0)
+            kt_paint_dashes(sheet, a, b, open, 2.0);
+    }
+}

@@ -1,0 +1,324 @@
+/* The page of a drawing: what is where, scale, axes, gravity. */
+#include "draw/paper.h"
+#include "picture/solid.h"
+
+#include "command.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum {
+    WIDTH = 900,
+    MARGIN = 30,
+    TOP = 64,      /* title and subtitle */
+    FOOT = 66,     /* axes and scale */
+    BORDER = 30,   /* around what is drawn, for symbols */
+    CAPTION = 24,  /* the time below a state, where there are several */
+    TALLEST = 560, /* of the part that is drawn */
+    LOWEST = 150,
+};
+
+/* ---- layout ------------------------------------------------------------------------------------------------------ */
+
+typedef struct layout {
+    double left, right, bottom, top; /* of all that is drawn, in the camera's frame, m */
+    double scale;
+    int columns, rows;
+    double cell_width, cell_height;
+    int height; /* of the page */
+} layout;
+
+static void widen(layout *l, kt_vec3 p) {
+    l->left = fmin(l->left, p.x);
+    l->right = fmax(l->right, p.x);
+    l->bottom = fmin(l->bottom, p.y);
+    l->top = fmax(l->top, p.y);
+}
+
+static const kt_pose *state_of(const kt_drawing *d, int state) {
+    return d->poses + (ptrdiff_t)state * d->picture->body_count;
+}
+
+static void widen_by_solids(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    for (int i = 0; i < d->picture->solid_count; i++) {
+        const kt_solid *solid = &d->picture->solids[i];
+        const kt_pose pose = kt_camera_pose(&d->camera, kt_pose_compose(poses[solid->body], solid->pose));
+        const kt_mat3 back = kt_mat3_transpose(pose.rotation);
+        const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, back.x), kt_solid_reach(solid, back.y), 0.0);
+        widen(l, kt_vec3_sub(pose.position, reach));
+        widen(l, kt_vec3_add(pose.position, reach));
+    }
+}
+
+static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    const kt_picture *p = d->picture;
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->joints[i].frame, poses).position));
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
+    for (int i = 0; i < p->effect_count; i++)
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
+}
+
+static void widen_by_markers(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    const kt_model *model = d->picture->model;
+    for (int body = 0; body < d->picture->body_count; body++)
+        for (int k = 0; k < kt_marker_count(model, body); k++)
+            widen(l, kt_camera_point(&d->camera, kt_pose_apply(poses[body], kt_marker_at(model, body, k))));
+}
+
+static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    for (int i = 0; i < d->picture->plane_count; i++)
+        for (int k = 0; k < 4; k++) {
+            const kt_picture_plane *plane = &d->picture->planes[i];
+            const kt_vec3 corner =
+                kt_vec3_make(k % 2 ? plane->half : -plane->half, k / 2 ? plane->half : -plane->half, 0.0);
+            widen(l, kt_camera_point(&d->camera, kt_pose_apply(kt_body_frame_pose(&plane->frame, poses), corner)));
+        }
+}
+
+/* The number of columns with which states become largest. */
+static void arrange(layout *l, int cells) {
+    const double width = fmax(l->right - l->left, 1e-9 * (l->top - l->bottom)),
+                 height = fmax(l->top - l->bottom, 1e-9 * width);
+    const double caption = cells > 1 ? CAPTION : 0.0;
+    l->scale = 0.0;
+    for (int columns = 1; columns <= cells; columns++) {
+        const int rows = (cells + columns - 1) / columns;
+        const double room_x = (double)(WIDTH - 2 * MARGIN) / columns - 2.0 * BORDER;
+        const double room_y = (double)TALLEST / rows - 2.0 * BORDER - caption;
+        const double scale = fmin(room_x / width, room_y / height);
+        if (room_x <= 0.0 || room_y <= 0.0 || scale <= l->scale)
+            continue;
+        l->scale = scale;
+        l->columns = columns;
+        l->rows = rows;
+    }
+    l->cell_width = (double)(WIDTH - 2 * MARGIN) / l->columns;
+    l->cell_height = fmax(l->scale * height + 2.0 * BORDER + caption, LOWEST);
+    l->height = (int)ceil(TOP + l->rows * l->cell_height + FOOT);
+}
+
+static layout lay_out(const kt_drawing *d) {
+    layout l = {.left = DBL_MAX, .right = -DBL_MAX, .bottom = DBL_MAX, .top = -DBL_MAX};
+    for (int i = 0; i < d->state_count; i++) {
+        widen_by_solids(&l, d, state_of(d, i));
+        widen_by_frames(&l, d, state_of(d, i));
+    }
+    widen_by_markers(&l, d, state_of(d, d->state_count - 1));
+    widen_by_planes(&l, d, state_of(d, 0));
+    for (int i = 0; i < d->path_count; i++)
+        for (int k = 0; k < d->paths[i].count; k++)
+            widen(&l, kt_camera_point(&d->camera, d->paths[i].points[k]));
+    if (l.left > l.right)
+        l = (layout){.left = -0.5, .right = 0.5, .bottom = -0.5, .top = 0.5};
+    if (!(l.right - l.left > 0.0) && !(l.top - l.bottom > 0.0)) {
+        l.right += 0.5 * d->picture->size;
+        l.left -= 0.5 * d->picture->size;
+    }
+    arrange(&l, d->is_strobe ? 1 : d->state_count);
+    return l;
+}
+
+/* The sheet of a state: its cell, in which what is drawn lies in the middle. */
+static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int state) {
+    const int cell = d->is_strobe ? 0 : state;
+    const int column = cell % l->columns, row = cell / l->columns;
+    const double left = MARGIN + column * l->cell_width, top = TOP + row * l->cell_height;
+    const bool captioned = !d->is_strobe && d->state_count > 1;
+    const double middle_x = left + 0.5 * l->cell_width,
+                 middle_y = top + 0.5 * (l->cell_height - (captioned ? CAPTION : 0));
+    return (kt_sheet){.c = c,
+                      .palette = kt_palette_choose(d->is_dark),
+                      .drawing = d,
+                      .poses = state_of(d, state),
+                      .scale = l->scale,
+                      .x = middle_x - 0.5 * l->scale * (l->left + l->right),
+                      .y = middle_y + 0.5 * l->scale * (l->bottom + l->top),
+                      .pin = fmin(fmax(1.5 * l->scale * d->picture->radius, 1.6), 6.5)};
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+/* A path as a line; points that are less than half a unit from the last one drawn are left out. */
+static void paint_paths(const kt_sheet *sheet) {
+    for (int i = 0; i < sheet->drawing->path_count; i++) {
+        const kt_drawn_path *path = &sheet->drawing->paths[i];
+        kt_spot last = {DBL_MAX, DBL_MAX};
+        for (int k = 0; k < path->count; k++) {
+            const kt_spot at = kt_sheet_place(sheet, path->points[k]);
+            if (k > 0 && k + 1 < path->count && hypot(at.x - last.x, at.y - last.y) < 0.7)
+                continue;
+            cairo_line_to(sheet->c, at.x, at.y);
+            last = at;
+        }
+        kt_paper_use(sheet->c, kt_colour_mix(kt_sheet_colour(sheet, path->body), sheet->palette->ink, 0.25));
+        cairo_set_line_width(sheet->c, 1.2);
+        cairo_stroke(sheet->c);
+    }
+}
+
+/* ---- around the mechanism ---------------------------------------------------------------------------------------- */
+
+/* The world's axes as the camera sees them. */
+static void paint_triad(const kt_sheet *sheet, kt_spot origin) {
+    static const char *const names[] = {"x", "y", "z"};
+    const double length = 24.0;
+    double lowest = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const kt_mat3 seen = kt_mat3_transpose(sheet->drawing->camera.axes);
+        lowest = fmin(lowest, i == 0 ? seen.x.y : i == 1 ? seen.y.y : seen.z.y);
+    }
+    origin.y += length * (lowest + 0.5); /* all of it is above the lower edge */
+    for (int i = 0; i < 3; i++) {
+        const kt_vec3 axis = kt_camera_point(&sheet->drawing->camera,
+                                             kt_vec3_make(i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0));
+        const kt_spot tip = {origin.x + length * axis.x, origin.y - length * axis.y};
+        if (hypot(axis.x, axis.y) < 0.3)
+            continue;
+        kt_paint_arrow(sheet, origin, tip, 1.0, sheet->palette->quiet);
+        kt_paper_text(sheet->c, origin.x + (length + 9.0) * axis.x, origin.y - (length + 9.0) * axis.y + 4.0,
+                      KT_ANCHOR_MIDDLE, names[i]);
+    }
+}
+
+/* 1, 2 or 5 times a power of ten, not above a number. */
+static double round_below(double x) {
+    const double power = pow(10.0, floor(log10(x)));
+    return x >= 5.0 * power ? 5.0 * power : x >= 2.0 * power ? 2.0 * power : power;
+}
+
+static void write_length(double length, char *text, size_t size) {
+    if (length >= 1e3)
+        snprintf(text, size, "%g km", 1e-3 * length);
+    else if (length >= 0.1)
+        snprintf(text, size, "%g m", length);
+    else if (length >= 1e-4)
+        snprintf(text, size, "%g mm", 1e3 * length);
+    else
+        snprintf(text, size, "%g \u00b5m", 1e6 * length);
+}
+
+static void paint_scale(const kt_sheet *sheet, double right, double y) {
+    const double length = round_below(140.0 / sheet->scale), width = length * sheet->scale;
+    cairo_t *c = sheet->c;
+    char text[48];
+    write_length(length, text, sizeof text);
+    kt_paper_use(c, sheet->palette->quiet);
+    cairo_set_line_width(c, 1.2);
+    cairo_move_to(c, right - width, y - 4.0);
+    cairo_line_to(c, right - width, y + 4.0);
+    cairo_move_to(c, right - width, y);
+    cairo_line_to(c, right, y);
+    cairo_move_to(c, right, y - 4.0);
+    cairo_line_to(c, right, y + 4.0);
+    cairo_stroke(c);
+    kt_paper_text(c, right - 0.5 * width, y - 8.0, KT_ANCHOR_MIDDLE, text);
+}
+
+/* An arrow as gravity pulls; along the view a dot or a cross in a circle. */
+static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
+    const kt_vec3 g = sheet->drawing->picture->gravity;
+    cairo_t *c = sheet->c;
+    if (!(kt_vec3_dot(g, g) > 0.0))
+        return;
+    const kt_vec3 down = kt_camera_point(&sheet->drawing->camera, kt_vec3_normalize(g));
+    const double length = 34.0;
+    kt_paper_use(c, sheet->palette->quiet);
+    kt_paper_text(c, at.x + 10.0, at.y + 5.0, KT_ANCHOR_LEFT, "g");
+    if (hypot(down.x, down.y) > 0.3) {
+        kt_paint_arrow(sheet, (kt_spot){at.x - 0.5 * length * down.x, at.y + 0.5 * length * down.y},
+                       (kt_spot){at.x + 0.5 * length * down.x, at.y - 0.5 * length * down.y}, 1.4,
+                       sheet->palette->quiet);
+        return;
+    }
+    cairo_arc(c, at.x, at.y, 6.0, 0.0, 6.283185307179586);
+    cairo_set_line_width(c, 1.2);
+    for (int i = 0; i < 2 && down.z < 0.0; i++) {
+        cairo_move_to(c, at.x - 4.2, at.y + (i ? 4.2 : -4.2));
+        cairo_line_to(c, at.x + 4.2, at.y + (i ? -4.2 : 4.2));
+    }
+    cairo_stroke(c);
+    if (down.z > 0.0) {
+        cairo_arc(c, at.x, at.y, 1.8, 0.0, 6.283185307179586);
+        cairo_fill(c);
+    }
+}
+
+static void paint_heading(cairo_t *c, const kt_drawing *d, const kt_palette *palette) {
+    kt_paper_use(c, palette->paper);
+    cairo_paint(c);
+    kt_paper_use(c, palette->ink);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
+    cairo_set_font_size(c, kt_title_size);
+    kt_paper_text_within(c, 20.0, 28.0, WIDTH - 110.0, d->title);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(c, kt_text_size);
+    kt_paper_use(c, palette->quiet);
+    kt_paper_text_within(c, 20.0, 48.0, WIDTH - 110.0, d->subtitle);
+}
+
+static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
+    char text[48];
+    snprintf(text, sizeof text, "%.4g s", sheet->drawing->times[state]);
+    cairo_set_font_size(sheet->c, kt_text_size);
+    kt_paper_use(sheet->c, sheet->palette->quiet);
+    const int column = state % l->columns, row = state / l->columns;
+    kt_paper_text(sheet->c, MARGIN + (column + 0.5) * l->cell_width, TOP + (row + 1) * l->cell_height - 7.0,
+                  KT_ANCHOR_MIDDLE, text);
+}
+
+/* ---- the page ---------------------------------------------------------------------------------------------------- */
+
+typedef struct page {
+    const kt_drawing *drawing;
+    layout layout;
+    bool *fine;
+} page;
+
+static void paint(cairo_t *c, const void *what) {
+    const page *p = what;
+    const kt_drawing *d = p->drawing;
+    const int last = d->state_count - 1;
+    kt_sheet sheet = sheet_of(c, d, &p->layout, last);
+    cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
+    paint_heading(c, d, sheet.palette);
+    for (int i = 0; i < d->state_count; i++) {
+        sheet = sheet_of(c, d, &p->layout, i);
+        sheet.fade = d->is_strobe ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;
+        if (!d->is_strobe || i == 0) {
+            const double fade = sheet.fade;
+            sheet.fade = 0.0;
+            kt_paint_ground(&sheet);
+            paint_paths(&sheet);
+            sheet.fade = fade;
+        }
+        *p->fine = kt_paint_solids(&sheet) && *p->fine;
+        if (!kt_sheet_is_plain(&sheet))
+            kt_paint_symbols(&sheet);
+        if (!d->is_strobe && d->state_count > 1)
+            paint_caption(&sheet, &p->layout, i);
+    }
+    sheet.fade = 0.0;
+    cairo_set_font_size(c, kt_small_size);
+    kt_paper_use(c, sheet.palette->quiet);
+    paint_triad(&sheet, (kt_spot){52.0, p->layout.height - 38.0});
+    paint_scale(&sheet, WIDTH - MARGIN, p->layout.height - 26.0);
+    cairo_set_font_size(c, kt_text_size);
+    paint_gravity(&sheet, (kt_spot){WIDTH - 52.0, 38.0});
+}
+
+int kt_drawing_write(const kt_drawing *drawing, const char *path) {
+    bool fine = true;
+    const page p = {drawing, lay_out(drawing), &fine};
+    const int code = kt_paper_write(path, WIDTH, p.layout.height, paint, &p);
+    if (!fine)
+        kt_say("there is not enough memory for the picture");
+    return fine ? code : KT_EXIT_INTEGRATION;
+}

@@ -1,0 +1,91 @@
+/* Declarations shared by the files that paint drawings of mechanisms with cairo. */
+#ifndef KT_COMMAND_DRAW_PAPER_H
+#define KT_COMMAND_DRAW_PAPER_H
+
+#include "draw/draw.h"
+#include "picture/hiding.h"
+#include "plot/paper.h"
+
+/* A point of the page, in its units; y points down. */
+typedef struct kt_spot {
+    double x, y;
+} kt_spot;
+
+/* The part of the page on which one state is painted. */
+typedef struct kt_sheet {
+    cairo_t *c;
+    const kt_palette *palette;
+    const kt_drawing *drawing;
+    const kt_pose *poses; /* of the state */
+    double scale;         /* units of the page a metre */
+    double x, y;          /* where the origin of the camera's frame is */
+    double pin;           /* radius of a joint's symbol, on the page */
+    double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
+} kt_sheet;
+
+/* ---- places and colours (draw_sheet.c) --------------------------------------------------------------------------- */
+
+/* From the camera's frame, and from the world, to the page. */
+kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point);
+kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);
+
+/* Whether the state is an earlier one of a drawing that has to be small. */
+bool kt_sheet_is_plain(const kt_sheet *sheet);
+/* Whether most joints are so near to the one before them in the list that their circles would hide all bodies. */
+bool kt_sheet_is_crowded(const kt_sheet *sheet);
+
+/* The colour of a body: that of its rigid part, or that of what is fixed to the ground. */
+kt_colour kt_sheet_colour(const kt_sheet *sheet, int body);
+/* The colour of lines around an area of a colour. */
+kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill);
+/* A colour as far towards the paper as the state is faded. */
+kt_colour kt_sheet_faded(const kt_sheet *sheet, kt_colour colour);
+
+/* The origin of a frame on a body; and whether a body is fixed to the ground. */
+kt_spot kt_sheet_frame(const kt_sheet *sheet, const kt_body_frame *frame);
+bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
+
+/* ---- solids (draw_solid.c) --------------------------------------------------------------------------------------- */
+
+/* Paints a piece, in the camera's frame, with light from above on the left. */
+void kt_paint_piece(const kt_sheet *sheet, const kt_piece *piece, kt_colour colour);
+
+/* ---- lines (draw_line.c) ----------------------------------------------------------------------------------------- */
+
+/* The point at a share of the way from a to b; their distance; the unit direction from a to b, to the right where they
+ * are one; the point `ahead` along a direction and `aside` to its right (down, where it points right). */
+kt_spot kt_spot_between(kt_spot a, kt_spot b, double share);
+double kt_spot_distance(kt_spot a, kt_spot b);
+kt_spot kt_spot_direction(kt_spot a, kt_spot b);
+kt_spot kt_spot_offset(kt_spot from, kt_spot along, double ahead, double aside);
+
+void kt_paint_line(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);
+/* A line with a head at its end. */
+void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);
+void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour colour, double width);
+/* Short oblique lines along the left side of a line, as seen from its beginning: what does not move. */
+void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to);
+/* The part from share a to share b of a spring, of a damper, of both side by side, as long as from `from` to `to`;
+ * around a bar of a radius above 0 on the page, a spring stands for both. */
+void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, double b, bool has_stiffness,
+                     bool has_damping, double around);
+
+/* ---- symbols ----------------------------------------------------------------------------------------------------- */
+
+/* Solids, and in space joints, feet, bushings and springs, the farthest first (draw_depth.c). Returns false if memory
+ * is insufficient. */
+bool kt_paint_solids(const kt_sheet *sheet);
+
+/* Joints as circles, the ground below them, loops (draw_joint.c); effects, relations between joints (draw_effect.c). */
+void kt_paint_pivots(const kt_sheet *sheet);
+void kt_paint_mounts(const kt_sheet *sheet);
+void kt_paint_loops(const kt_sheet *sheet);
+void kt_paint_effects(const kt_sheet *sheet);
+void kt_paint_relations(const kt_sheet *sheet);
+
+/* What lies behind all solids: planes, and in diagrams the ground. */
+void kt_paint_ground(const kt_sheet *sheet);
+/* What lies before all solids (draw_symbol.c): in diagrams joints, loops, springs; axes, arrows, markers, names. */
+void kt_paint_symbols(const kt_sheet *sheet);
+
+#endif

@@ -1,0 +1,172 @@
+/* The work-precision diagram: error against CPU time and against evaluations, both per simulated second, with one curve
+ * per method. The colour shows the order; filled marks are adaptive methods, hollow marks are fixed steps. */
+#include "subcommands/accuracy.h"
+#include "plot/plot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Two panels show the same curves; the last series of each panel is the Pareto front. */
+typedef struct kt_diagram {
+    double *error, *cost[2]; /* all points, curve by curve */
+    double *front_error[2], *front_cost[2];
+    kt_plot_series *series[2];
+    char (*labels)[64];
+} kt_diagram;
+
+/* Methods of one order share a colour and differ by their marks. */
+static int colour_of(int order) {
+    static const int colours[] = {7, 7, 5, 6, 3, 1, 4, 4, 2}; /* black, orange, sky, green, blue, purple, vermilion */
+    return colours[order < 9 ? order : 8];
+}
+
+/* With several variants the colour shows the variant, otherwise the order of the method. */
+static int colour_at(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
+    return results->variant_count > 1 ? 1 + curve->variant % KT_PLOT_SERIES_MAX : colour_of(curve->method->order);
+}
+
+static int mark_of(const kt_accuracy_results *results, int index) {
+    int mark = 1;
+    if (results->variant_count > 1) /* the mark shows the method */
+        return 1 + index % (results->curve_count / results->variant_count) % KT_PLOT_MARK_COUNT;
+    for (int i = 0; i < index; i++)
+        mark += results->curves[i].method->order == results->curves[index].method->order;
+    return 1 + (mark - 1) % KT_PLOT_MARK_COUNT;
+}
+
+/* An error below the reference's uncertainty cannot be resolved; it is drawn at that uncertainty. */
+static double known(const kt_accuracy_results *results, const kt_accuracy_point *point) {
+    return point->usable ? fmax(point->error.position, results->uncertainty.position) : (double)NAN;
+}
+
+static bool has_usable(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
+    for (int i = curve->first; i < curve->first + curve->count; i++)
+        if (results->points[i].usable)
+            return true;
+    return false;
+}
+
+/* The legend says "fails" for a curve without usable points. */
+static void name_curve(const kt_accuracy_results *results, const kt_accuracy_curve *curve, char *label, size_t size) {
+    const char *variant = results->variants[curve->variant].label;
+    snprintf(label, size, "%s%s%s%s", curve->method->name, variant != NULL ? ", " : "", variant != NULL ? variant : "",
+             has_usable(results, curve) ? "" : ": fails");
+}
+
+static int by_cost(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Collects the points of the Pareto front, sorted by cost. Returns their number. */
+static size_t find_front(const kt_accuracy_results *results, bool of_time, double *error, double *cost) {
+    size_t count = 0;
+    double pairs[2 * 512];
+    for (int i = 0; i < results->point_count && count < 512; i++) {
+        const kt_accuracy_point *point = &results->points[i];
+        if (!(of_time ? point->cheapest : point->fewest))
+            continue;
+        pairs[2 * count] = (of_time ? 1e3 * point->cpu : (double)point->counts.evaluations) / results->duration;
+        pairs[2 * count++ + 1] = known(results, point);
+    }
+    /* cppcheck-suppress uninitvar ; only the first `count` pairs are read, and these have been written */
+    qsort(pairs, count, 2 * sizeof *pairs, by_cost);
+    for (size_t i = 0; i < count; i++) {
+        cost[i] = pairs[2 * i];
+        error[i] = pairs[2 * i + 1];
+    }
+    return count;
+}
+
+static void fill(const kt_accuracy_results *results, kt_diagram *d) {
+    for (int i = 0; i < results->point_count; i++) {
+        const kt_accuracy_point *point = &results->points[i];
+        d->error[i] = known(results, point);
+        d->cost[0][i] = 1e3 * point->cpu / results->duration;
+        d->cost[1][i] = (double)point->counts.evaluations / results->duration;
+    }
+    for (int panel = 0; panel < 2; panel++) {
+        const int last = results->curve_count;
+        for (int i = 0; i < last; i++) {
+            const kt_accuracy_curve *curve = &results->curves[i];
+            name_curve(results, curve, d->labels[i], sizeof d->labels[i]);
+            d->series[panel][i] = (kt_plot_series){.label = d->labels[i],
+                                                   .x = d->cost[panel] + curve->first,
+                                                   .y = d->error + curve->first,
+                                                   .count = (size_t)curve->count,
+                                                   .colour = colour_at(results, curve),
+                                                   .mark = mark_of(results, i),
+                                                   .hollow = !curve->adaptive};
+        }
+        const size_t count = find_front(results, panel == 0, d->front_error[panel], d->front_cost[panel]);
+        d->series[panel][last] = (kt_plot_series){.label = "least for its error",
+                                                  .x = d->front_cost[panel],
+                                                  .y = d->front_error[panel],
+                                                  .count = count,
+                                                  .is_halo = true};
+    }
+}
+
+static void describe(const kt_findings *findings, char *text, size_t size) {
+    const kt_accuracy_results *results = findings->results;
+    char length[64] = "";
+    if (results->unit == KT_ACCURACY_MIXED)
+        snprintf(length, sizeof length, ", lengths over %.3g m", results->length);
+    snprintf(text, size, "%g s; the largest position error of all joints at %d records%s; filled marks: adaptive steps",
+             results->duration, results->records, length);
+}
+
+static int draw(const kt_findings *findings, const kt_diagram *d, const char *path, bool is_dark) {
+    static const char *const titles[] = {"CPU time a simulated second", "evaluations a simulated second"};
+    static const char *const units[] = {"ms", NULL};
+    const kt_accuracy_results *results = findings->results;
+    kt_plot_panel panels[2];
+    char subtitle[256];
+    for (int panel = 0; panel < 2; panel++)
+        panels[panel] = (kt_plot_panel){.title = "Position error",
+                                        .unit = kt_findings_unit(findings),
+                                        .series = d->series[panel],
+                                        .series_count = results->curve_count + 1,
+                                        .has_legend = panel == 1,
+                                        .x_log = true,
+                                        .y_log = true,
+                                        .x_title = titles[panel],
+                                        .x_unit = units[panel],
+                                        .blind = results->uncertainty.position,
+                                        .blind_label = "within the reference\u2019s uncertainty"};
+    describe(findings, subtitle, sizeof subtitle);
+    kt_plot plot = {.title = findings->name,
+                    .subtitle = subtitle,
+                    .panels = panels,
+                    .panel_count = 2,
+                    .is_row = true,
+                    .is_dark = is_dark};
+    return kt_plot_draw(&plot, path);
+}
+
+int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark) {
+    const kt_accuracy_results *results = findings->results;
+    const size_t points = (size_t)results->point_count + 1, curves = (size_t)results->curve_count + 1;
+    double *numbers = malloc(7 * points * sizeof *numbers);
+    kt_plot_series *series = malloc(2 * curves * sizeof *series);
+    kt_diagram d = {.labels = malloc(curves * sizeof *d.labels)};
+    int code = KT_EXIT_INTEGRATION;
+    if (numbers == NULL || series == NULL || d.labels == NULL) {
+        kt_say("there is not enough memory for the picture");
+    } else {
+        d.error = numbers;
+        for (int panel = 0; panel < 2; panel++) {
+            d.cost[panel] = numbers + (size_t)(1 + panel) * points;
+            d.front_error[panel] = numbers + (size_t)(3 + panel) * points;
+            d.front_cost[panel] = numbers + (size_t)(5 + panel) * points;
+            d.series[panel] = series + (size_t)panel * curves;
+        }
+        fill(results, &d);
+        code = draw(findings, &d, path, is_dark);
+    }
+    free(numbers);
+    free(series);
+    free(d.labels);
+    return code;
+}

@@ -1,0 +1,62 @@
+/* Ticks at multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at powers of ten. */
+#include "plot/plot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Returns the smallest round step of which at most `most` fit into the range. */
+static double choose_step(double range, int most) {
+    static const double factors[] = {1.0, 2.0, 5.0, 10.0};
+    double power = pow(10.0, floor(log10(range / most)));
+    for (int i = 0; i < 4; i++)
+        if (range / (factors[i] * power) <= most)
+            return factors[i] * power;
+    return 10.0 * power;
+}
+
+kt_axis kt_axis_make(double low, double high, int most) {
+    kt_axis axis = {.low = low, .high = high};
+    /* n steps have n + 1 ticks. */
+    axis.step = choose_step(high - low, most > 2 ? most - 1 : 1);
+    double first = ceil(low / axis.step - 1e-9), last = floor(high / axis.step + 1e-9);
+    axis.first = first * axis.step;
+    axis.count = (int)(last - first) + 1;
+    double largest = fmax(fabs(low), fabs(high));
+    int magnitude = (int)floor(log10(largest) + 1e-9);
+    axis.exponent = magnitude >= 4 || magnitude <= -3 ? magnitude : 0;
+    double places = -floor(log10(axis.step) + 1e-9) + axis.exponent;
+    axis.decimals = places > 0.0 ? (int)places : 0;
+    return axis;
+}
+
+kt_axis kt_axis_make_log(double low, double high, int most) {
+    double first = ceil(log10(low) - 1e-9), last = floor(log10(high) + 1e-9);
+    if (last < first + 1.0) {
+        first = floor(log10(low) + 1e-9);
+        last = fmax(first + 1.0, ceil(log10(high) - 1e-9));
+    }
+    kt_axis axis = {.low = fmin(low, pow(10.0, first)), .high = fmax(high, pow(10.0, last)), .is_log = true};
+    axis.step = ceil((last - first) / (most > 2 ? most - 1 : 1));
+    axis.first = ceil(first / axis.step) * axis.step;
+    axis.count = (int)floor((last - axis.first) / axis.step) + 1;
+    return axis;
+}
+
+double kt_axis_tick(const kt_axis *axis, int i) {
+    double tick = axis->first + i * axis->step;
+    if (axis->is_log)
+        return pow(10.0, tick);
+    return fabs(tick) < 1e-9 * axis->step ? 0.0 : tick;
+}
+
+double kt_axis_place(const kt_axis *axis, double value) {
+    if (!axis->is_log)
+        return (value - axis->low) / (axis->high - axis->low);
+    return value > 0.0 ? log(value / axis->low) / log(axis->high / axis->low) : (double)NAN;
+}
+
+void kt_axis_text(const kt_axis *axis, int i, char *text, size_t size) {
+    double tick = axis->is_log ? axis->first + i * axis->step : kt_axis_tick(axis, i) / pow(10.0, axis->exponent);
+    snprintf(text, size, "%s%.*f", tick < 0.0 ? "\u2212" : "", axis->decimals, fabs(tick));
+}

@@ -1,0 +1,30 @@
+/* Replaces plot.c in builds without cairo. */
+#include "command.h"
+#include "draw/draw.h"
+#include "plot/plot.h"
+#include "plot/shapes.h"
+
+bool kt_plot_is_possible(void) { return false; }
+
+int kt_plot_check(const char *path) {
+    kt_say("%s cannot be drawn: this kinetree was built without cairo", path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_plot_draw(const kt_plot *plot, const char *path) {
+    (void)plot;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_plot_shapes(const kt_shape_plot *plot, const char *path) {
+    (void)plot;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_drawing_write(const kt_drawing *drawing, const char *path) {
+    (void)drawing;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}

@@ -1,0 +1,325 @@
+/* Draws one panel of a chart: its title with the unit at the top left, ticks at round numbers, a light grid, and the
+ * legend on the right, where it covers no line. */
+#include "plot/paper.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { TICKS_X = 11, TICKS_Y = 7 };
+
+/* Maps numbers to coordinates of the page. */
+typedef struct kt_plot_frame {
+    double left, right, top, bottom;
+    kt_axis x, y;
+    const kt_palette *palette;
+} kt_plot_frame;
+
+static double to_x(const kt_plot_frame *f, double x) {
+    return f->left + kt_axis_place(&f->x, x) * (f->right - f->left);
+}
+
+static double to_y(const kt_plot_frame *f, double y) {
+    return f->bottom - kt_axis_place(&f->y, y) * (f->bottom - f->top);
+}
+
+/* ---- grid -------------------------------------------------------------------------------------------------------- */
+
+static void put_tick(cairo_t *c, double x, double y, kt_anchor anchor, const kt_axis *axis, int i) {
+    char text[48];
+    kt_axis_text(axis, i, text, sizeof text);
+    if (axis->is_log)
+        kt_paper_power(c, x, y, anchor, text, kt_small_size);
+    else
+        kt_paper_text(c, x, y, anchor, text);
+}
+
+static void draw_line(cairo_t *c, double x1, double y1, double x2, double y2) {
+    cairo_move_to(c, x1, y1);
+    cairo_line_to(c, x2, y2);
+    cairo_stroke(c);
+}
+
+/* Draws grid lines at 2, 3, ... 9 times a power of ten, if there is room for them. */
+static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, bool of_x) {
+    if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
+        return;
+    cairo_set_line_width(c, 0.5);
+    const int first = (int)floor(log10(axis->low)), last = (int)ceil(log10(axis->high));
+    for (int decade = first; decade < last; decade++)
+        for (int k = 2; k < 10; k++) {
+            const double value = k * pow(10.0, decade);
+            if (value < axis->low || value > axis->high)
+                continue;
+            if (of_x)
+                draw_line(c, to_x(f, value), f->top, to_x(f, value), f->bottom);
+            else
+                draw_line(c, f->left, to_y(f, value), f->right, to_y(f, value));
+        }
+}
+
+static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
+    kt_paper_use(c, f->palette->faint);
+    draw_minor(c, f, &f->x, true);
+    draw_minor(c, f, &f->y, false);
+    cairo_set_line_width(c, 1.0);
+    cairo_set_font_size(c, kt_small_size);
+    for (int i = 0; i < f->y.count; i++) {
+        const double y = to_y(f, kt_axis_tick(&f->y, i));
+        kt_paper_use(c, f->palette->faint);
+        draw_line(c, f->left, y, f->right, y);
+        kt_paper_use(c, f->palette->ink);
+        put_tick(c, f->left - 8.0, y + 0.36 * kt_small_size, KT_ANCHOR_RIGHT, &f->y, i);
+    }
+    for (int i = 0; i < f->x.count; i++) {
+        const double x = to_x(f, kt_axis_tick(&f->x, i));
+        kt_paper_use(c, f->palette->faint);
+        draw_line(c, x, f->top, x, f->bottom);
+        kt_paper_use(c, f->palette->ink);
+        put_tick(c, x, f->bottom + 1.5 * kt_small_size, KT_ANCHOR_MIDDLE, &f->x, i);
+    }
+    kt_paper_use(c, f->palette->quiet);
+    cairo_move_to(c, f->left, f->top);
+    cairo_line_to(c, f->left, f->bottom);
+    cairo_line_to(c, f->right, f->bottom);
+    cairo_stroke(c);
+}
+
+/* Draws the grey region of values that cannot be resolved. */
+static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
+    const double y = to_y(f, panel->blind);
+    if (!(panel->blind > 0.0) || !(y < f->bottom))
+        return;
+    const kt_colour quiet = f->palette->quiet;
+    cairo_set_source_rgba(c, quiet.red, quiet.green, quiet.blue, 0.16);
+    cairo_rectangle(c, f->left, y, f->right - f->left, f->bottom - y);
+    cairo_fill(c);
+    if (panel->blind_label == NULL)
+        return;
+    kt_paper_use(c, quiet);
+    cairo_set_font_size(c, 0.9 * kt_small_size);
+    kt_paper_text(c, f->left + 6.0, fmin(y + 1.2 * kt_small_size, f->bottom - 4.0), KT_ANCHOR_LEFT, panel->blind_label);
+}
+
+/* ---- series ------------------------------------------------------------------------------------------------------ */
+
+/* Simplifies a curve while it is drawn. Points are left out as long as all of them stay within SLACK of the chord that
+ * replaces them: the difference is invisible, and a file of ten thousand records gives a picture with some hundred
+ * points. */
+static const double SLACK = 0.1; /* pt; lines are 1.3 pt wide or more */
+
+enum { PENDING_MAX = 64 };
+
+typedef struct kt_pen {
+    cairo_t *c;
+    double x[PENDING_MAX], y[PENDING_MAX]; /* the last point drawn, then those after it */
+    int count;                             /* 0: the pen is up */
+} kt_pen;
+
+static double distance_to_chord(double x, double y, double x0, double y0, double x1, double y1) {
+    const double dx = x1 - x0, dy = y1 - y0, squared = dx * dx + dy * dy;
+    const double along = squared > 0.0 ? ((x - x0) * dx + (y - y0) * dy) / squared : 0.0;
+    const double nearest = fmin(fmax(along, 0.0), 1.0);
+    return hypot(x - x0 - nearest * dx, y - y0 - nearest * dy);
+}
+
+static bool is_chord(const kt_pen *pen, double x, double y) {
+    for (int i = 1; i < pen->count; i++)
+        if (distance_to_chord(pen->x[i], pen->y[i], pen->x[0], pen->y[0], x, y) > SLACK)
+            return false;
+    return true;
+}
+
+/* Draws the line to the last pending point, which becomes the start of the next chord. */
+static void pen_draw(kt_pen *pen) {
+    if (pen->count < 2)
+        return;
+    pen->x[0] = pen->x[pen->count - 1];
+    pen->y[0] = pen->y[pen->count - 1];
+    cairo_line_to(pen->c, pen->x[0], pen->y[0]);
+    pen->count = 1;
+}
+
+static void pen_to(kt_pen *pen, double x, double y) {
+    if (pen->count == 0)
+        cairo_move_to(pen->c, x, y);
+    else if (pen->count == PENDING_MAX || !is_chord(pen, x, y))
+        pen_draw(pen);
+    pen->x[pen->count] = x;
+    pen->y[pen->count++] = y;
+}
+
+static void pen_up(kt_pen *pen) {
+    pen_draw(pen);
+    pen->count = 0;
+}
+
+/* Draws the first, the least, the largest and the last of the points first .. end - 1, in their order. These
+ * determine what is visible of points in one column of pixels (Jugel et al. 2014, Proceedings of the VLDB Endowment
+ * 7, 797-808). */
+static void pen_column(kt_pen *pen, const kt_plot_frame *f, const kt_plot_series *series, size_t first, size_t end) {
+    size_t least = first, largest = first;
+    for (size_t i = first; i < end; i++) {
+        const double y = to_y(f, series->y[i]);
+        least = y < to_y(f, series->y[least]) ? i : least;
+        largest = y > to_y(f, series->y[largest]) ? i : largest;
+    }
+    const size_t kept[] = {first, least < largest ? least : largest, least < largest ? largest : least, end - 1};
+    for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++)
+        if (i == 0 || kept[i] != kept[i - 1])
+            pen_to(pen, to_x(f, series->x[kept[i]]), to_y(f, series->y[kept[i]]));
+}
+
+static bool is_on_paper(const kt_plot_frame *f, const kt_plot_series *series, size_t i) {
+    return isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i]));
+}
+
+/* In a dense series, whose x is rising, the points are grouped into columns of 1 pt; any other series is drawn point by
+ * point. */
+static void trace_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
+    kt_pen pen = {.c = c};
+    for (size_t i = 0; i < series->count;) {
+        size_t end = i + 1;
+        if (!is_on_paper(f, series, i)) {
+            pen_up(&pen);
+        } else {
+            const double right = series->is_dense ? floor(to_x(f, series->x[i])) + 1.0 : (double)-INFINITY;
+            while (end < series->count && is_on_paper(f, series, end) && to_x(f, series->x[end]) < right)
+                end++;
+            pen_column(&pen, f, series, i, end);
+        }
+        i = end;
+    }
+    pen_up(&pen);
+}
+
+static kt_colour colour_of(const kt_plot_frame *f, const kt_plot_series *series, int place) {
+    return f->palette->series[(series->colour > 0 ? series->colour - 1 : place) % KT_PLOT_SERIES_MAX];
+}
+
+static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
+    if (series->is_halo)
+        cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
+    else
+        kt_paper_use(c, colour);
+    cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 1.6);
+    cairo_new_path(c);
+    trace_series(c, f, series);
+    cairo_stroke(c);
+    for (size_t i = 0; i < series->count && series->mark > 0; i++) {
+        const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
+        if (isfinite(x) && isfinite(y))
+            kt_paper_trace_mark(c, x, y, series->mark);
+    }
+    kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+}
+
+/* Returns whether any point of a series is on the page. */
+static bool is_seen(const kt_plot_frame *f, const kt_plot_series *series) {
+    for (size_t i = 0; i < series->count; i++)
+        if (isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i])))
+            return true;
+    return false;
+}
+
+static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
+    const double x = f->right + 16.0, line = 1.6 * kt_small_size;
+    double y = f->top + kt_small_size;
+    cairo_set_font_size(c, kt_small_size);
+    for (int i = 0; i < panel->series_count; i++) {
+        const kt_plot_series *series = &panel->series[i];
+        const kt_colour colour = colour_of(f, series, i);
+        if (!is_seen(f, series))
+            continue;
+        const double middle = y - 0.36 * kt_small_size;
+        if (series->is_halo)
+            cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
+        else
+            kt_paper_use(c, colour);
+        cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 3.0);
+        draw_line(c, x, middle, x + 18.0, middle);
+        if (series->mark > 0) {
+            kt_paper_trace_mark(c, x + 9.0, middle, series->mark);
+            kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+        }
+        kt_paper_use(c, f->palette->ink);
+        kt_paper_text_within(c, x + 24.0, y, room - 48.0, series->label);
+        y += line;
+    }
+    if (panel->left_out > 0) {
+        char text[48];
+        snprintf(text, sizeof text, "and %d more", panel->left_out);
+        kt_paper_use(c, f->palette->quiet);
+        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+    }
+}
+
+/* ---- ranges ------------------------------------------------------------------------------------------------------ */
+
+/* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis. */
+static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
+    *low = HUGE_VAL;
+    *high = -HUGE_VAL;
+    for (int s = 0; s < panel->series_count; s++)
+        for (size_t i = 0; i < panel->series[s].count; i++) {
+            const double value = of_y ? panel->series[s].y[i] : panel->series[s].x[i];
+            const double other = of_y ? panel->series[s].x[i] : panel->series[s].y[i];
+            if (!isfinite(value) || !isfinite(other) || (is_log && !(value > 0.0)))
+                continue;
+            *low = fmin(*low, value);
+            *high = fmax(*high, value);
+        }
+    if (!(*low <= *high))
+        *low = *high = is_log ? 1.0 : 0.0;
+}
+
+static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
+    double low, high;
+    const bool is_log = of_y ? panel->y_log : panel->x_log;
+    find_range(panel, of_y, is_log, &low, &high);
+    if (is_log) {
+        const double room = pow(high / low, 0.04);
+        if (of_y && panel->blind > 0.0) /* the grey region stays visible and has room for its label */
+            low = fmin(low, panel->blind * pow(high / low, -0.05));
+        return kt_axis_make_log(low / fmax(room, 1.1), high * fmax(room, 1.1), most);
+    }
+    bool has_marks = false;
+    for (int s = 0; s < panel->series_count; s++)
+        has_marks = has_marks || panel->series[s].mark > 0;
+    double room = of_y || has_marks || panel->x_title != NULL ? 0.05 * (high - low) : 0.0;
+    if (!(high - low > 1e-12 * fmax(fabs(low), fabs(high))))
+        room = high != 0.0 ? 0.5 * fabs(high) : 1.0;
+    return kt_axis_make(low - room, high + room, most);
+}
+
+/* Widens one axis so that both have the same scale. */
+static void equalize(kt_plot_frame *f, int most_x, int most_y) {
+    const double width = f->right - f->left, height = f->bottom - f->top;
+    const double x = 0.5 * (f->x.low + f->x.high), y = 0.5 * (f->y.low + f->y.high);
+    const double scale = fmax((f->x.high - f->x.low) / width, (f->y.high - f->y.low) / height);
+    f->x = kt_axis_make(x - 0.5 * scale * width, x + 0.5 * scale * width, most_x);
+    f->y = kt_axis_make(y - 0.5 * scale * height, y + 0.5 * scale * height, most_y);
+}
+
+int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
+                  double width, double height, double room) {
+    const int most_x = width < 500.0 ? 8 : TICKS_X, most_y = height > 250.0 ? 2 * TICKS_Y : TICKS_Y;
+    kt_plot_frame f = {
+        left,   left + width, top, top + height, make_axis(panel, false, most_x), make_axis(panel, true, most_y),
+        palette};
+    if (panel->is_equal)
+        equalize(&f, most_x, most_y);
+    draw_grid(c, &f);
+    draw_blind(c, &f, panel);
+    kt_paper_use(c, palette->ink);
+    kt_paper_quantity(c, left - 50.0, top - 12.0, KT_ANCHOR_LEFT, panel->title, panel->unit, f.y.exponent);
+    if (panel->x_title != NULL)
+        kt_paper_quantity(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, panel->x_title,
+                          panel->x_unit, f.x.exponent);
+    for (int halo = 1; halo >= 0; halo--)
+        for (int i = 0; i < panel->series_count; i++)
+            if (panel->series[i].is_halo == (halo == 1))
+                draw_series(c, &f, &panel->series[i], colour_of(&f, &panel->series[i], i));
+    if (panel->has_legend)
+        draw_legend(c, &f, panel, room);
+    return f.x.exponent;
+}

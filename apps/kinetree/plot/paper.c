@@ -1,0 +1,331 @@
+/* Text, marks and files of pictures. */
+#include "plot/paper.h"
+
+#include "command.h"
+#include "records/output.h"
+
+#include <cairo-svg.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const double kt_text_size = 13.0, kt_small_size = 11.5, kt_title_size = 16.0;
+
+void kt_paper_use(cairo_t *c, kt_colour colour) { cairo_set_source_rgb(c, colour.red, colour.green, colour.blue); }
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+double kt_paper_width(cairo_t *c, const char *text) {
+    cairo_text_extents_t extents;
+    cairo_text_extents(c, kt_show(text).text, &extents);
+    return extents.x_advance;
+}
+
+static double shift(kt_anchor anchor, double width) {
+    return anchor == KT_ANCHOR_LEFT ? 0.0 : anchor == KT_ANCHOR_RIGHT ? width : 0.5 * width;
+}
+
+/* In an SVG, cairo would draw each letter as a shape. To keep text as text, <text> elements are collected in a stream,
+ * which is attached to c under this key and appended to the file at the end. */
+static const cairo_user_data_key_t elements_key;
+
+static void write_escaped(FILE *file, const char *text) {
+    for (; *text != '\0'; text++)
+        if (*text == '&' || *text == '<' || *text == '>')
+            fprintf(file, "&#%d;", *text);
+        else
+            putc(*text, file);
+}
+
+static void write_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anchor, const char *text) {
+    static const char *const anchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
+    double red, green, blue, opaque;
+    cairo_matrix_t font;
+    cairo_get_font_matrix(c, &font);
+    cairo_user_to_device(c, &x, &y);
+    (void)cairo_pattern_get_rgba(cairo_get_source(c), &red, &green, &blue, &opaque);
+    const bool bold = cairo_toy_font_face_get_weight(cairo_get_font_face(c)) == CAIRO_FONT_WEIGHT_BOLD;
+    fprintf(file, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"%g\" fill=\"#%02x%02x%02x\"%s%s>", x, y, font.yy,
+            (unsigned)lround(255.0 * red), (unsigned)lround(255.0 * green), (unsigned)lround(255.0 * blue),
+            anchors[anchor], bold ? " font-weight=\"bold\"" : "");
+    write_escaped(file, text);
+    fputs("</text>\n", file);
+}
+
+void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text) {
+    FILE *elements = cairo_get_user_data(c, &elements_key);
+    const double width = kt_paper_width(c, text); /* also detects text that is not valid UTF-8 */
+    if (elements != NULL) {
+        write_text(c, elements, x, y, anchor, kt_show(text).text);
+        return;
+    }
+    cairo_move_to(c, x - shift(anchor, width), y);
+    cairo_show_text(c, kt_show(text).text);
+    cairo_new_path(c); /* the current point would be at the end of the text: a line from there to what is drawn next */
+}
+
+/* The text is cut between characters, not within one. */
+void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title) {
+    const kt_shown shown = kt_show(title);
+    const char *text = shown.text;
+    char part[260];
+    int length = (int)strlen(text);
+    if (kt_paper_width(c, text) <= width) {
+        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+        return;
+    }
+    length = length < 240 ? length : 240;
+    do {
+        while (length > 0 && ((unsigned char)text[--length] & 0xC0U) == 0x80U)
+            ;
+        snprintf(part, sizeof part, "%.*s\u2026", length, text);
+    } while (length > 0 && kt_paper_width(c, part) > width);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, part);
+}
+
+void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size) {
+    cairo_set_font_size(c, size);
+    const double base = kt_paper_width(c, "10");
+    cairo_set_font_size(c, 0.75 * size);
+    x -= shift(anchor, base + kt_paper_width(c, exponent));
+    kt_paper_text(c, x + base, y - 0.4 * size, KT_ANCHOR_LEFT, exponent);
+    cairo_set_font_size(c, size);
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, "10");
+}
+
+static double width_at(cairo_t *c, double size, const char *text) {
+    cairo_set_font_size(c, size);
+    return kt_paper_width(c, text);
+}
+
+void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const char *title, const char *unit,
+                       int exponent) {
+    char text[256], power[16] = "", tail[64] = "";
+    snprintf(text, sizeof text, "%s%s%s", title, unit != NULL || exponent != 0 ? ", " : "",
+             exponent == 0 && unit != NULL ? unit : "");
+    if (exponent == 0) {
+        cairo_set_font_size(c, kt_text_size);
+        kt_paper_text(c, x, y, anchor, text);
+        return;
+    }
+    snprintf(power, sizeof power, "%s%d", exponent < 0 ? "\u2212" : "", abs(exponent));
+    if (unit != NULL)
+        snprintf(tail, sizeof tail, " %s", unit);
+    const double after = width_at(c, 0.75 * kt_text_size, power), ten = width_at(c, kt_text_size, "10");
+    const double before = kt_paper_width(c, text);
+    x -= shift(anchor, before + ten + after + kt_paper_width(c, tail));
+    kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+    kt_paper_power(c, x + before, y, KT_ANCHOR_LEFT, power, kt_text_size);
+    if (unit != NULL)
+        kt_paper_text(c, x + before + ten + after, y, KT_ANCHOR_LEFT, tail);
+}
+
+/* ---- marks ------------------------------------------------------------------------------------------------------- */
+
+static const double pi = 3.14159265358979323846;
+
+/* Adds a regular polygon whose first corner is `turn` quarter turns clockwise from the top. */
+static void trace_polygon(cairo_t *c, double x, double y, double radius, int corners, double turn) {
+    for (int i = 0; i < corners; i++) {
+        const double angle = pi * (2.0 * i / corners + 0.5 * turn);
+        cairo_line_to(c, x + radius * sin(angle), y - radius * cos(angle));
+    }
+}
+
+void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark) {
+    static const struct shape {
+        int corners; /* 0: a circle */
+        double turn, radius;
+    } shapes[KT_PLOT_MARK_COUNT] = {{0, 0.0, 3.8}, {4, 0.5, 4.8}, {3, 0.0, 5.0}, {4, 0.0, 4.8},
+                                    {3, 2.0, 5.0}, {5, 0.0, 4.8}, {6, 0.0, 4.6}};
+    const struct shape *shape = &shapes[(mark - 1) % KT_PLOT_MARK_COUNT];
+    cairo_new_sub_path(c);
+    if (shape->corners == 0)
+        cairo_arc(c, x, y, shape->radius, 0.0, 2.0 * pi);
+    else
+        trace_polygon(c, x, y, shape->radius, shape->corners, shape->turn);
+    cairo_close_path(c);
+}
+
+void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour paper) {
+    kt_paper_use(c, hollow ? paper : colour);
+    if (!hollow) {
+        cairo_fill(c);
+        return;
+    }
+    cairo_fill_preserve(c);
+    kt_paper_use(c, colour);
+    cairo_set_line_width(c, 1.3);
+    cairo_stroke(c);
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* Tests the extension; the picture of a failed run has the additional extension ".partial". */
+static bool ends_in_svg(const char *path) {
+    const size_t length = strlen(path), tail = strlen(".partial");
+    const bool is_part = length > tail && strcmp(path + length - tail, ".partial") == 0;
+    const size_t end = is_part ? length - tail : length;
+    return end >= 4 && strncmp(path + end - 4, ".svg", 4) == 0;
+}
+
+/* PNG pictures have two pixels per unit, for screens of high resolution. */
+static cairo_status_t write_png(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                                const void *what) {
+    const int scale = 2;
+    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
+    cairo_t *c = cairo_create(surface);
+    cairo_scale(c, scale, scale);
+    draw(c, what);
+    cairo_status_t status = cairo_status(c);
+    cairo_destroy(c);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_write_to_png(surface, path);
+    const int reason = errno;
+    cairo_surface_destroy(surface);
+    errno = reason;
+    return status;
+}
+
+static cairo_status_t append(void *file, const unsigned char *data, unsigned length) {
+    return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+}
+
+/* Draws the picture; cairo's output goes to `shapes`, the text elements to `elements`. */
+static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int height,
+                               void (*draw)(cairo_t *c, const void *what), const void *what) {
+    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append, shapes, width, height);
+    cairo_t *c = cairo_create(surface);
+    cairo_status_t status = cairo_set_user_data(c, &elements_key, elements, NULL);
+    draw(c, what);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_status(c);
+    cairo_destroy(c);
+    cairo_surface_finish(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_status(surface);
+    cairo_surface_destroy(surface);
+    return status;
+}
+
+/* Skips a redundant move after 'Z' (close path) and returns the remaining text: after each closed shape cairo writes a
+ * move to the current point, followed by another move to the next shape. */
+static const char *skip_move(const char *text) {
+    if (strncmp(text, " M ", 3) != 0)
+        return text;
+    const char *end = text + 3;
+    end += strspn(end, "-.0123456789 ");
+    return *end == 'M' ? end - 1 : *end == '"' ? end : text;
+}
+
+/* Returns the length of a property that has its default value, 0 if the text is none. The miter limit is safe to omit:
+ * mitres that long do not occur. */
+static size_t default_length(const char *text) {
+    static const char *const defaults[] = {"stroke-linecap:butt;", "stroke-opacity:1;", "stroke-miterlimit:10;",
+                                           "fill-rule:nonzero;",   "fill-opacity:1;",   "stop-opacity:1;"};
+    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++)
+        if (strncmp(text, defaults[i], strlen(defaults[i])) == 0)
+            return strlen(defaults[i]);
+    return 0;
+}
+
+/* Writes a colour in shorter form, rgb(100%,50%,0%) as #ff8000. Returns the length of the text; 0 if it is none. */
+static size_t write_colour(FILE *file, const char *text) {
+    double share[3];
+    const char *at = text + strlen("rgb(");
+    if (strncmp(text, "rgb(", strlen("rgb(")) != 0)
+        return 0;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        share[i] = strtod(at, &end);
+        if (end == at || end[0] != '%' || end[1] != (i < 2 ? ',' : ')'))
+            return 0;
+        at = end + 2;
+    }
+    fputc('#', file);
+    for (int i = 0; i < 3; i++)
+        fprintf(file, "%02x", (unsigned)lround(2.55 * share[i]));
+    return (size_t)(at - text);
+}
+
+/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, with short colours, and
+ * with numbers cut after the second decimal, since a hundredth of a point is invisible on any screen. */
+static void write_short(FILE *file, const char *text) {
+    int decimals = -1; /* digits after the decimal point; -1: not after one */
+    while (*text != '\0') {
+        const size_t left_out = default_length(text);
+        if (left_out > 0) {
+            text += left_out;
+            continue;
+        }
+        const size_t colour = *text == 'r' ? write_colour(file, text) : 0;
+        if (colour > 0) {
+            text += colour;
+            decimals = -1;
+            continue;
+        }
+        const char letter = *text++;
+        const bool digit = letter >= '0' && letter <= '9';
+        decimals = letter == '.' ? 0 : digit && decimals >= 0 ? decimals + 1 : -1;
+        if (decimals <= 2)
+            putc(letter, file);
+        if (letter == 'Z')
+            text = skip_move(text);
+    }
+}
+
+/* Writes the shapes' file with the text elements inserted before its end tag. */
+static cairo_status_t write_file(const char *path, char *shapes, const char *elements) {
+    static const char end_tag[] = "</svg>";
+    char *end = strstr(shapes, end_tag);
+    FILE *file = end != NULL ? fopen(path, "w") : NULL;
+    if (file == NULL)
+        return CAIRO_STATUS_WRITE_ERROR;
+    *end = '\0';
+    write_short(file, shapes);
+    fprintf(file, "<g font-family=\"sans-serif\" xml:space=\"preserve\">\n%s</g>\n%s\n", elements, end_tag);
+    const bool failed = ferror(file) != 0;
+    return fclose(file) == 0 && !failed ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+}
+
+static cairo_status_t write_svg(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                                const void *what) {
+    char *shapes = NULL, *elements = NULL;
+    size_t shapes_size = 0, elements_size = 0;
+    FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
+    cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
+    if (one != NULL && other != NULL)
+        status = draw_svg(one, other, width, height, draw, what);
+    const bool one_lost = one != NULL && fclose(one) != 0;
+    const bool other_lost = other != NULL && fclose(other) != 0;
+    const bool lost = one_lost || other_lost;
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(path, shapes, elements);
+    const int reason = errno;
+    free(shapes);
+    free(elements);
+    errno = reason;
+    return status;
+}
+
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what) {
+    kt_output output;
+    const int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    const cairo_status_t status =
+        (ends_in_svg(path) ? write_svg : write_png)(kt_output_path(&output), width, height, draw, what);
+    const int reason = errno;
+    const bool fine = status == CAIRO_STATUS_SUCCESS;
+    if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        return KT_EXIT_INTEGRATION;
+    if (fine)
+        return KT_EXIT_DONE;
+    const bool by_system = status == CAIRO_STATUS_WRITE_ERROR && reason != 0;
+    kt_say("%s cannot be written: %s", path, by_system ? strerror(reason) : cairo_status_to_string(status));
+    return KT_EXIT_INTEGRATION;
+}

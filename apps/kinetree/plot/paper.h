@@ -1,0 +1,40 @@
+/* Declarations shared by the files that draw with cairo: text, marks. */
+#ifndef KT_COMMAND_PLOT_PAPER_H
+#define KT_COMMAND_PLOT_PAPER_H
+
+#include "plot/palette.h"
+#include "plot/plot.h"
+
+#include <cairo.h>
+
+extern const double kt_text_size, kt_small_size, kt_title_size;
+
+typedef enum kt_anchor { KT_ANCHOR_LEFT, KT_ANCHOR_MIDDLE, KT_ANCHOR_RIGHT } kt_anchor;
+
+void kt_paper_use(cairo_t *c, kt_colour colour);
+double kt_paper_width(cairo_t *c, const char *text);
+void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text);
+/* Draws text left-aligned at x; text wider than `width` is cut and ends with dots. */
+void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title);
+/* Draws ten to the power `exponent`. */
+void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size);
+/* Draws "Energy drift, 10^-9 J" with the exponent raised. */
+void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const char *title, const char *unit,
+                       int exponent);
+/* The first function adds a mark to the path (mark: 1 to KT_PLOT_MARK_COUNT); the second draws all marks in the
+ * path. */
+void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark);
+void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour paper);
+
+/* Draws one panel. left, top, width and height are the rectangle of its axes; the legend to the right of it is `room`
+ * wide. Returns the power of ten by which the numbers of the x axis must be multiplied; it is printed with the axis's
+ * title. */
+int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
+                  double width, double height, double room);
+
+/* Writes a picture, SVG or PNG by the file's extension, that the function `draw` draws. Returns KT_EXIT_DONE, or an
+ * exit code after printing the error. */
+int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                   const void *what);
+
+#endif

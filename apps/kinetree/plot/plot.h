@@ -1,0 +1,85 @@
+/* Charts as SVG or PNG: panels in a column or in a row, each with its axes (linear or logarithmic), units and
+ * series. */
+#ifndef KT_COMMAND_PLOT_PLOT_H
+#define KT_COMMAND_PLOT_PLOT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* ---- axes -------------------------------------------------------------------------------------------------------- */
+
+/* An axis with ticks at round numbers between low and high, at most `most` of them: first + i step, i = 0 .. count - 1,
+ * printed with `decimals` decimal places after division by 10^exponent. On a logarithmic axis the ticks are 10^(first +
+ * i step). */
+typedef struct kt_axis {
+    double low, high;
+    double first, step;
+    int count;
+    int exponent; /* 0 if the numbers are short without it */
+    int decimals;
+    bool is_log;
+} kt_axis;
+
+/* Requires low < high, both finite. */
+kt_axis kt_axis_make(double low, double high, int most);
+/* Requires 0 < low < high. The axis is extended to contain at least two powers of ten. */
+kt_axis kt_axis_make_log(double low, double high, int most);
+double kt_axis_tick(const kt_axis *axis, int i);
+/* Position of a value on the axis: 0 at low, 1 at high. NaN if a logarithmic axis cannot show it. */
+double kt_axis_place(const kt_axis *axis, double value);
+/* Label of tick i, with a true minus sign (UTF-8); on a logarithmic axis only the exponent. */
+void kt_axis_text(const kt_axis *axis, int i, char *text, size_t size);
+
+/* ---- charts ------------------------------------------------------------------------------------------------------ */
+
+enum {
+    KT_PLOT_SERIES_MAX = 7, /* colours that can be distinguished */
+    KT_PLOT_MARK_COUNT = 7,
+};
+
+/* Points connected in their order; points that are not finite leave a gap. */
+typedef struct kt_plot_series {
+    const char *label;
+    const double *x, *y;
+    size_t count;
+    int colour;    /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
+    int mark;      /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
+    bool hollow;   /* marks */
+    bool is_halo;  /* a broad faint line behind all others */
+    bool is_dense; /* x is rising and there may be more points than pixels: draw only what is visible */
+} kt_plot_series;
+
+typedef struct kt_plot_panel {
+    const char *title; /* quantity: "Energy drift" */
+    const char *unit;  /* "J"; NULL: none */
+    const kt_plot_series *series;
+    int series_count;
+    int left_out; /* number of further series that are not shown; the legend states it */
+    bool has_legend;
+    bool x_log, y_log;
+    bool is_equal;                /* equal scales of x and y, for paths in space; linear axes only */
+    const char *x_title, *x_unit; /* NULL: those of the whole plot */
+    double blind;                 /* > 0: the region below this y is grey */
+    const char *blind_label;
+} kt_plot_panel;
+
+typedef struct kt_plot {
+    const char *title, *subtitle;
+    const char *x_title, *x_unit;
+    const kt_plot_panel *panels;
+    int panel_count;
+    bool is_row; /* panels in a row, with one legend, that of the last */
+    bool is_dark;
+} kt_plot;
+
+/* Returns whether this build can draw pictures. */
+bool kt_plot_is_possible(void);
+
+/* Checks whether a picture can be drawn to a file of this name, by its extension and the libraries of this build.
+ * Returns -1 if it can, else an exit code after printing the error. */
+int kt_plot_check(const char *path);
+
+/* Returns KT_EXIT_DONE, or an exit code after printing the error. */
+int kt_plot_draw(const kt_plot *plot, const char *path);
+
+#endif

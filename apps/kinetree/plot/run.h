@@ -1,0 +1,20 @@
+/* The picture of a run: the recorded quantities (by default joint positions) and markers against time, and the change
+ * of the total energy; if works are recorded, the change of the balance of energies and works, which should be zero. */
+#ifndef KT_COMMAND_PLOT_RUN_H
+#define KT_COMMAND_PLOT_RUN_H
+
+#include "plot/plot.h"
+#include "subcommands/run.h"
+
+typedef struct kt_plot_run kt_plot_run;
+
+/* run: the options of the run, including what is recorded; it must outlive the picture. Returns NULL if memory is
+ * insufficient. */
+kt_plot_run *kt_plot_run_start(const kt_model *model, const kt_run *run);
+/* Adds a record. Returns 0, or -1 after printing the error. */
+int kt_plot_run_take(kt_plot_run *plot, const kt_record *record);
+/* Draws the picture. Returns an exit code. */
+int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, bool is_dark);
+void kt_plot_run_free(kt_plot_run *plot);
+
+#endif

@@ -1,0 +1,265 @@
+/* The columns of a run's records. */
+#include "records/columns.h"
+
+#include "kinetree/descriptor.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
+#include "kinetree/loop.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* ---- the list ---------------------------------------------------------------------------------------------------- */
+
+/* at: of the first of them. */
+static bool add(kt_columns *columns, kt_column_source source, int index, int count, int at) {
+    if (columns->room - columns->count < (size_t)count) {
+        const size_t room = 2 * columns->room + (size_t)count + 32;
+        kt_column *more = realloc(columns->columns, room * sizeof *more);
+        if (more == NULL)
+            return false;
+        columns->columns = more;
+        columns->room = room;
+    }
+    for (int k = 0; k < count; k++)
+        columns->columns[columns->count++] =
+            (kt_column){.source = source, .index = index, .component = k, .at = at + k};
+    return true;
+}
+
+static bool add_coordinates(kt_columns *columns, kt_column_source source) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++) {
+        const kt_coordinates at = kt_body_coordinates(columns->model, body);
+        fine = source == KT_COLUMN_POSITION ? add(columns, source, body, at.nq, at.q)
+                                            : add(columns, source, body, at.nv, at.v);
+    }
+    return fine;
+}
+
+/* A coupling of joints has joint forces only and therefore no wrench. */
+static bool has_wrench(const kt_model *model, int loop) {
+    return !kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_TERMS);
+}
+
+/* A loop between joints, not between points of bodies, has one equation, whose multiplier is its generalised force. */
+static bool is_relation(const kt_model *model, int loop) {
+    return !has_wrench(model, loop) ||
+           kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_JOINT);
+}
+
+static bool add_multipliers(kt_columns *columns, int loop) {
+    const kt_loop_rows rows = kt_loop_rows_of(columns->model, loop);
+    return add(columns, KT_COLUMN_MULTIPLIER, loop, rows.count, rows.first);
+}
+
+static bool add_reactions(kt_columns *columns) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
+        fine = add(columns, KT_COLUMN_REACTION, body, 6, 0);
+    for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++) {
+        fine = !has_wrench(columns->model, loop) || add(columns, KT_COLUMN_LOOP_REACTION, loop, 6, 0);
+        fine = fine && (!is_relation(columns->model, loop) || add_multipliers(columns, loop));
+    }
+    return fine;
+}
+
+/* The multipliers that add_reactions leaves out. */
+static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
+    bool fine = true;
+    for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
+        fine = (has_reactions && is_relation(columns->model, loop)) || add_multipliers(columns, loop);
+    return fine;
+}
+
+static bool add_marker(kt_columns *columns, const kt_marker_pair *pair) {
+    const int body = pair->body != NULL ? kt_body_find(columns->model, pair->body) : 0;
+    if (!add(columns, KT_COLUMN_MARKER, body, 3, 0))
+        return false;
+    for (size_t i = columns->count - 3; i < columns->count; i++)
+        columns->columns[i].marker = kt_marker_find(columns->model, body, pair->marker);
+    return true;
+}
+
+bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
+    *columns = (kt_columns){.model = model, .record = record};
+    bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
+    if (fine && (record & KT_RECORD_POSITION) != 0)
+        fine = add_coordinates(columns, KT_COLUMN_POSITION);
+    if (fine && (record & KT_RECORD_VELOCITY) != 0)
+        fine = add_coordinates(columns, KT_COLUMN_VELOCITY);
+    if (fine && (record & KT_RECORD_ACCELERATION) != 0)
+        fine = add_coordinates(columns, KT_COLUMN_ACCELERATION);
+    for (int i = 0; i < run->marker_count && fine; i++)
+        fine = add_marker(columns, &run->markers[i]);
+    if (fine && (record & KT_RECORD_ENERGY) != 0)
+        fine = add(columns, KT_COLUMN_ENERGY, 0, 3, 0);
+    if (fine && (record & KT_RECORD_BALANCE) != 0)
+        fine = add(columns, KT_COLUMN_WORK, 0, 3, 0);
+    if (fine && (record & KT_RECORD_CONSTRAINT) != 0)
+        fine = add(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
+    if (fine && (record & KT_RECORD_REACTION) != 0)
+        fine = add_reactions(columns);
+    if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
+        fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
+    columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
+    return columns->values != NULL;
+}
+
+void kt_columns_free(kt_columns *columns) {
+    free(columns->columns);
+    free(columns->values);
+    *columns = (kt_columns){.count = 0};
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* "KIND.NAME", or "KIND.NAME[k]" if there is more than one of them. */
+static int name_numbered(char *text, size_t size, const char *kind, const char *name, const char *of, int k,
+                         int count) {
+    return count == 1 ? snprintf(text, size, "%s.%s%s", kind, name, of)
+                      : snprintf(text, size, "%s.%s%s[%d]", kind, name, of, k);
+}
+
+int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
+    static const char *const kinds[] = {"position", "velocity", "acceleration"};
+    static const char *const energies[] = {"kinetic", "potential", "total"};
+    static const char *const works[] = {"dissipated", "supplied", "balance"};
+    static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
+    const kt_column *c = &columns->columns[column];
+    const kt_model *model = columns->model;
+    switch (c->source) {
+    case KT_COLUMN_TIME:
+        return snprintf(text, size, "time");
+    case KT_COLUMN_POSITION:
+    case KT_COLUMN_VELOCITY:
+    case KT_COLUMN_ACCELERATION: {
+        const kt_coordinates at = kt_body_coordinates(model, c->index);
+        return name_numbered(text, size, kinds[c->source - KT_COLUMN_POSITION], kt_body_name(model, c->index), "",
+                             c->component, c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
+    }
+    case KT_COLUMN_MARKER:
+        return snprintf(text, size, "marker.%s.%s.%c", kt_body_name(model, c->index),
+                        kt_marker_name(model, c->index, c->marker), "xyz"[c->component]);
+    case KT_COLUMN_ENERGY:
+        return snprintf(text, size, "energy.%s", energies[c->component]);
+    case KT_COLUMN_WORK:
+        return snprintf(text, size, "energy.%s", works[c->component]);
+    case KT_COLUMN_RESIDUAL:
+        return snprintf(text, size, "constraint.%s", kinds[c->component]);
+    case KT_COLUMN_REACTION:
+        return snprintf(text, size, "reaction.%s.%s", kt_body_name(model, c->index), wrench[c->component]);
+    case KT_COLUMN_LOOP_REACTION:
+        return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
+    case KT_COLUMN_MULTIPLIER:
+        return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
+                             kt_loop_rows_of(model, c->index).count);
+    }
+    return 0;
+}
+
+static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_column *c) {
+    static const kt_quantity angles[] = {
+        {"Angles", "rad"}, {"Angular velocities", "rad/s"}, {"Angular accelerations", "rad/s\u00b2"}};
+    static const kt_quantity lengths[] = {{"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}};
+    const int order = (int)c->source - KT_COLUMN_POSITION;
+    switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
+    case KT_COORDINATE_LENGTH:
+    case KT_COORDINATE_TRANSLATION:
+        return lengths[order];
+    case KT_COORDINATE_ROTATION:
+        return order == 0 ? (kt_quantity){"Quaternions", ""} : angles[order];
+    case KT_COORDINATE_ANGLE:
+    case KT_COORDINATE_TURNS:
+    case KT_COORDINATE_NONE:
+        break;
+    }
+    return angles[order];
+}
+
+kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
+    const kt_column *c = &columns->columns[column];
+    switch (c->source) {
+    case KT_COLUMN_TIME:
+        return (kt_quantity){"Time", "s"};
+    case KT_COLUMN_POSITION:
+    case KT_COLUMN_VELOCITY:
+    case KT_COLUMN_ACCELERATION:
+        return coordinate_quantity(columns, c);
+    case KT_COLUMN_MARKER:
+        return (kt_quantity){"Markers", "m"};
+    case KT_COLUMN_ENERGY:
+    case KT_COLUMN_WORK:
+        return (kt_quantity){"Energies", "J"};
+    case KT_COLUMN_RESIDUAL:
+        return c->component == 0 ? (kt_quantity){"Loops open by", "m, rad"}
+                                 : (kt_quantity){"Loops open by, per second", "m/s, rad/s"};
+    case KT_COLUMN_REACTION:
+    case KT_COLUMN_LOOP_REACTION:
+        return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
+    case KT_COLUMN_MULTIPLIER:
+        break;
+    }
+    return (kt_quantity){"Multipliers", "N, N m"};
+}
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+static double coordinate(const double *x, int index) { return x != NULL ? x[index] : (double)NAN; }
+
+static double component_of(const kt_wrench *wrenches, int index, int k) {
+    if (wrenches == NULL)
+        return (double)NAN;
+    const kt_wrench *w = &wrenches[index];
+    const double x[] = {w->force.x, w->force.y, w->force.z, w->moment.x, w->moment.y, w->moment.z};
+    return x[k];
+}
+
+static kt_vec3 marker_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+    const kt_vec3 at = kt_marker_at(columns->model, c->index, c->marker);
+    return kt_point_position(columns->model, record->data, c->index, at);
+}
+
+static double value_of(const kt_column *c, const kt_record *record, kt_vec3 marker) {
+    switch (c->source) {
+    case KT_COLUMN_TIME:
+        return record->time;
+    case KT_COLUMN_POSITION:
+        return coordinate(record->q, c->at);
+    case KT_COLUMN_VELOCITY:
+        return coordinate(record->v, c->at);
+    case KT_COLUMN_ACCELERATION:
+        return coordinate(record->a, c->at);
+    case KT_COLUMN_MARKER:
+        return c->component == 0 ? marker.x : c->component == 1 ? marker.y : marker.z;
+    case KT_COLUMN_ENERGY:
+        return c->component == 0   ? record->kinetic
+               : c->component == 1 ? record->potential
+                                   : record->kinetic + record->potential;
+    case KT_COLUMN_WORK:
+        return c->component == 0   ? record->work.dissipated
+               : c->component == 1 ? record->work.supplied
+                                   : kt_balance_of(record);
+    case KT_COLUMN_RESIDUAL:
+        return c->component == 0 ? record->constraint.position : record->constraint.velocity;
+    case KT_COLUMN_REACTION:
+        return component_of(record->reactions, c->index, c->component);
+    case KT_COLUMN_LOOP_REACTION:
+        return component_of(record->loop_reactions, c->index, c->component);
+    case KT_COLUMN_MULTIPLIER:
+        return coordinate(record->multipliers, c->at);
+    }
+    return (double)NAN;
+}
+
+const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
+    kt_vec3 marker = {0};
+    for (size_t i = 0; i < columns->count; i++) {
+        const kt_column *c = &columns->columns[i];
+        if (c->source == KT_COLUMN_MARKER && c->component == 0) /* its three columns follow each other */
+            marker = marker_of(columns, c, record);
+        columns->values[i] = value_of(c, record, marker);
+    }
+    return columns->values;
+}

@@ -1,0 +1,65 @@
+/* The columns of a run's records: what they are called, what they measure, and their values in a record. */
+#ifndef KT_COMMAND_RECORDS_COLUMNS_H
+#define KT_COMMAND_RECORDS_COLUMNS_H
+
+#include "kinetree/simulation.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Where the value of a column comes from. */
+typedef enum kt_column_source {
+    KT_COLUMN_TIME,
+    KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
+    KT_COLUMN_VELOCITY,
+    KT_COLUMN_ACCELERATION,
+    KT_COLUMN_MARKER,        /* coordinate `component` of marker `marker` of body `index` */
+    KT_COLUMN_ENERGY,        /* kinetic, potential, total */
+    KT_COLUMN_WORK,          /* dissipated, supplied, balance */
+    KT_COLUMN_RESIDUAL,      /* of positions, of velocities */
+    KT_COLUMN_REACTION,      /* in the joint of body `index`: force x, y, z, moment x, y, z */
+    KT_COLUMN_LOOP_REACTION, /* in loop `index` */
+    KT_COLUMN_MULTIPLIER,    /* of equation `component` of loop `index` */
+} kt_column_source;
+
+typedef struct kt_column {
+    kt_column_source source;
+    int index, component, marker;
+    int at; /* of coordinates and multipliers: their place in q, v, a or among the multipliers */
+} kt_column;
+
+/* The columns of a run, in their order in files. */
+typedef struct kt_columns {
+    const kt_model *model;
+    unsigned record; /* KT_RECORD_ bits */
+    kt_column *columns;
+    size_t count, room;
+    double *values; /* [count], of the record that was evaluated last */
+} kt_columns;
+
+/* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
+ * is insufficient; kt_columns_free releases the list in any case. */
+bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record);
+void kt_columns_free(kt_columns *columns);
+
+/* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
+int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
+
+/* What a chart calls columns that share an axis, and their unit. */
+typedef struct kt_quantity {
+    const char *title, *unit;
+} kt_quantity;
+
+kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
+
+/* The values of all columns in a record, NaN where it does not have them. They are the list's own, until the next
+ * call. */
+const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
+
+/* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are
+ * unknown. */
+static inline double kt_balance_of(const kt_record *record) {
+    return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
+}
+
+#endif

@@ -1,0 +1,128 @@
+/* Writes lines to a file. The kernel may act on SIGKILL between two pages of one write, so that a line across a page
+ * boundary could be truncated. Files are therefore written by a child process, which completes its write. */
+#define _DEFAULT_SOURCE /* vfork */
+#include "records/lines.h"
+
+#include "subcommands/run.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { MOST_BYTES = 1 << 18 };      /* size at which the buffer is written */
+static const double longest = 0.02; /* s, after which the buffer is written; many times the cost of a child process */
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+/* Writes all bytes, in several writes if necessary (as for pipes). Returns 0 or the errno. */
+static int write_all(int file, const char *text, size_t size, size_t *done) {
+    for (*done = 0; *done < size;) {
+        const ssize_t count = write(file, text + *done, size - *done);
+        if (count < 0 && errno != EINTR)
+            return errno;
+        *done += count > 0 ? (size_t)count : 0;
+    }
+    return 0;
+}
+
+/* Writes whole lines. On failure the complete lines already written remain, and the incomplete one is cut off. Returns
+ * 0 or the errno. */
+static int write_whole(const kt_lines *lines) {
+    size_t done;
+    const int reason = write_all(lines->file, lines->text, lines->whole, &done);
+    while (reason != 0 && done > 0 && lines->text[done - 1] != '\n')
+        done--;
+    if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
+        (void)ftruncate(lines->file, lines->written + (long long)done);
+    return reason;
+}
+
+/* Writes whole lines from a child process in a session of its own, which signals to this process or its group do not
+ * reach. The child shares this process's memory (vfork) and changes nothing in it that is used afterwards. */
+static int write_apart(const kt_lines *lines) {
+    int status = 0;
+    /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): fork costs much more */
+    const pid_t child = vfork();
+    if (child < 0)
+        return write_whole(lines);
+    if (child == 0) {
+        (void)setsid();
+        _exit(write_whole(lines));
+    }
+    /* NOLINTEND(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork) */
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR)
+            return errno;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : EINTR;
+}
+
+/* ---- buffering --------------------------------------------------------------------------------------------------- */
+
+void kt_lines_start(kt_lines *lines, int file, const char *path, long long written) {
+    struct stat status;
+    *lines = (kt_lines){.file = file, .path = path, .written = written, .last = kt_clock()};
+    lines->is_regular = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+    (void)signal(SIGXFSZ, SIG_IGN); /* exceeding the file size limit becomes an error of write */
+    (void)signal(SIGCHLD, SIG_DFL); /* waitpid works even if SIGCHLD was inherited as ignored */
+}
+
+bool kt_lines_make_room(kt_lines *lines, size_t more) {
+    if (lines->room - lines->used >= more)
+        return true;
+    const size_t room = 2 * lines->room + more;
+    char *text = realloc(lines->text, room);
+    lines->full = lines->full || text == NULL;
+    if (text == NULL)
+        return false;
+    lines->text = text;
+    lines->room = room;
+    return true;
+}
+
+static const char *shown_path(const kt_lines *lines) {
+    return lines->file == STDOUT_FILENO ? "standard output" : lines->path;
+}
+
+int kt_lines_flush(kt_lines *lines) {
+    size_t done;
+    int reason = 0;
+    if (lines->whole > 0)
+        reason = lines->is_regular ? write_apart(lines) : write_all(lines->file, lines->text, lines->whole, &done);
+    if (reason != 0)
+        kt_say("%s cannot be written: %s", shown_path(lines), strerror(reason));
+    else
+        lines->written += (long long)lines->whole;
+    lines->used = lines->whole = 0; /* after an error the lines are dropped, so that it is reported once */
+    lines->last = kt_clock();
+    return reason == 0 ? 0 : -1;
+}
+
+int kt_lines_end(kt_lines *lines) {
+    if (!lines->full && kt_lines_make_room(lines, 1)) {
+        lines->text[lines->used++] = '\n';
+        lines->whole = lines->used;
+    }
+    if (lines->full) {
+        lines->used = lines->whole;
+        kt_say("there is not enough memory for a line of %s", shown_path(lines));
+        return -1;
+    }
+    const bool waits = lines->is_regular && lines->whole < MOST_BYTES && kt_clock() - lines->last < longest;
+    return waits ? 0 : kt_lines_flush(lines);
+}
+
+int kt_lines_close(kt_lines *lines) {
+    int failed = kt_lines_flush(lines);
+    if (lines->file > STDOUT_FILENO && close(lines->file) != 0) {
+        kt_say("%s cannot be written: %s", lines->path, strerror(errno));
+        failed = -1;
+    }
+    free(lines->text);
+    *lines = (kt_lines){.file = -1};
+    return failed;
+}

@@ -1,0 +1,33 @@
+/* Writes lines of text to a file. They are buffered for some milliseconds and then written in such a way that only
+ * whole lines are left, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at
+ * once. */
+#ifndef KT_COMMAND_RECORDS_LINES_H
+#define KT_COMMAND_RECORDS_LINES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kt_lines {
+    int file; /* descriptor; -1: closed */
+    const char *path;
+    bool is_regular;   /* a regular file: lines are buffered */
+    long long written; /* bytes in the file */
+    double last;       /* s, time of the last write (kt_clock) */
+    char *text;        /* buffer: `whole` bytes of whole lines, then the line being built */
+    size_t whole, used, room;
+    bool full; /* memory was insufficient for the line */
+} kt_lines;
+
+/* Takes ownership of an open descriptor; standard output (1) is not closed at the end. `written`: bytes that the file
+ * already contains. */
+void kt_lines_start(kt_lines *lines, int file, const char *path, long long written);
+/* Makes room for `more` bytes at text + used. Returns false if memory is insufficient: then the line is not written. */
+bool kt_lines_make_room(kt_lines *lines, size_t more);
+/* Ends the current line, and writes the buffer if it is due. Returns 0, or -1 after printing the error. */
+int kt_lines_end(kt_lines *lines);
+/* Writes the buffer. Returns 0, or -1 after printing the error. */
+int kt_lines_flush(kt_lines *lines);
+/* Writes the buffer and closes the file. Returns 0, or -1 after printing the error. */
+int kt_lines_close(kt_lines *lines);
+
+#endif

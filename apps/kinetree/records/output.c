@@ -1,0 +1,278 @@
+/* Result files: names, checks, and the renaming at the end. */
+#define _DEFAULT_SOURCE   /* flock */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "records/output.h"
+
+#include "command.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { LOCK_TRIES = 100 }; /* a second */
+
+static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
+
+/* Returns the folder part of a path. The caller frees it. */
+static char *folder_of(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
+}
+
+static char *join(const char *a, const char *b, const char *c) {
+    const size_t room = strlen(a) + strlen(b) + strlen(c) + 1;
+    char *text = malloc(room);
+    if (text != NULL)
+        snprintf(text, room, "%s%s%s", a, b, c);
+    return text;
+}
+
+/* Returns the canonical name of a file, which need not exist; NULL: its folder does not exist, or memory is
+ * insufficient. */
+static char *find_name(const char *path) {
+    char *whole = realpath(path, NULL);
+    if (whole != NULL || errno != ENOENT)
+        return whole;
+    char *folder = folder_of(path);
+    if (folder == NULL)
+        return NULL;
+    char *real = realpath(folder, NULL);
+    free(folder);
+    if (real == NULL)
+        return NULL;
+    const char *slash = strrchr(path, '/');
+    whole = join(real, "/", slash != NULL ? slash + 1 : path);
+    free(real);
+    return whole;
+}
+
+/* Devices, pipes and links to nonexistent files are written directly, without a partial file. */
+static bool is_written_in_place(const char *path) {
+    struct stat status;
+    if (stat(path, &status) == 0)
+        return !S_ISREG(status.st_mode);
+    return lstat(path, &status) == 0;
+}
+
+static bool is_free(const char *path) {
+    struct stat status;
+    return lstat(path, &status) != 0 && errno == ENOENT;
+}
+
+/* ---- one result -------------------------------------------------------------------------------------------------- */
+
+int kt_output_start(kt_output *output, const char *path) {
+    *output = (kt_output){.name = NULL, .lock = -1};
+    if (is_stream(path) || is_written_in_place(path)) {
+        output->name = strdup(path);
+    } else {
+        struct stat status;
+        const bool is_link = lstat(path, &status) == 0 && S_ISLNK(status.st_mode);
+        output->name = is_link ? realpath(path, NULL) : strdup(path);
+        output->partial = output->name != NULL ? join(output->name, ".partial", "") : NULL;
+        if (output->partial == NULL) {
+            free(output->name);
+            output->name = NULL;
+        }
+    }
+    if (output->name != NULL)
+        return -1;
+    kt_say("there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
+
+/* Locks a file for as long as it is open. A run that has just been killed may hold it for a moment, until its last
+ * write has ended. File systems without locks are written without one. Returns false, with errno, if another run has
+ * it. */
+static bool lock(int file) {
+    for (int i = 0; flock(file, LOCK_EX | LOCK_NB) != 0; i++) {
+        if (errno != EWOULDBLOCK && errno != EINTR)
+            return true;
+        if (i == LOCK_TRIES) {
+            errno = EBUSY;
+            return false;
+        }
+        (void)nanosleep(&(struct timespec){.tv_nsec = 10000000}, NULL);
+    }
+    return true;
+}
+
+/* Returns whether the name is still that of the open file: a run that has ended meanwhile has renamed its own. */
+static bool is_named(int file, const char *name) {
+    struct stat open_one, named;
+    return fstat(file, &open_one) == 0 && stat(name, &named) == 0 && open_one.st_dev == named.st_dev &&
+           open_one.st_ino == named.st_ino;
+}
+
+int kt_output_open(kt_output *output, int flags) {
+    const char *name = kt_output_path(output);
+    for (;;) {
+        const int file = open(name, flags | O_CLOEXEC, 0666);
+        if (file < 0 || output->partial == NULL)
+            return file;
+        const bool is_mine = lock(file);
+        if (is_mine && is_named(file, name)) {
+            output->lock = fcntl(file, F_DUPFD_CLOEXEC, 0); /* the file may be closed before it is renamed */
+            return file;
+        }
+        (void)close(file);
+        if (!is_mine) {
+            errno = EBUSY;
+            return -1;
+        }
+    }
+}
+
+/* Renames the partial file; the new file gets the permissions of the old one. */
+static int put_in_place(const kt_output *output) {
+    struct stat old;
+    if (stat(output->name, &old) == 0)
+        (void)chmod(output->partial, old.st_mode & 07777);
+    if (rename(output->partial, output->name) == 0)
+        return 0;
+    kt_say("%s cannot be written: %s; the result is in %s", output->name, strerror(errno), output->partial);
+    return -1;
+}
+
+int kt_output_end(kt_output *output, kt_output_fate fate) {
+    int failed = 0;
+    if (output->partial != NULL && (fate == KT_OUTPUT_WHOLE || (fate == KT_OUTPUT_PART && is_free(output->name))))
+        failed = put_in_place(output);
+    if (output->partial != NULL && fate == KT_OUTPUT_NOTHING)
+        (void)unlink(output->partial);
+    if (output->partial != NULL && output->lock >= 0)
+        (void)close(output->lock);
+    free(output->partial);
+    free(output->name);
+    *output = (kt_output){.name = NULL, .lock = -1};
+    return failed;
+}
+
+char *kt_partial_name(const char *path) {
+    return path == NULL                                   ? NULL
+           : is_stream(path) || is_written_in_place(path) ? strdup(path)
+                                                          : join(path, ".partial", "");
+}
+
+char *kt_part_name(const char *path) {
+    return path != NULL && !is_stream(path) && is_free(path) ? strdup(path) : kt_partial_name(path);
+}
+
+void kt_note_replaced(const char *path, char *text, size_t size) {
+    struct stat status;
+    struct tm local;
+    char when[32];
+    const size_t used = strlen(text);
+    if (path == NULL || is_stream(path) || stat(path, &status) != 0 || !S_ISREG(status.st_mode) ||
+        localtime_r(&status.st_mtime, &local) == NULL || strftime(when, sizeof when, "%Y-%m-%d %H:%M", &local) == 0)
+        return;
+    (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
+}
+
+int kt_check_ending(const char *option, const char *path, const char *ending) {
+    const size_t length = path != NULL ? strlen(path) : 0, end = strlen(ending);
+    struct stat status;
+    if (path == NULL || (length > end && strcmp(path + length - end, ending) == 0) ||
+        (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
+        return -1;
+    kt_say("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
+    return KT_EXIT_USAGE;
+}
+
+int kt_check_records(const char *path) {
+    static const struct {
+        const char *ending, *option;
+    } other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"}, {".glb", "--glb"}};
+    const size_t length = path != NULL ? strlen(path) : 0;
+    for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
+        const size_t end = strlen(other[i].ending);
+        if (length < end || strcmp(path + length - end, other[i].ending) != 0)
+            continue;
+        kt_say("--out writes records as CSV, not '%s'; did you mean %s?", path, other[i].option);
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+/* ---- all files of a command -------------------------------------------------------------------------------------- */
+
+/* Returns whether two names denote the same file, also through links. A file that is written directly (a device) may be
+ * named any number of times. */
+static bool is_same(const char *a, const char *b) {
+    struct stat first, second;
+    if (is_stream(a) || is_stream(b))
+        return false;
+    const bool has_first = stat(a, &first) == 0, has_second = stat(b, &second) == 0;
+    if (has_first && has_second)
+        return S_ISREG(first.st_mode) && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    if (has_first != has_second)
+        return false;
+    char *one = find_name(a), *other = find_name(b);
+    const bool same = one != NULL && other != NULL && strcmp(one, other) == 0;
+    free(one);
+    free(other);
+    return same;
+}
+
+/* Returns whether two files are the same, or b is the partial file of a. */
+static bool collides(const kt_file_use *a, const kt_file_use *b) {
+    char *partial = a->is_written ? kt_partial_name(a->path) : NULL;
+    const bool same = is_same(a->path, b->path) || (partial != NULL && is_same(partial, b->path));
+    free(partial);
+    return same;
+}
+
+int kt_check_files(const char *command, const kt_file_use *uses, int count) {
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < count; j++) {
+            const kt_file_use *a = &uses[i], *b = &uses[j];
+            if (i == j || a->path == NULL || b->path == NULL || !a->is_written || (b->is_written && j > i) ||
+                !(collides(a, b) || (b->is_written && collides(b, a))))
+                continue;
+            if (b->is_written)
+                kt_say("%s: %s and %s are one file, %s; give each result a file of its own", command, b->what, a->what,
+                       a->path);
+            else
+                kt_say("%s: %s is %s itself; give the results another file", command, a->path, b->what);
+            return KT_EXIT_USAGE;
+        }
+    for (int i = 0; i < count; i++) {
+        const int code = uses[i].is_written ? kt_check_writable(uses[i].path) : -1;
+        if (code >= 0)
+            return code;
+    }
+    return -1;
+}
+
+int kt_check_writable(const char *path) {
+    struct stat status;
+    if (path == NULL || is_stream(path))
+        return -1;
+    errno = *path == '\0' ? ENOENT : 0;
+    bool exists = *path != '\0' && stat(path, &status) == 0;
+    if (exists && S_ISDIR(status.st_mode))
+        errno = EISDIR;
+    else if (exists && access(path, W_OK) == 0 && !S_ISREG(status.st_mode))
+        return -1;
+    else if ((exists && access(path, W_OK) == 0) || (!exists && errno == ENOENT && *path != '\0')) {
+        char *real = exists ? realpath(path, NULL) : NULL, *folder = folder_of(real != NULL ? real : path);
+        const int refused = folder == NULL ? 0 : access(folder, W_OK | X_OK);
+        const int reason = errno;
+        free(folder);
+        free(real);
+        if (refused == 0)
+            return -1;
+        errno = reason;
+    }
+    kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(errno));
+    return KT_EXIT_INTEGRATION;
+}

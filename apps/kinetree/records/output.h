@@ -1,0 +1,67 @@
+/* Result files. A result is written to NAME.partial, next to NAME, and renamed when it is complete: until then NAME
+ * keeps its old content. The partial file of a failed run is also renamed if no NAME exists, and otherwise keeps its
+ * name. Devices and pipes are written directly. Records, which are written as long as a run lasts, are locked against
+ * other runs that would write them, too. */
+#ifndef KT_COMMAND_RECORDS_OUTPUT_H
+#define KT_COMMAND_RECORDS_OUTPUT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kt_output {
+    char *name;    /* symbolic links are resolved */
+    char *partial; /* NULL: `name` itself is written */
+    int lock;      /* -1: none; else a descriptor that keeps the file locked until it has its name */
+} kt_output;
+
+/* Determines the names; "-" stands for standard output. Returns -1 on success, else an exit code after printing the
+ * error. kt_output_end must follow. */
+int kt_output_start(kt_output *output, const char *path);
+/* Returns the path of the file to write. */
+const char *kt_output_path(const kt_output *output);
+/* Opens the file for writing, with `flags` of open (O_CREAT, O_RDWR), and locks it until kt_output_end. Nothing of it
+ * is truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
+int kt_output_open(kt_output *output, int flags);
+
+typedef enum kt_output_fate {
+    KT_OUTPUT_WHOLE,   /* renamed to its name */
+    KT_OUTPUT_PART,    /* renamed if that name is free, else kept as NAME.partial: kt_part_name */
+    KT_OUTPUT_AS_IS,   /* kept as NAME.partial */
+    KT_OUTPUT_NOTHING, /* removed */
+} kt_output_fate;
+
+/* Ends an output. Returns 0, or -1 after printing an error if the file could not be renamed. Does nothing for an output
+ * that was not started. */
+int kt_output_end(kt_output *output, kt_output_fate fate);
+
+/* Returns NAME.partial for the name of a result (NULL: no result), or the name itself if it is written directly ("-", a
+ * device). The caller frees it. */
+char *kt_partial_name(const char *path);
+
+/* Returns the name that a partial result gets at the end: NAME if no such file exists now, else kt_partial_name. The
+ * caller frees it. */
+char *kt_part_name(const char *path);
+
+/* Describes a result that is about to be replaced: appends "a.csv of 2026-01-31 12:00" to text, after ", " unless text
+ * is empty. Appends nothing if there is no such file. */
+void kt_note_replaced(const char *path, char *text, size_t size);
+
+/* Prints an error if a result of a format of its own would get a name that says otherwise; path: NULL, or as given to
+ * the option. Devices have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
+int kt_check_ending(const char *option, const char *path, const char *ending);
+
+/* The same of records, whose names end as the user likes, but not as those of pages, pictures and glTF files do. */
+int kt_check_records(const char *path);
+
+/* A file that a command reads or writes, with the name given by the user; NULL: none. */
+typedef struct kt_file_use {
+    const char *what; /* "the scene", "--summary" */
+    const char *path;
+    bool is_written;
+} kt_file_use;
+
+/* Prints an error if a result would be written over another result or over an input, by whatever name, or if a result
+ * could not be written at the end. Returns -1 if there is no error, else an exit code. */
+int kt_check_files(const char *command, const kt_file_use *uses, int count);
+
+#endif

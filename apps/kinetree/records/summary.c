@@ -1,0 +1,226 @@
+/* The results of a run: the summary as JSON, and a short report for the terminal. */
+#include "subcommands/run.h"
+#include "text/json.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Object that maps "BODY.MARKER" to [x, y, z] in the world frame. */
+static json_t *list_markers(const kt_model *model, const kt_data *data) {
+    json_t *object = json_object();
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        for (int marker = 0; marker < kt_marker_count(model, body); marker++) {
+            kt_vec3 at = kt_point_position(model, data, body, kt_marker_at(model, body, marker));
+            json_t *name = json_sprintf("%s.%s", kt_body_name(model, body), kt_marker_name(model, body, marker));
+            json_object_set_new(object, json_string_value(name), kt_json_vector(at));
+            json_decref(name);
+        }
+    return object;
+}
+
+const char *kt_method_reason(const kt_outcome *outcome) {
+    return kt_run_method_reason(&outcome->scene->run, kt_integrated_model(outcome->model, outcome->absolute));
+}
+
+static json_t *describe_method(const kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_scene *scene = outcome->scene;
+    json_t *method = json_object();
+    const char *reason = kt_method_reason(outcome);
+    json_object_set_new(method, "integrator", json_string(run->integrator));
+    json_object_set_new(method, "chosen", reason != NULL ? json_string(reason) : json_null());
+    kt_method storage;
+    if (kt_run_method(run, outcome->model, &storage) == &storage)
+        json_object_set_new(method, "rho", json_real(run->rho));
+    if (run->step > 0.0) {
+        json_object_set_new(method, "step", json_real(run->step));
+    } else {
+        json_object_set_new(method, "step", json_null());
+        json_object_set_new(method, "tolerance",
+                            json_pack("{s:f, s:f}", "relative", run->relative, "absolute", run->absolute));
+    }
+    json_object_set_new(method, "formulation", json_string(kt_formulation_name(scene->formulation)));
+    json_object_set_new(method, "reduction", json_string(kt_reduction_name(scene->reduction)));
+    json_object_set_new(method, "plan", json_string(kt_model_plan(outcome->model)));
+    return method;
+}
+
+static json_t *count_cost(const kt_outcome *outcome) {
+    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    return json_pack("{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:f}", "steps", (json_int_t)counts.steps, "rejected",
+                     (json_int_t)counts.rejected, "evaluations", (json_int_t)counts.evaluations, "factorizations",
+                     (json_int_t)counts.factorizations, "jacobians", (json_int_t)counts.jacobians, "switches",
+                     (json_int_t)counts.switches, "capped", (json_int_t)counts.iterations.capped, "cpu_seconds",
+                     outcome->cpu_seconds);
+}
+
+static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
+    const kt_model *model = outcome->model;
+    const kt_simulation *simulation = outcome->simulation;
+    double kinetic = kt_kinetic_energy(model, data);
+    double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
+                                                                           kt_simulation_positions(simulation),
+                                                                           kt_simulation_velocities(simulation));
+    json_t *energy = json_object();
+    json_object_set_new(energy, "kinetic", kt_json_number(kinetic));
+    json_object_set_new(energy, "potential", kt_json_number(potential));
+    json_object_set_new(energy, "total", kt_json_number(kinetic + potential));
+    json_object_set_new(energy, "drift", kt_json_number(outcome->energy.change));
+    return energy;
+}
+
+static json_t *measure_balance(const kt_outcome *outcome) {
+    const kt_work work = kt_simulation_work(outcome->simulation);
+    json_t *balance = json_object();
+    json_object_set_new(balance, "dissipated", kt_json_number(work.dissipated));
+    json_object_set_new(balance, "supplied", kt_json_number(work.supplied));
+    json_object_set_new(balance, "drift", kt_json_number(outcome->energy.balance_change));
+    return balance;
+}
+
+static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
+    const kt_model *model = outcome->model;
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    kt_mobility dof = kt_model_mobility(model);
+    /* After a failed run the acceleration may not exist; the other values do. */
+    bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
+    if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
+        return NULL;
+    json_t *root = json_object();
+    json_object_set_new(root, "scene", kt_json_text(outcome->name));
+    json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
+    json_object_set_new(root, "freedom",
+                        json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
+                                  dof.rank, "minimal", dof.minimal));
+    json_object_set(root, "moved", outcome->moved);
+    json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
+    json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
+    json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
+    json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
+    json_object_set_new(root, "marker", list_markers(model, data));
+    json_object_set_new(root, "energy", measure_energy(outcome, data));
+    if (outcome->energy.has_balance)
+        json_object_set_new(root, "balance", measure_balance(outcome));
+    json_object_set_new(
+        root, "constraint",
+        json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
+    json_object_set_new(root, "method", describe_method(outcome));
+    json_object_set_new(root, "cost", count_cost(outcome));
+    json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));
+    return root;
+}
+
+int kt_summary_write(const kt_outcome *outcome, const char *path) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    json_t *root = NULL;
+    double *a = malloc(sizeof(double) * ((size_t)kt_model_nv(outcome->model) + 1));
+    if (a == NULL || kt_data_create(outcome->model, &data, &error) != KT_OK) {
+        kt_say("there is not enough memory for the summary");
+        free(a);
+        return KT_EXIT_INTEGRATION;
+    }
+    root = describe(outcome, data, a, &error);
+    kt_data_free(data);
+    free(a);
+    if (root == NULL) {
+        kt_say_error(&error);
+        return KT_EXIT_INTEGRATION;
+    }
+    return kt_json_write(root, path);
+}
+
+/* ---- report on the terminal -------------------------------------------------------------------------------------- */
+
+static const char *plural(long long count) { return count == 1 ? "" : "s"; }
+
+/* Prints "3 bodies, 1 loop, 1 degree of freedom". */
+static void say_size(const kt_outcome *outcome) {
+    int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
+    kt_mobility dof = kt_model_mobility(outcome->model);
+    fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
+    if (loops > 0)
+        fprintf(stderr, ", %d loop%s", loops, plural(loops));
+    fprintf(stderr, ", %d degree%s of freedom", dof.minimal, plural(dof.minimal));
+}
+
+kt_method_words kt_describe_method(const kt_run *run) {
+    kt_method_words words;
+    if (run->step > 0.0)
+        snprintf(words.text, sizeof words.text, "%s, step %g s", run->integrator, run->step);
+    else if (run->relative == run->absolute)
+        snprintf(words.text, sizeof words.text, "%s, tolerance %g", run->integrator, run->relative);
+    else
+        snprintf(words.text, sizeof words.text, "%s, tolerances %g relative, %g absolute", run->integrator,
+                 run->relative, run->absolute);
+    return words;
+}
+
+static void say_method(const kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const char *reason = kt_method_reason(outcome);
+    fprintf(stderr, ", %s", run->integrator);
+    if (run->step > 0.0)
+        fprintf(stderr, " with steps of %g s", run->step);
+    else if (run->relative == run->absolute)
+        fprintf(stderr, " at tolerance %g", run->relative);
+    else
+        fprintf(stderr, " at tolerances %g relative, %g absolute", run->relative, run->absolute);
+    if (reason != NULL)
+        fprintf(stderr, ": %s", reason);
+    fputc('\n', stderr);
+}
+
+static void say_cost(const kt_outcome *outcome, double time) {
+    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, plural((long long)counts.steps));
+    if (counts.rejected > 0)
+        fprintf(stderr, " (%llu rejected)", (unsigned long long)counts.rejected);
+    if (counts.switches > 0)
+        fprintf(stderr, ", %llu switch%s between explicit and implicit ones", (unsigned long long)counts.switches,
+                counts.switches > 1 ? "es" : "");
+    fprintf(stderr, ", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
+            outcome->cpu_seconds);
+    if (outcome->cpu_seconds > 0.0 && time > 0.0)
+        fprintf(stderr, ": %.3g times real time", time / outcome->cpu_seconds);
+    fputc('\n', stderr);
+}
+
+static void say_file(const char *what, const char *path) {
+    if (path != NULL)
+        fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
+}
+
+void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
+    double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
+    fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
+    if (time < duration)
+        fprintf(stderr, " of %g s", duration);
+    fputc('\n', stderr);
+    say_size(outcome);
+    say_method(outcome);
+    say_cost(outcome, time);
+    if (outcome->energy.records > 0)
+        fprintf(stderr, "  total energy %g J, %s at most %.2g J\n", outcome->energy.start,
+                outcome->energy.energetics == KT_ENERGY_CONSERVED ? "drift" : "change", outcome->energy.change);
+    if (outcome->energy.has_balance) {
+        const kt_work work = kt_simulation_work(outcome->simulation);
+        fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
+                work.supplied, outcome->energy.balance_change);
+    }
+    if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
+        fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
+                outcome->constraint.velocity);
+    if (names->out != NULL)
+        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
+                strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
+    say_file("summary", names->summary);
+    say_file("picture", names->plot);
+    say_file("view", names->view);
+    say_file("glTF", names->glb);
+    if (outcome->replaced[0] != '\0')
+        fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
+}

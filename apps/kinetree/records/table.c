@@ -1,0 +1,136 @@
+/* Reads CSV files into columns. */
+#include "records/table.h"
+
+#include "command.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Returns the content of a file, zero-terminated; NULL if it cannot be read or memory is insufficient. */
+static char *read_all(FILE *file) {
+    size_t room = 65536, size = 0;
+    char *text = malloc(room);
+    while (text != NULL) {
+        size += fread(text + size, 1, room - 1 - size, file);
+        if (size + 1 < room)
+            break;
+        char *more = realloc(text, 2 * room);
+        if (more == NULL)
+            free(text);
+        text = more;
+        room *= 2;
+    }
+    if (text != NULL && ferror(file)) {
+        free(text);
+        return NULL;
+    }
+    if (text != NULL)
+        text[size] = '\0';
+    return text;
+}
+
+static int say_no_memory(void) {
+    kt_say("there is not enough memory for the table");
+    return KT_EXIT_SCENE;
+}
+
+/* Splits the header into names. Returns the start of the lines below it. */
+static char *read_names(kt_table *table) {
+    char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
+    *end = '\0';
+    if (end > table->text && end[-1] == '\r')
+        end[-1] = '\0';
+    table->columns = 1;
+    for (const char *c = table->text; *c != '\0'; c++)
+        table->columns += *c == ',';
+    table->names = calloc((size_t)table->columns, sizeof *table->names);
+    char *name = table->text;
+    for (int i = 0; table->names != NULL && i < table->columns; i++) {
+        table->names[i] = name;
+        name += strcspn(name, ",");
+        if (*name != '\0')
+            *name++ = '\0';
+    }
+    return lines;
+}
+
+/* Reads one line into row `row`. Returns the start of the next line, or NULL after printing the error. */
+static const char *read_line(const char *path, kt_table *table, size_t row, size_t most, const char *at) {
+    for (int column = 0; column < table->columns; column++) {
+        char *end;
+        const double value = strtod(at, &end);
+        const size_t length = strcspn(at, ",\r\n");
+        const bool is_number = length > 0 && end == at + length;
+        const bool is_last = column + 1 == table->columns;
+        if ((at[length] == ',') == is_last) {
+            kt_say("%s:%zu: %s than the %d cells that the first line has names for", path, row + 2,
+                   is_last ? "more" : "fewer", table->columns);
+            return NULL;
+        }
+        table->cells[(size_t)column * most + row] = is_number ? value : (double)NAN;
+        at += length + (is_last ? 0 : 1);
+    }
+    at += strspn(at, "\r");
+    return *at == '\n' ? at + 1 : at;
+}
+
+static int read_cells(const char *path, kt_table *table, const char *lines) {
+    size_t most = 1;
+    for (const char *c = lines; *c != '\0'; c++)
+        most += *c == '\n';
+    table->cells = malloc(most * (size_t)table->columns * sizeof *table->cells);
+    if (table->names == NULL || table->cells == NULL)
+        return say_no_memory();
+    for (const char *at = lines; *at != '\0';) {
+        at = read_line(path, table, table->rows, most, at);
+        if (at == NULL)
+            return KT_EXIT_SCENE;
+        table->rows++;
+    }
+    if (table->rows == 0) {
+        kt_say("%s: there are no lines of numbers in it", path);
+        return KT_EXIT_SCENE;
+    }
+    for (int column = 1; column < table->columns; column++)
+        memmove(table->cells + (size_t)column * table->rows, table->cells + (size_t)column * most,
+                table->rows * sizeof *table->cells);
+    return -1;
+}
+
+int kt_table_read_file(const char *path, kt_table *table) {
+    const bool is_input = strcmp(path, "-") == 0;
+    FILE *file = is_input ? stdin : fopen(path, "r");
+    *table = (kt_table){0};
+    errno = 0;
+    if (file != NULL)
+        table->text = read_all(file);
+    const int reason = errno;
+    if (file != NULL && !is_input)
+        fclose(file);
+    if (table->text == NULL) {
+        kt_say("%s cannot be read: %s", path, strerror(reason != 0 ? reason : ENOENT));
+        return KT_EXIT_SCENE;
+    }
+    const char *lines = read_names(table);
+    int code = read_cells(path, table, lines);
+    if (code >= 0)
+        kt_table_free(table);
+    return code;
+}
+
+void kt_table_free(kt_table *table) {
+    free(table->text);
+    free(table->names);
+    free(table->cells);
+    *table = (kt_table){0};
+}
+
+const double *kt_table_column(const kt_table *table, const char *name) {
+    for (int i = 0; i < table->columns; i++)
+        if (strcmp(table->names[i], name) == 0)
+            return table->cells + (size_t)i * table->rows;
+    return NULL;
+}

@@ -1,0 +1,64 @@
+/* Finds the folder of the bundled scenes. If the environment variable KINETREE_SCENES is set, it names the folder.
+ * Otherwise the folder is searched for, in this order: relative to the program as installed, so that an installation
+ * can be moved, if the system tells a program its own path; in the source tree from which the program was built; where
+ * the build was configured to install the scenes. */
+#include "scene/bundled.h"
+#include "command.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { FOLDER_SIZE = 4096 };
+
+static bool is_folder(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+/* The folder of this program, without a trailing slash. Linux has /proc/self/exe; on other systems this returns
+ * false. */
+static bool find_own_folder(char *folder, size_t size) {
+    ssize_t length = readlink("/proc/self/exe", folder, size - 1);
+    if (length <= 0)
+        return false;
+    folder[length] = '\0';
+    char *slash = strrchr(folder, '/');
+    if (slash == NULL)
+        return false;
+    *slash = '\0';
+    return true;
+}
+
+static bool find_beside_program(char *folder, size_t size) {
+    char own[FOLDER_SIZE];
+    if (!find_own_folder(own, sizeof own))
+        return false;
+    int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
+    return length > 0 && (size_t)length < size && is_folder(folder);
+}
+
+bool kt_bundled_find(char *folder, size_t size) {
+    static const char *const configured[] = {KT_SCENES_SOURCE, KT_SCENES_INSTALLED};
+    const char *given = getenv("KINETREE_SCENES");
+    if (given != NULL && *given != '\0') {
+        snprintf(folder, size, "%s", given);
+        if (is_folder(folder))
+            return true;
+        kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
+        return false;
+    }
+    if (find_beside_program(folder, size))
+        return true;
+    for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
+        snprintf(folder, size, "%s", configured[i]);
+        if (is_folder(folder))
+            return true;
+    }
+    kt_say("demo: the bundled scenes are neither beside the program (%s) nor in %s; KINETREE_SCENES=FOLDER says where "
+           "they are",
+           KT_SCENES_FROM_PROGRAM, KT_SCENES_INSTALLED);
+    return false;
+}

@@ -1,0 +1,182 @@
+/* The linearisation of a scene, as used by the subcommands modes, equilibrium and others. */
+#include "scene/linear.h"
+
+#include "kinetree/descriptor.h"
+#include "scene/start.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The dense matrices have twice as many rows; larger ones would take minutes. */
+enum { COORDINATES_MOST = 500 };
+
+static int say_memory(void) {
+    kt_say("there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+static int fail(kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_say_error(error);
+    return kt_exit_code(status);
+}
+
+int kt_small_motion_open(kt_small_motion *motion, const char *path) {
+    kt_error error = {0};
+    memset(motion, 0, sizeof *motion);
+    const int code = kt_load_model(path, &motion->scene, &motion->model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    const kt_model *model = motion->model;
+    const char *name = kt_model_name(model);
+    motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
+    if (kt_model_nv(model) > COORDINATES_MOST) {
+        kt_say("the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",
+               kt_model_nv(model), COORDINATES_MOST);
+        return KT_EXIT_INTEGRATION;
+    }
+    motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
+    motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
+    if (motion->q == NULL || motion->v == NULL || motion->name == NULL)
+        return say_memory();
+    kt_status status = kt_linearization_create(model, NULL, &motion->linearization, &error);
+    if (status == KT_OK)
+        status = kt_modes_create(model, &motion->modes, &error);
+    if (status == KT_OK)
+        status = kt_data_create(model, &motion->data, &error);
+    if (status == KT_OK)
+        return kt_start_assemble(&motion->scene, model, motion->data, motion->q, motion->v);
+    return fail(status, &error);
+}
+
+void kt_small_motion_close(kt_small_motion *motion) {
+    kt_data_free(motion->data);
+    kt_modes_free(motion->modes);
+    kt_linearization_free(motion->linearization);
+    free(motion->q);
+    free(motion->v);
+    free(motion->name);
+    if (motion->model != NULL) {
+        kt_model_free(motion->model);
+        kt_scene_free(&motion->scene);
+    }
+}
+
+bool kt_small_motion_moves(const kt_small_motion *motion) {
+    for (int i = 0; i < kt_model_nv(motion->model); i++)
+        if (fabs(motion->v[i]) > 1e-12)
+            return true;
+    return false;
+}
+
+kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error *error) {
+    kt_equilibrium_options options = kt_equilibrium_options_default();
+    options.nearest = nearest;
+    const kt_status status =
+        kt_equilibrium_find(motion->linearization, &options, 0.0, motion->q, NULL, &motion->equilibrium, error);
+    if (status != KT_OK)
+        return status;
+    memset(motion->v, 0, (size_t)kt_model_nv(motion->model) * sizeof *motion->v);
+    motion->settled = true;
+    return KT_OK;
+}
+
+int kt_small_motion_linearize(kt_small_motion *motion) {
+    kt_error error = {0};
+    kt_status status = kt_linearization_evaluate(motion->linearization, 0.0, motion->q, motion->v, NULL, &error);
+    if (status == KT_OK)
+        status = kt_modes_evaluate(motion->modes, kt_linearization_system(motion->linearization), &error);
+    return fail(status, &error);
+}
+
+/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two. */
+static kt_coordinate_name name_component(kt_joint_type type, int k) {
+    static const char *const axis[] = {"x", "y", "z"};
+    const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+    kt_coordinate_name name;
+    int before = 0, all = 0; /* of this kind */
+    for (int i = 0; i < KT_JOINT_NV_MAX; i++)
+        if (kt_joint_coordinate_kind(type, i) == kind) {
+            before += i < k;
+            all++;
+        }
+    if (kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION)
+        snprintf(name.text, sizeof name.text, "%s%s", kind == KT_COORDINATE_ROTATION ? "about " : "", axis[before % 3]);
+    else
+        snprintf(name.text, sizeof name.text, "%s%s%.0d", kind == KT_COORDINATE_LENGTH ? "length" : "angle",
+                 all > 1 ? " " : "", all > 1 ? before + 1 : 0);
+    return name;
+}
+
+/* Returns the body whose joint has this velocity coordinate. */
+static int body_of(const kt_model *model, int coordinate) {
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        if (coordinate >= at.v && coordinate < at.v + at.nv)
+            return body;
+    }
+    return 0;
+}
+
+kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
+    const int body = body_of(model, coordinate);
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    kt_coordinate_name name;
+    snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_body_name(model, body), at.nv > 1 ? " " : "",
+             at.nv > 1 ? name_component(at.type, coordinate - at.v).text : "");
+    return name;
+}
+
+kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
+    const int body = body_of(model, coordinate);
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    kt_coordinate_name name;
+    if (at.nv > 1)
+        snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_body_name(model, body), coordinate - at.v);
+    else
+        snprintf(name.text, sizeof name.text, "%.80s", kt_body_name(model, body));
+    return name;
+}
+
+static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+
+bool kt_mode_is_neutral(const kt_mode *mode) { return size_of(mode) <= mode->error || size_of(mode) < DBL_MIN; }
+
+bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode) {
+    const kt_mode fastest = kt_modes_at(motion->modes, kt_modes_count(motion->modes) - 1);
+    return kt_mode_is_neutral(mode) && size_of(mode) > sqrt(DBL_EPSILON) * size_of(&fastest);
+}
+
+bool kt_mode_grows(const kt_mode *mode) {
+    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * size_of(mode);
+}
+
+int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    const double *shape = kt_modes_positions(motion->modes, mode);
+    double largest = 0.0;
+    for (int pass = 0; pass < 2 && largest == 0.0; pass++) {
+        shape = pass ? kt_modes_velocities(motion->modes, mode) : shape;
+        for (int i = 0; i < system->coordinates; i++)
+            largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i]);
+    }
+    int count = 0;
+    for (int i = 0; i < system->coordinates; i++) {
+        const double share = hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i] / largest;
+        if (!(share > least))
+            continue;
+        int at = count < most ? count++ : most;
+        for (; at > 0 && movers[at - 1].share < share * (1.0 - 1e-6); at--)
+            if (at < most)
+                movers[at] = movers[at - 1];
+        if (at < most)
+            movers[at] = (kt_mover){i, share, atan2(shape[2 * i + 1], shape[2 * i])};
+    }
+    const double first = count > 0 ? movers[0].phase : 0.0;
+    for (int i = 0; i < count; i++)
+        movers[i].phase = remainder(movers[i].phase - first, 2.0 * 3.14159265358979323846);
+    return count;
+}

@@ -1,0 +1,67 @@
+/* Functions for the subcommands that analyse small motions: a scene, linearised about its initial state or an
+ * equilibrium. */
+#ifndef KT_COMMAND_SCENE_LINEAR_H
+#define KT_COMMAND_SCENE_LINEAR_H
+
+#include "text/json.h"
+
+#include "kinetree/analysis.h"
+#include "kinetree/scene.h"
+
+typedef struct kt_small_motion {
+    kt_scene scene;
+    kt_model *model;
+    char *name; /* the scene's name, or the file's if it has none */
+    kt_linearization *linearization;
+    kt_modes *modes;
+    kt_data *data;
+    double *q, *v; /* the state of the linearisation, at t = 0 */
+    kt_equilibrium equilibrium;
+    bool settled; /* q is an equilibrium found by kt_small_motion_settle */
+} kt_small_motion;
+
+/* Reads, compiles and assembles a scene. Returns KT_EXIT_DONE, or an exit code after printing the error;
+ * kt_small_motion_close must be called in both cases. */
+int kt_small_motion_open(kt_small_motion *motion, const char *path);
+void kt_small_motion_close(kt_small_motion *motion);
+
+/* Returns whether a velocity of the initial state is not zero. */
+bool kt_small_motion_moves(const kt_small_motion *motion);
+
+/* Replaces the state by an equilibrium at rest; on failure the state is unchanged. */
+kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error *error);
+
+/* Linearises about the state and computes the modes. Returns an exit code. */
+int kt_small_motion_linearize(kt_small_motion *motion);
+
+/* Name of a velocity coordinate: "crank", "ball about z" or "slider length". */
+typedef struct kt_coordinate_name {
+    char text[96];
+} kt_coordinate_name;
+
+kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate);
+
+/* Name of a velocity coordinate as in the columns of results: "crank", "ball[2]". */
+kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
+
+/* Returns whether a mode's eigenvalue cannot be distinguished from zero. */
+bool kt_mode_is_neutral(const kt_mode *mode);
+/* Returns whether a mode is neutral only because the error of its eigenvalue exceeds its magnitude. A double eigenvalue
+ * zero, as of a body that drifts, is computed with an error of the order of the square root of the rounding errors; it
+ * counts as zero and not as uncertain. */
+bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode);
+
+/* Returns whether a mode grows at a rate that exceeds its error. */
+bool kt_mode_grows(const kt_mode *mode);
+
+/* Finds the coordinates with the largest amplitudes in a mode, each divided by its unit, in descending order, with
+ * their share of the largest. Amplitudes are those of the positions, or of the velocities if no position moves. Returns
+ * the number of those found, at most `most`, whose share exceeds `least`. */
+typedef struct kt_mover {
+    int coordinate;
+    double share, phase; /* phase relative to the first, rad */
+} kt_mover;
+
+int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least);
+
+#endif

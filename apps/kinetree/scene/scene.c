@@ -1,0 +1,224 @@
+/* Reads and compiles scenes for the subcommands, and prints their errors. */
+#include "records/output.h"
+#include "scene/start.h"
+
+#include "kinetree/import.h"
+#include "kinetree/study.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+/* ---- standard input ---------------------------------------------------------------------------------------------- */
+
+/* Standard input may be endless; no scene is longer than this, and the reader reports it. */
+enum { INPUT_MOST = 65 << 20 };
+
+/* Reads all of standard input; NULL if it cannot be read or memory is insufficient. The caller frees it. */
+static char *read_input(size_t *size) {
+    size_t room = 65536;
+    char *text = malloc(room);
+    *size = 0;
+    while (text != NULL) {
+        *size += fread(text + *size, 1, room - *size, stdin);
+        if (*size < room || room > INPUT_MOST)
+            break;
+        char *more = realloc(text, 2 * room);
+        if (more == NULL) {
+            free(text);
+            return NULL;
+        }
+        text = more;
+        room *= 2;
+    }
+    if (text != NULL && ferror(stdin)) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+/* ---- reading ----------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_reported {
+    int faults;
+} kt_reported;
+
+static void report(void *user, const kt_error *error) {
+    kt_reported *reported = user;
+    reported->faults++;
+    /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
+     * line. */
+    fprintf(stderr, "%s%s%s\n", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+/* Suggests pendulum.yaml for 'run pendulum', if that file exists. */
+static void suggest_ending(const char *path) {
+    char whole[4096];
+    const int length = snprintf(whole, sizeof whole, "%s.yaml", path);
+    if (length > 0 && (size_t)length < sizeof whole && access(path, F_OK) != 0 && access(whole, R_OK) == 0)
+        kt_say("did you mean '%s'?", whole);
+}
+
+/* Whether a file is a robot in URDF, by its name, or a text by its first character. */
+static bool is_urdf_name(const char *path) {
+    const char *dot = strrchr(path, '.');
+    return dot != NULL && strcasecmp(dot, ".urdf") == 0;
+}
+
+static bool is_xml(const char *text, size_t size) {
+    size_t i = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0; /* a byte order mark */
+    while (i < size && strchr(" \t\r\n", text[i]) != NULL && text[i] != '\0')
+        i++;
+    return i < size && text[i] == '<';
+}
+
+static int read_any(const char *path, bool is_robot, const kt_urdf_options *options, kt_scene *scene) {
+    kt_reported reported = {0};
+    kt_error error = {0};
+    kt_status status;
+    if (strcmp(path, "-") == 0) {
+        size_t size;
+        errno = 0;
+        char *text = read_input(&size);
+        if (text == NULL) {
+            kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
+            return KT_EXIT_SCENE;
+        }
+        static const char name[] = "(standard input)";
+        status = is_robot || is_xml(text, size)
+                     ? kt_urdf_parse(name, text, size, options, scene, report, &reported, &error)
+                     : kt_scene_parse(name, text, size, scene, report, &reported, &error);
+        free(text);
+    } else if (is_robot) {
+        status = kt_urdf_read(path, options, scene, report, &reported, &error);
+    } else {
+        status = kt_scene_read(path, scene, report, &reported, &error);
+    }
+    if (status != KT_OK && reported.faults == 0)
+        kt_say_error(&error);
+    for (int i = 0; status == KT_OK && i < scene->note_count; i++)
+        fprintf(stderr, "%s: note: %s\n", scene->notes[i].where, scene->notes[i].what);
+    if (status == KT_ERROR_FILE)
+        suggest_ending(path);
+    return kt_exit_code(status);
+}
+
+int kt_read_scene(const char *path, kt_scene *scene) { return read_any(path, is_urdf_name(path), NULL, scene); }
+
+int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene) {
+    return read_any(path, true, options, scene);
+}
+
+typedef struct kt_reported_at {
+    const kt_scene *scene;
+    kt_reported reported;
+} kt_reported_at;
+
+static void report_located(void *user, const kt_place *place, const kt_error *fault) {
+    kt_reported_at *of = user;
+    kt_error error = *fault;
+    (void)place;
+    (void)kt_scene_locate(of->scene, &error);
+    report(&of->reported, &error);
+}
+
+/* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
+static void report_all(const kt_scene *scene, kt_error *found) {
+    kt_reported_at of = {.scene = scene};
+    kt_error error = {0};
+    if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0) {
+        if (kt_scene_locate(scene, found))
+            report(&of.reported, found);
+        else
+            kt_say_error(found);
+    }
+}
+
+int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute) {
+    const kt_model_options options = kt_compile_options(scene);
+    kt_error error = {0};
+    *absolute = NULL;
+    if (scene->formulation != KT_FORMULATION_ABSOLUTE)
+        return KT_EXIT_DONE;
+    const kt_status status = kt_absolute_create(&scene->description, &options, model, absolute, &error);
+    if (status == KT_ERROR_MODEL)
+        report_all(scene, &error);
+    else if (status != KT_OK)
+        kt_say_error(&error);
+    return kt_exit_code(status);
+}
+
+const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute) {
+    return absolute != NULL ? kt_absolute_model(absolute) : model;
+}
+
+int kt_compile_scene(const kt_scene *scene, kt_model **model) {
+    kt_error error = {0};
+    const kt_model_options options = kt_compile_options(scene);
+    kt_status status = kt_model_compile(&scene->description, &options, model, &error);
+    if (status == KT_ERROR_MODEL)
+        report_all(scene, &error);
+    else if (status != KT_OK)
+        kt_say_error(&error);
+    else
+        (void)kt_start_say_inertias(scene);
+    return kt_exit_code(status);
+}
+
+int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
+    int code = kt_read_scene(path, scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = kt_compile_scene(scene, model);
+    if (code != KT_EXIT_DONE)
+        kt_scene_free(scene);
+    return code;
+}
+
+/* ---- writing ----------------------------------------------------------------------------------------------------------- */
+
+static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
+    const kt_status status = kt_scene_write(scene, stream, error);
+    if (fflush(stream) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+static kt_status write_named(const kt_scene *scene, const char *path, kt_error *error) {
+    FILE *file = fopen(path, "w");
+    if (file == NULL)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    const kt_status status = write_stream(scene, file, error);
+    if (fclose(file) != 0 && status == KT_OK)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    return status;
+}
+
+kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error) {
+    kt_output output;
+    errno = 0;
+    if (strcmp(path, "-") == 0)
+        return write_stream(scene, stdout, error);
+    if (kt_output_start(&output, path) >= 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    kt_status status = write_named(scene, kt_output_path(&output), error);
+    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
+    return status;
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------------- */
+
+char *kt_base_name(const char *path) {
+    if (strcmp(path, "-") == 0)
+        return strdup("scene");
+    const char *slash = strrchr(path, '/');
+    const char *name = slash != NULL ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
+    return strndup(name, length);
+}

@@ -1,0 +1,257 @@
+/* Assembles the initial state of a scene, and reports what the assembly changed. */
+#include "scene/start.h"
+
+#include "advice/advice.h"
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    LISTED_MAX = 12, /* lines of a list */
+    TRIED_MAX = 6,   /* joints for which `hold` is tried */
+};
+
+static const double degree = 3.14159265358979323846 / 180.0;
+
+/* ---- changes by the assembly ------------------------------------------------------------------------------------- */
+
+typedef struct part_name {
+    unsigned part;
+    const char *name;
+    bool of_velocity;
+    int first, count; /* of the joint's coordinates; count 0: all */
+} part_name;
+
+static part_name name_part(kt_joint_type type, unsigned part) {
+    const bool is_free = kt_joint_coordinate_kind(type, 0) == KT_COORDINATE_TRANSLATION &&
+                         kt_joint_coordinate_kind(type, 3) == KT_COORDINATE_ROTATION;
+    switch (part) {
+    case KT_GIVEN_POSITION:
+        return (part_name){part, "position", false, 0, is_free ? 3 : 0};
+    case KT_GIVEN_ORIENTATION:
+        return (part_name){part, "orientation", false, is_free ? 3 : 0, 4};
+    case KT_GIVEN_ANGULAR:
+        return (part_name){part, "angular velocity", true, 3, 3};
+    default:
+        return (part_name){part, is_free ? "linear velocity" : "velocity", true, 0, is_free ? 3 : 0};
+    }
+}
+
+typedef struct value_text {
+    char text[160];
+} value_text;
+
+/* "60 deg", "0.1 m", "3 rad/s", "[0, 1, 2]" */
+static value_text show_value(const kt_model *model, int body, const part_name *part, const double *x) {
+    const kt_coordinates at = kt_body_coordinates(model, body);
+    const int all = part->of_velocity ? at.nv : at.nq, count = part->count ? part->count : all;
+    const bool slides = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
+    value_text value = {""};
+    x += (part->of_velocity ? at.v : at.q) + part->first;
+    if (count == 1) {
+        const bool in_degrees = !slides && !part->of_velocity;
+        snprintf(value.text, sizeof value.text, "%.6g %s%s", in_degrees ? x[0] / degree : x[0],
+                 in_degrees ? "deg"
+                 : slides   ? "m"
+                            : "rad",
+                 part->of_velocity ? "/s" : "");
+        return value;
+    }
+    size_t used = 0;
+    for (int k = 0; k < count; k++)
+        used += (size_t)snprintf(value.text + used, sizeof value.text - used, "%s%.6g", k ? ", " : "[", x[k]);
+    snprintf(value.text + used, sizeof value.text - used, "]");
+    return value;
+}
+
+/* Returns the list of changes; NULL if there are none, or memory is insufficient. */
+static kt_initial_change *list_changes(const kt_model *model, const double *q, const double *v, int *count) {
+    *count = kt_initial_changes(model, q, v, NULL, 0);
+    kt_initial_change *changes = *count > 0 ? malloc((size_t)*count * sizeof *changes) : NULL;
+    *count = changes != NULL ? kt_initial_changes(model, q, v, changes, *count) : 0;
+    return changes;
+}
+
+/* Returns the initial state as given in the scene, q followed by v. NULL: memory is insufficient. */
+static double *given_state(const kt_model *model) {
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    if (state != NULL)
+        kt_model_initial(model, state, state + kt_model_nq(model));
+    return state;
+}
+
+/* Prints those of the changed joints that `hold` could fix. */
+static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
+    const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
+    int last = 0, tried = 0;
+    for (int i = 0; i < count && tried < TRIED_MAX && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX; i++) {
+        if (changes[i].body == last)
+            continue;
+        last = changes[i].body;
+        tried++;
+        if (!kt_closes_holding(scene, -1, kt_body_name(model, last)))
+            continue;
+        fprintf(stderr, "%s%s", before, kt_body_name(model, last));
+        before = " or ";
+    }
+}
+
+/* Reports free joints in `hold` of which only the position or only the orientation is given, if the other part
+ * changed. */
+static void say_half_held(const char *path, const kt_scene *scene, const kt_model *model, const double *q) {
+    const kt_description *d = &scene->description;
+    double *given = d->hold_count > 0 ? given_state(model) : NULL;
+    for (int i = 0; i < d->hold_count && given != NULL; i++) {
+        const int body = kt_body_find(model, d->hold[i]), source = kt_body_source(model, body);
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const unsigned parts = kt_joint_given(&d->bodies[source].joint) & (KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION);
+        if (at.type != KT_JOINT_FREE || (parts != KT_GIVEN_POSITION && parts != KT_GIVEN_ORIENTATION))
+            continue;
+        const bool has_position = parts == KT_GIVEN_POSITION;
+        const int first = at.q + (has_position ? 3 : 0), count = has_position ? 4 : 3;
+        double change = 0.0;
+        for (int k = 0; k < count; k++)
+            change = fmax(change, fabs(q[first + k] - given[first + k]));
+        if (change > KT_INITIAL_CHANGE_LEAST)
+            fprintf(stderr,
+                    "%s%s: 'hold' keeps what the scene gives of %s, its %s; its %s, which is not given, moved "
+                    "to close the loops: give it, and it is kept, too\n",
+                    path != NULL ? path : "kinetree", path != NULL ? ": warning" : "", d->hold[i],
+                    has_position ? "position" : "orientation", has_position ? "orientation" : "position");
+    }
+    free(given);
+}
+
+int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
+                       const double *v) {
+    int count;
+    kt_initial_change *changes = list_changes(model, q, v, &count);
+    double *given = count > 0 ? given_state(model) : NULL;
+    if (given != NULL)
+        fprintf(stderr, "%s%s: to close the loops, assembly moved initial values that the scene gives",
+                path != NULL ? path : "kinetree", path != NULL ? ": warning" : "");
+    if (given != NULL)
+        say_holdable(scene, model, changes, count);
+    if (given != NULL)
+        fputs(":\n", stderr);
+    for (int i = 0; given != NULL && i < count && i < LISTED_MAX; i++) {
+        const int body = changes[i].body;
+        const part_name part = name_part(kt_body_coordinates(model, body).type, changes[i].part);
+        const double *from = part.of_velocity ? given + kt_model_nq(model) : given, *to = part.of_velocity ? v : q;
+        fprintf(stderr, "  %s: %s from %s to %s\n", kt_body_name(model, body), part.name,
+                show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
+    }
+    if (given != NULL && count > LISTED_MAX)
+        fprintf(stderr, "  and %d more\n", count - LISTED_MAX);
+    free(given);
+    free(changes);
+    say_half_held(path, scene, model, q);
+    return count;
+}
+
+json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) {
+    json_t *list = json_array();
+    int count;
+    kt_initial_change *changes = list_changes(model, q, v, &count);
+    double *given = given_state(model);
+    for (int i = 0; given != NULL && i < count; i++) {
+        const kt_coordinates at = kt_body_coordinates(model, changes[i].body);
+        const part_name part = name_part(at.type, changes[i].part);
+        const int first = (part.of_velocity ? at.v : at.q) + part.first;
+        const int numbers = part.count ? part.count : part.of_velocity ? at.nv : at.nq;
+        const double *from = (part.of_velocity ? given + kt_model_nq(model) : given) + first;
+        const double *to = (part.of_velocity ? v : q) + first;
+        json_t *one = json_object();
+        json_object_set_new(one, "joint", json_string(kt_body_name(model, changes[i].body)));
+        json_object_set_new(one, "part", json_string(part.name));
+        json_object_set_new(one, "from", numbers == 1 ? kt_json_number(*from) : kt_json_numbers(from, numbers));
+        json_object_set_new(one, "to", numbers == 1 ? kt_json_number(*to) : kt_json_numbers(to, numbers));
+        json_array_append_new(list, one);
+    }
+    free(given);
+    free(changes);
+    return list;
+}
+
+/* ---- assembly ---------------------------------------------------------------------------------------------------- */
+
+int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v) {
+    kt_error error = {0};
+    kt_model_initial(model, q, v);
+    const kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
+    if (status == KT_OK) {
+        (void)kt_start_say_moved(NULL, scene, model, q, v);
+        return KT_EXIT_DONE;
+    }
+    kt_say_error(&error);
+    if (status == KT_ERROR_CONSTRAINT)
+        kt_say_open_loops(scene, model);
+    return kt_exit_code(status);
+}
+
+int kt_start_report(const kt_scene *scene, const kt_model *model) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    double *state = given_state(model);
+    const kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
+                                           : kt_data_create(model, &data, &error);
+    int code = kt_exit_code(status);
+    if (status == KT_OK)
+        code = kt_start_assemble(scene, model, data, state, state + kt_model_nq(model));
+    else
+        kt_say_error(&error);
+    kt_data_free(data);
+    free(state);
+    return code;
+}
+
+/* ---- motions ----------------------------------------------------------------------------------------------------- */
+
+const char *kt_start_jumping(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    for (int i = 0; i < d->loop_count; i++) {
+        const kt_function *f = &d->loops[i].function;
+        if (f->type == KT_FUNCTION_TABLE && f->number_count > 4 && f->interpolation == KT_INTERPOLATION_LINEAR)
+            return d->loops[i].name;
+    }
+    return NULL;
+}
+
+/* ---- inertias ---------------------------------------------------------------------------------------------------- */
+
+static double excess_of(const kt_body *body) {
+    kt_vec3 com;
+    kt_sym3 inertia;
+    return kt_body_inertia(body, &com, &inertia, NULL) == KT_OK ? kt_inertia_excess(inertia) : 0.0;
+}
+
+int kt_start_say_inertias(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int count = 0, worst = -1;
+    double most = 0.0;
+    for (int i = 0; i < d->body_count; i++) {
+        const double excess = excess_of(&d->bodies[i]);
+        count += excess > 0.0;
+        worst = excess > most ? i : worst;
+        most = fmax(most, excess);
+    }
+    if (count > 0)
+        kt_say("inertia_check: warn accepts %d inertia%s that no body has: of '%s' the largest principal moment "
+               "exceeds the sum of the others by %.2g %%; give inertias with more digits",
+               count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most);
+    return count;
+}
+
+json_t *kt_start_inertias(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    json_t *object = json_object();
+    for (int i = 0; i < d->body_count; i++) {
+        const double excess = excess_of(&d->bodies[i]);
+        if (excess > 0.0)
+            json_object_set_new(object, d->bodies[i].name, json_real(excess));
+    }
+    return object;
+}

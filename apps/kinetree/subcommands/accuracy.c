@@ -1,0 +1,311 @@
+/* kinetree accuracy: the cost of each accuracy for any scene (methods, step sizes and tolerances compared). */
+#include "subcommands/accuracy.h"
+#include "plot/plot.h"
+#include "records/output.h"
+#include "scene/start.h"
+#include "subcommands/run.h"
+#include "text/arguments.h"
+#include "text/list.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* ---- the command line ------------------------------------------------------------------------------------------- */
+
+#define KT_AT(member) offsetof(kt_accuracy_arguments, member)
+
+static const kt_option option_table[] = {
+    {"integrators", KT_OPTION_TEXT, KT_AT(integrator_list), "A,B", "these methods only; default: all", NULL},
+    {"steps", KT_OPTION_TEXT, KT_AT(step_list), "H,...", "steps of methods without error estimate, s; default: found",
+     NULL},
+    {"tolerances", KT_OPTION_TEXT, KT_AT(tolerance_list), "T,...", "tolerances of adaptive methods; default: found",
+     NULL},
+    {"duration", KT_OPTION_POSITIVE, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
+    {"goal", KT_OPTION_TEXT, KT_AT(goal_list), "E,...", "errors to find settings for; default: 1e-3,1e-6,1e-9", NULL},
+    {"reference", KT_OPTION_TEXT, KT_AT(reference), "FILE", "records of a run that is right; default: computed", NULL},
+    {"budget", KT_OPTION_POSITIVE, KT_AT(budget), "S",
+     "CPU time for the study, seconds; default: 20; 60 with --compare-sets", NULL},
+    {"prices", KT_OPTION_FLAG, KT_AT(prices), NULL,
+     "what projection, formulation, reduction and records cost; default: where that is cheap", NULL},
+    {"compare-sets", KT_OPTION_FLAG, KT_AT(compare_sets), NULL,
+     "ways to keep loops closed, and what each gets wrong; by rk4 and dopri5", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
+     "every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv, here; /dev/null: none", NULL},
+    {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
+     "the work-precision diagram: FILE.svg or FILE.png; default: NAME-accuracy.svg, here; /dev/null: none", NULL},
+    {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "the same on a dark page, besides or instead", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no progress bar and no tables, but for errors", NULL},
+};
+
+const kt_usage kt_usage_accuracy = {
+    .command = "accuracy",
+    .examples = "  kinetree accuracy pendulum.yaml\n"
+                "  kinetree accuracy pendulum.yaml --goal 1e-6 --plot pendulum-cost.svg --out pendulum-cost.csv\n"
+                "  kinetree accuracy robot.yaml --integrators rk4,dopri5 --duration 2 --budget 60\n"
+                "  kinetree accuracy robot.yaml --integrators rk4 --steps 1e-3,5e-4 --reference exact.csv\n"
+                "  kinetree accuracy linkage.yaml --compare-sets --plot linkage-sets.svg\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "What accuracy costs: runs a scene with every method at many steps or tolerances, measures the error against\n"
+        "a reference that is itself checked, and the CPU time, and says which setting is the cheapest for a goal.\n"
+        "An error is the largest over all joints and records: angles on the circle, quaternions by the rotation\n"
+        "between them, in rad; lengths over the scene's length scale (in metres where there are no angles).\n"
+        "Where the scene is chaotic the study ends when errors have grown a million times, and says so.\n"
+        "--compare-sets: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
+        "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n",
+    .options = option_table,
+    .option_count = sizeof option_table / sizeof option_table[0],
+};
+
+static int say_no_method(const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    if (nearest.best != NULL)
+        kt_say("accuracy: --integrators: there is no method '%s'%s", name, kt_ask(&nearest, "").text);
+    else
+        kt_say("accuracy: --integrators: there is no method '%s'; 'kinetree integrators' lists them", name);
+    return KT_EXIT_USAGE;
+}
+
+/* The methods of --integrators in the order of kt_method_at, without repetition. */
+static int read_methods(kt_accuracy_arguments *arguments) {
+    char text[512];
+    char *rest = text;
+    bool wanted[KT_ACCURACY_METHODS_MAX] = {false};
+    if ((size_t)snprintf(text, sizeof text, "%s", arguments->integrator_list) >= sizeof text) {
+        kt_say("accuracy: --integrators: the list is too long");
+        return KT_EXIT_USAGE;
+    }
+    for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
+        const kt_method *method = kt_method_find(word);
+        if (method == NULL)
+            return say_no_method(word);
+        for (int i = 0; i < kt_method_count() && i < KT_ACCURACY_METHODS_MAX; i++)
+            wanted[i] = wanted[i] || kt_method_at(i) == method;
+    }
+    for (int i = 0; i < kt_method_count() && i < KT_ACCURACY_METHODS_MAX; i++)
+        if (wanted[i])
+            arguments->methods[arguments->method_count++] = kt_method_at(i);
+    if (arguments->method_count > 0)
+        return -1;
+    kt_say("accuracy: --integrators: the list is empty");
+    return KT_EXIT_USAGE;
+}
+
+static int read_lists(kt_accuracy_arguments *a) {
+    int code = a->integrator_list != NULL ? read_methods(a) : -1;
+    if (code >= 0)
+        return code;
+    if (a->integrator_list == NULL && a->compare_sets)
+        a->method_count = kt_compared_methods(a->methods);
+    if (a->step_list != NULL)
+        a->step_count = kt_list_read("accuracy", "steps", a->step_list, a->steps, KT_ACCURACY_SETTINGS_MAX);
+    if (a->tolerance_list != NULL && a->step_count >= 0)
+        a->tolerance_count =
+            kt_list_read("accuracy", "tolerances", a->tolerance_list, a->tolerances, KT_ACCURACY_SETTINGS_MAX);
+    if (a->step_count >= 0 && a->tolerance_count >= 0)
+        a->goal_count = kt_list_read("accuracy", "goal", a->goal_list != NULL ? a->goal_list : "1e-3,1e-6,1e-9",
+                                     a->goals, KT_ACCURACY_GOALS_MAX);
+    return a->step_count < 0 || a->tolerance_count < 0 || a->goal_count < 0 ? KT_EXIT_USAGE : -1;
+}
+
+int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments) {
+    int operands;
+    *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
+    int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, &operands);
+    if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
+        arguments->budget = arguments->compare_sets ? 60.0 : 20.0;
+    return code >= 0 ? code : read_lists(arguments);
+}
+
+static double cpu_now(void *user) {
+    struct timespec time;
+    (void)user;
+    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static int show_progress(double done, const char *what, void *user) {
+    kt_progress_show(user, done, what);
+    return 0;
+}
+
+static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments, const kt_reference_file *reference,
+                                          kt_progress *progress) {
+    kt_accuracy_options options = kt_accuracy_options_default();
+    options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
+    options.methods = arguments->method_count > 0 ? arguments->methods : NULL;
+    options.method_count = arguments->method_count;
+    options.steps = arguments->step_count > 0 ? arguments->steps : NULL;
+    options.step_count = arguments->step_count;
+    options.tolerances = arguments->tolerance_count > 0 ? arguments->tolerances : NULL;
+    options.tolerance_count = arguments->tolerance_count;
+    options.reference = reference->states != NULL ? &reference->reference : NULL;
+    options.budget = arguments->budget;
+    options.clock = cpu_now;
+    options.progress = show_progress;
+    options.user = progress;
+    return options;
+}
+
+static void say_file(const char *what, const char *path) {
+    if (path != NULL && strcmp(path, "-") != 0)
+        fprintf(stderr, "  %s: %s\n", what, kt_show(path).text);
+}
+
+/* Writes the CSV file and the pictures, prints their names, then the tables. Returns an exit code. */
+static int report(const kt_findings *findings) {
+    const kt_accuracy_arguments *arguments = findings->arguments;
+    int code = KT_EXIT_DONE;
+    if (arguments->out != NULL)
+        code = kt_findings_write(findings, arguments->out);
+    if (arguments->plot != NULL) {
+        const int drawn = kt_findings_draw(findings, arguments->plot, arguments->dark);
+        code = code == KT_EXIT_DONE ? drawn : code;
+    }
+    if (arguments->plot_dark != NULL) {
+        const int drawn = kt_findings_draw(findings, arguments->plot_dark, true);
+        code = code == KT_EXIT_DONE ? drawn : code;
+    }
+    if (code == KT_EXIT_DONE && !arguments->quiet) {
+        say_file("every run", arguments->out);
+        say_file("picture", arguments->plot);
+        say_file("picture", arguments->plot_dark);
+    }
+    /* Tables and CSV lines must not be mixed on standard output. */
+    if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
+        kt_findings_print(findings);
+        fflush(stdout);
+        const int priced =
+            arguments->compare_sets ? kt_findings_print_sets(findings) : kt_findings_print_prices(findings);
+        code = code == KT_EXIT_DONE ? priced : code;
+    }
+    return kt_finish_output(code);
+}
+
+static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *name,
+                       const kt_reference_file *reference) {
+    kt_error error = {0};
+    kt_progress progress = kt_progress_start(arguments->quiet);
+    kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    const kt_variant own = kt_own_variant(scene);
+    kt_variant variants[KT_COMPARED_FORMULATIONS];
+    options.own = &own;
+    if (arguments->compare_sets) {
+        kt_compared_formulations(scene, variants);
+        options.variants = variants;
+        options.variant_count = KT_COMPARED_FORMULATIONS;
+    }
+    kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
+    kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
+    kt_progress_end(&progress);
+    if (status != KT_OK) {
+        kt_say_error(&error);
+        return kt_exit_code(status);
+    }
+    findings.results = kt_accuracy_get(findings.study);
+    const int code = report(&findings);
+    kt_accuracy_free(findings.study);
+    return code;
+}
+
+static int study_file(const kt_accuracy_arguments *arguments, const char *path, const char *base) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_reference_file reference = {0};
+    int code = kt_load_model(path, &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    const char *title = scene.description.name;
+    if (arguments->compare_sets && kt_loop_count(model) == 0) {
+        kt_say("accuracy: %s: --compare-sets: nothing to compare: there are no loops to keep closed", path);
+        kt_model_free(model);
+        kt_scene_free(&scene);
+        return KT_EXIT_USAGE;
+    }
+    if (!arguments->quiet && kt_model_mobility(model).minimal == 0)
+        kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
+               "projection after "
+               "each step closes them to rounding, whatever the method; what methods differ in is the step that the "
+               "projection can follow, and its cost");
+    code = arguments->reference != NULL
+               ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
+               : -1;
+    if (code < 0) {
+        const int start = kt_start_report(&scene, model);
+        code = start == KT_EXIT_DONE ? -1 : start;
+    }
+    if (code < 0)
+        code = study_scene(arguments, &scene, title != NULL && *title != '\0' ? title : base, &reference);
+    free(reference.states);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}
+
+/* ---- output files ------------------------------------------------------------------------------------------------ */
+
+/* Returns BASE-accuracy.csv (or .svg); `kinetree run` writes its records to BASE.csv. The caller frees it. */
+static char *default_name(const char *base, const char *ending) {
+    const size_t room = strlen(base) + strlen("-accuracy") + strlen(ending) + 1;
+    char *name = malloc(room);
+    if (name != NULL)
+        snprintf(name, room, "%s-accuracy%s", base, ending);
+    return name;
+}
+
+/* Fills in the file names that the command line does not give. A picture needs a name that ends in its format, hence
+ * /dev/null means no picture. */
+static void choose_files(kt_accuracy_arguments *arguments, const char *csv, const char *picture) {
+    if (arguments->out == NULL)
+        arguments->out = csv;
+    if (arguments->plot == NULL && arguments->plot_dark == NULL && kt_plot_is_possible())
+        arguments->plot = picture;
+    if (arguments->plot != NULL && strcmp(arguments->plot, "/dev/null") == 0)
+        arguments->plot = NULL;
+}
+
+static int check_results(const kt_accuracy_arguments *arguments, const char *path) {
+    const kt_file_use uses[] = {{"the scene", path, false},
+                                {"the reference", arguments->reference, false},
+                                {"--out", arguments->out, true},
+                                {"--plot", arguments->plot, true},
+                                {"--plot-dark", arguments->plot_dark, true}};
+    int code = kt_check_files("accuracy", uses, sizeof uses / sizeof uses[0]);
+    if (code < 0 && arguments->plot != NULL)
+        code = kt_plot_check(arguments->plot);
+    if (code < 0 && arguments->plot_dark != NULL)
+        code = kt_plot_check(arguments->plot_dark);
+    return code;
+}
+
+int kt_command_accuracy(int argc, char **argv) {
+    kt_accuracy_arguments arguments;
+    int code = kt_accuracy_arguments_read(argc, argv, &arguments);
+    if (code >= 0)
+        return code;
+    char *base = kt_base_name(argv[1]);
+    char *csv = base != NULL ? default_name(base, ".csv") : NULL,
+         *picture = base != NULL ? default_name(base, ".svg") : NULL;
+    if (csv == NULL || picture == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        choose_files(&arguments, csv, picture);
+        code = check_results(&arguments, argv[1]);
+    }
+    if (code < 0)
+        code = study_file(&arguments, argv[1], base);
+    free(picture);
+    free(csv);
+    free(base);
+    return code;
+}

@@ -1,0 +1,83 @@
+/* Declarations shared by the files of `kinetree accuracy`. */
+#ifndef KT_COMMAND_SUBCOMMANDS_ACCURACY_H
+#define KT_COMMAND_SUBCOMMANDS_ACCURACY_H
+
+#include "command.h"
+
+#include "kinetree/study.h"
+
+enum {
+    KT_ACCURACY_GOALS_MAX = 6,
+    KT_ACCURACY_SETTINGS_MAX = 40,
+    KT_ACCURACY_METHODS_MAX = 64,
+    KT_COMPARED_FORMULATIONS = 7,
+};
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+typedef struct kt_accuracy_arguments {
+    const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not given */
+    double duration, budget;
+    const char *reference, *out, *plot, *plot_dark;
+    bool prices, compare_sets, dark, quiet;
+
+    /* The parsed lists. */
+    const kt_method *methods[KT_ACCURACY_METHODS_MAX];
+    double steps[KT_ACCURACY_SETTINGS_MAX], tolerances[KT_ACCURACY_SETTINGS_MAX], goals[KT_ACCURACY_GOALS_MAX];
+    int method_count, step_count, tolerance_count, goal_count; /* 0: not given; goals have a default */
+} kt_accuracy_arguments;
+
+/* Parses the command line. Returns -1 if the command can continue, else an exit code. */
+int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments);
+
+/* ---- a reference from a file ------------------------------------------------------------------------------------- */
+
+typedef struct kt_reference_file {
+    kt_reference reference;
+    double *states; /* the states of the reference; released with free */
+} kt_reference_file;
+
+/* Reads the records of a run up to `duration` (NaN: all of them) as a reference. Returns -1 on success, else an exit
+ * code after printing the error. */
+int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file);
+
+/* ---- formulations to compare ------------------------------------------------------------------------------------- */
+
+/* The formulations of --compare-sets: KT_COMPARED_FORMULATIONS variants, and the methods that are used if none are
+ * given. The second function returns the number of methods. */
+void kt_compared_formulations(const kt_scene *scene, kt_variant *variants);
+int kt_compared_methods(const kt_method **methods);
+
+/* ---- results ----------------------------------------------------------------------------------------------------- */
+
+/* All that is printed, drawn and written. */
+typedef struct kt_findings {
+    const kt_accuracy_arguments *arguments;
+    kt_accuracy *study;
+    const kt_accuracy_results *results;
+    const kt_scene *scene;
+    const char *name; /* the scene's name, or the file's if it has none */
+} kt_findings;
+
+/* Unit of the position errors: "m" if all coordinates are lengths, else "rad" (lengths are divided by the length
+ * scale). */
+const char *kt_findings_unit(const kt_findings *findings);
+/* Writes "step 1e-3 s" or "tolerance 3e-8". */
+void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size);
+/* Returns the curve that contains a point. */
+const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point);
+
+/* Prints the tables and sentences on standard output. */
+void kt_findings_print(const kt_findings *findings);
+/* Prints the cost of variants of the simulation (other reduction, metric, plan, formulation, no projection) at one
+ * point. Returns an exit code. */
+int kt_findings_print_prices(const kt_findings *findings);
+/* With --compare-sets, prints this table instead: every formulation at one setting of each method, with a sentence on
+ * its errors. Returns an exit code. */
+int kt_findings_print_sets(const kt_findings *findings);
+/* Writes every point as CSV. Returns an exit code. */
+int kt_findings_write(const kt_findings *findings, const char *path);
+/* Draws the work-precision diagram. Returns an exit code. */
+int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark);
+
+#endif

@@ -1,0 +1,392 @@
+/* Prints the results of an accuracy study: tables, the cost of variants, and every run as CSV. */
+#include "records/output.h"
+#include "subcommands/accuracy.h"
+
+#include "kinetree/study.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *kt_findings_unit(const kt_findings *findings) {
+    return findings->results->unit == KT_ACCURACY_METRE ? "m" : "rad";
+}
+
+const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point) {
+    const kt_accuracy_results *results = findings->results;
+    int i = 0;
+    while (i + 1 < results->curve_count && point >= results->curves[i].first + results->curves[i].count)
+        i++;
+    return &results->curves[i];
+}
+
+void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size) {
+    snprintf(text, size, curve->adaptive ? "tolerance %.3g" : "step %.4g s", point->setting);
+}
+
+/* ---- conditions of the study ------------------------------------------------------------------------------------- */
+
+static void print_horizon(const kt_accuracy_results *results) {
+    if (results->cut == KT_ACCURACY_WHOLE) {
+        if (results->growth > 0.0)
+            printf("  a small error grows by a factor of %.3g in %g s\n", results->amplification, results->duration);
+        return;
+    }
+    switch (results->cut) {
+    case KT_ACCURACY_GROWTH:
+        printf("  chaotic: a small error grows by a factor of e every %.3g s, by %.2g in %.4g s; after that an error "
+               "means\n"
+               "  nothing any more: of the %g s asked for, the study looks at the first %.4g s\n",
+               1.0 / results->growth, results->amplification, results->duration, results->asked, results->duration);
+        break;
+    case KT_ACCURACY_DISAGREEMENT:
+        printf("  after %.4g s the reference and its check disagree: the motion is not known there; of the %g s asked "
+               "for,\n"
+               "  the study looks at the first %.4g s\n",
+               results->duration, results->asked, results->duration);
+        break;
+    default:
+        printf("  the reference took too long: of the %g s asked for, the study looks at the first %.4g s (--budget)\n",
+               results->asked, results->duration);
+        break;
+    }
+}
+
+static void print_head(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    const char *unit = kt_findings_unit(findings);
+    printf("%s\n  %g s in %d records; errors are the largest over all joints and records, in %s",
+           kt_show(findings->name).text, results->duration, results->records, unit);
+    if (results->unit != KT_ACCURACY_METRE)
+        fputs(", angles on the circle", stdout);
+    if (results->unit == KT_ACCURACY_MIXED)
+        printf(", lengths over %.3g m", results->length);
+    printf("\n  reference: ");
+    if (results->reference != NULL)
+        printf("%s at tolerance %g", results->reference->name, results->reference_tolerance);
+    else
+        printf("%s", findings->arguments->reference);
+    printf(", checked by %s at %g: they differ by %.2g %s,\n  and no error below that is believed\n",
+           results->check->name, results->check_tolerance, results->uncertainty.position, unit);
+    print_horizon(results);
+}
+
+/* ---- methods ----------------------------------------------------------------------------------------------------- */
+
+static void print_slope(const kt_accuracy_curve *curve) {
+    char text[32] = "-";
+    if (curve->fitted > 0)
+        snprintf(text, sizeof text, "%s^%.2f", curve->adaptive ? "tol" : "h", curve->slope);
+    printf("  %-9s", text);
+}
+
+static double least_error(const kt_findings *findings, const kt_accuracy_curve *curve) {
+    double least = HUGE_VAL;
+    for (int i = curve->first; i < curve->first + curve->count; i++)
+        if (findings->results->points[i].usable)
+            least =
+                fmin(least, fmax(findings->results->points[i].error.position, findings->results->uncertainty.position));
+    return least;
+}
+
+static const char *end_text(kt_accuracy_end end) {
+    switch (end) {
+#define KT_END_CASE(id, text)                                                                                          \
+    case id:                                                                                                           \
+        return text;
+        KT_ACCURACY_END_LIST(KT_END_CASE)
+#undef KT_END_CASE
+    }
+    return "";
+}
+
+static void print_method(const kt_findings *findings, const kt_accuracy_curve *curve) {
+    const double least = least_error(findings, curve);
+    const char *variant = findings->results->variants[curve->variant].label;
+    printf("  %-14s %5d", curve->method->name, curve->method->order);
+    print_slope(curve);
+    if (curve->stable_step > 0.0)
+        printf("  %-12.3g", curve->stable_step);
+    else
+        printf("  %-12s", "-");
+    if (isfinite(least))
+        printf("  %-8.2g", least);
+    else
+        printf("  %-8s", "-");
+    printf("  %s%s%s\n", end_text(curve->end), variant != NULL ? "; " : "", variant != NULL ? variant : "");
+}
+
+static void print_methods(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    printf("\n  %-14s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
+           "why no further");
+    for (int i = 0; i < results->curve_count; i++)
+        print_method(findings, &results->curves[i]);
+    for (int i = 0; i < results->curve_count; i++)
+        if (results->curves[i].stable_step > 0.0) {
+            puts("  beyond 'stable to' it is not accuracy but stability that forbids a step (of adaptive methods, on\n"
+                 "  average): 'kinetree stability' shows which modes do, and rkc2 is stable with them");
+            return;
+        }
+}
+
+/* ---- goals ------------------------------------------------------------------------------------------------------- */
+
+/* Returns the cheapest point of a curve that reaches a goal; NULL: none does. */
+static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_accuracy_curve *curve, double goal) {
+    const kt_accuracy_results *results = findings->results;
+    const kt_accuracy_point *best = NULL;
+    for (int i = curve->first; i < curve->first + curve->count; i++) {
+        const kt_accuracy_point *point = &results->points[i];
+        if (point->usable && fmax(point->error.position, results->uncertainty.position) <= goal &&
+            (best == NULL || point->cpu < best->cpu))
+            best = point;
+    }
+    return best;
+}
+
+static void print_costs(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    const kt_accuracy_arguments *arguments = findings->arguments;
+    const int columns = arguments->goal_count < 4 ? arguments->goal_count : 4;
+    printf("\n  a simulated second costs, for an error of\n  %-14s", "");
+    for (int g = 0; g < columns; g++)
+        printf("  %-8.3g %-17s", arguments->goals[g], kt_findings_unit(findings));
+    printf("\n  %-14s", "method");
+    for (int g = 0; g < columns; g++)
+        printf("  %-8s %7s %9s", "with", "evals", "ms");
+    putchar('\n');
+    for (int i = 0; i < results->curve_count; i++) {
+        const kt_accuracy_curve *curve = &results->curves[i];
+        printf("  %-14s", curve->method->name);
+        for (int g = 0; g < columns; g++) {
+            const kt_accuracy_point *point = find_best(findings, curve, arguments->goals[g]);
+            const int best = kt_accuracy_best(findings->study, arguments->goals[g]);
+            if (point == NULL)
+                printf("  %-8s %7s %9s", "-", "-", "- ");
+            else
+                printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
+                       1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
+        }
+        printf("%s%s\n", results->variant_count > 1 ? "  " : "",
+               results->variant_count > 1 ? results->variants[curve->variant].label : "");
+    }
+}
+
+static int by_size(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Prints a note if other processes disturbed the measured times. */
+static void print_spread(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    double spreads[512];
+    size_t count = 0;
+    for (int i = 0; i < results->point_count && count < 512; i++)
+        if (results->points[i].usable && results->points[i].repeats >= 3)
+            spreads[count++] = results->points[i].spread;
+    if (count == 0)
+        return;
+    qsort(spreads, count, sizeof *spreads, by_size);
+    printf(
+        "\n  times are the least of repeated runs; half of them lie within %.2g %% of it, nine tenths within %.2g %%\n",
+        100.0 * spreads[count / 2], 100.0 * spreads[9 * count / 10]);
+}
+
+static void print_goal(const kt_findings *findings, double goal) {
+    const kt_accuracy_results *results = findings->results;
+    const char *unit = kt_findings_unit(findings);
+    const int best = kt_accuracy_best(findings->study, goal);
+    if (best < 0) {
+        double least = HUGE_VAL;
+        for (int i = 0; i < results->curve_count; i++)
+            least = fmin(least, least_error(findings, &results->curves[i]));
+        if (results->uncertainty.position > goal)
+            printf("for %.3g %s: the reference itself is only known to %.2g %s\n", goal, unit,
+                   results->uncertainty.position, unit);
+        else
+            printf("for %.3g %s: no run came that close; the best was %.2g %s%s\n", goal, unit, least, unit,
+                   findings->arguments->tolerance_count + findings->arguments->step_count > 0 ? "" : " (--budget)");
+        return;
+    }
+    const kt_accuracy_point *point = &results->points[best];
+    const double seconds = point->cpu / results->duration;
+    char setting[64];
+    kt_findings_setting(kt_findings_curve(findings, best), point, setting, sizeof setting);
+    printf("for %.3g %s use %s with %s: %.3g %s per simulated second\n", goal, unit,
+           kt_findings_curve(findings, best)->method->name, setting, seconds < 1e-3 ? 1e6 * seconds : 1e3 * seconds,
+           seconds < 1e-3 ? "microseconds" : "ms");
+}
+
+void kt_findings_print(const kt_findings *findings) {
+    print_head(findings);
+    print_methods(findings);
+    print_costs(findings);
+    print_spread(findings);
+    putchar('\n');
+    for (int g = 0; g < findings->arguments->goal_count; g++)
+        print_goal(findings, findings->arguments->goals[g]);
+}
+
+/* ---- cost of variants -------------------------------------------------------------------------------------------- */
+
+enum { VARIANTS_MAX = 12, LARGE = 40 };
+
+static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
+    kt_variant *variant = &variants[(*count)++];
+    *variant = *base;
+    variant->label = label;
+    return variant;
+}
+
+/* Fills the list of variants, one per line of the table. Returns their number. */
+static int list_variants(const kt_findings *findings, kt_variant *variants) {
+    static const char *const reductions[] = {"QR reduction", "partitioning", "SVD reduction"};
+    const kt_variant base = kt_own_variant(findings->scene);
+    const bool has_loops = kt_loop_count(kt_accuracy_model(findings->study)) > 0;
+    int count = 0;
+    add(variants, &count, &base, "as the scene has it");
+    add(variants, &count, &base, "with its records")->records = true;
+    if (has_loops) {
+        add(variants, &count, &base, "without projection")->simulation.unprojected = true;
+        for (int i = 0; i < 3; i++)
+            if (i != (int)findings->scene->reduction)
+                add(variants, &count, &base, reductions[i])->model.reduction = kt_reduction_method_of((kt_reduction)i);
+        const bool is_mass = base.model.metric == KT_METRIC_MASS;
+        add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
+            is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
+    }
+    if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
+        add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
+    if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
+        return count; /* six coordinates per body: compiling that model alone takes long */
+    const bool is_absolute = base.formulation == KT_FORMULATION_ABSOLUTE;
+    add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->formulation =
+        is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
+    return count;
+}
+
+/* Returns the index of the point whose variants are compared: the cheapest for the middle goal; if no point reaches it,
+ * the cheapest for the smallest decade from 1e-6 to 0.1 that one reaches; -1: none. */
+static int choose(const kt_findings *findings) {
+    const kt_accuracy_arguments *arguments = findings->arguments;
+    int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
+    for (int decade = -6; best < 0 && decade < 0; decade++)
+        best = kt_accuracy_best(findings->study, pow(10.0, decade));
+    return best;
+}
+
+int kt_findings_print_prices(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    const int chosen = choose(findings);
+    kt_variant variants[VARIANTS_MAX];
+    if (chosen < 0)
+        return KT_EXIT_DONE;
+    const kt_accuracy_curve *curve = kt_findings_curve(findings, chosen);
+    const kt_accuracy_point *point = &results->points[chosen];
+    const int count = list_variants(findings, variants);
+    if (!findings->arguments->prices && 12.0 * count * point->cpu > 0.2 * findings->arguments->budget)
+        return KT_EXIT_DONE;
+    char setting[64];
+    kt_findings_setting(curve, point, setting, sizeof setting);
+    printf("\nwhat else costs how much, with %s at %s\n", curve->method->name, setting);
+    printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
+    double base = (double)NAN;
+    for (int i = 0; i < count; i++) {
+        kt_accuracy_point measured;
+        kt_error error = {0};
+        kt_status status = kt_accuracy_measure(findings->study, &variants[i], curve->method, curve->adaptive,
+                                               point->setting, &measured, &error);
+        if (status != KT_OK) {
+            kt_say_error(&error);
+            return kt_exit_code(status);
+        }
+        if (i == 0)
+            base = measured.cpu;
+        printf("  %-26s ", variants[i].label);
+        if (measured.usable)
+            printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
+                   (double)measured.counts.evaluations / results->duration, measured.error.position,
+                   measured.error.energy);
+        else
+            printf("%10s  %6s  %8s  %9.2g  %9s", "-", "-", "-", measured.error.position, "-");
+        if (kt_loop_count(kt_accuracy_model(findings->study)) > 0)
+            printf("  %9.2g\n", measured.error.constraint.position);
+        else
+            puts("          -");
+    }
+    return KT_EXIT_DONE;
+}
+
+/* ---- CSV -------------------------------------------------------------------------------------------------------- */
+
+/* Writes 17 digits, which read back to the same bits; an unknown value leaves the cell empty. */
+static void put(FILE *file, double value) {
+    if (isnan(value))
+        fputc(',', file);
+    else
+        fprintf(file, ",%.17g", value);
+}
+
+static void write_point(FILE *file, const char *variant, const kt_accuracy_curve *curve,
+                        const kt_accuracy_point *point) {
+    const kt_accuracy_error *error = &point->error;
+    fprintf(file, "%s,%s,%d,%s,%.17g,%s", variant, curve->method->name, curve->method->order,
+            curve->adaptive ? "tolerance" : "step", point->setting,
+            point->status != KT_OK ? "failed"
+            : !point->usable       ? "unusable"
+            : point->believed      ? "ok"
+                                   : "below the reference");
+    put(file, error->position);
+    put(file, error->velocity);
+    put(file, error->end_position);
+    put(file, error->end_velocity);
+    put(file, error->energy);
+    put(file, error->constraint.position);
+    put(file, error->constraint.velocity);
+    fprintf(file, ",%llu,%llu,%llu,%llu", (unsigned long long)point->counts.steps,
+            (unsigned long long)point->counts.rejected, (unsigned long long)point->counts.evaluations,
+            (unsigned long long)point->counts.factorizations);
+    put(file, point->cpu);
+    put(file, isnan(point->cpu) ? (double)NAN : point->spread);
+    fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
+}
+
+static int write_points(const kt_accuracy_results *results, FILE *file) {
+    fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
+          "error.end.velocity,error.energy,constraint.position,constraint.velocity,steps,rejected,evaluations,"
+          "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
+          file);
+    for (int c = 0; c < results->curve_count; c++) {
+        const kt_accuracy_curve *curve = &results->curves[c];
+        const char *label = results->variants[curve->variant].label;
+        for (int i = 0; i < curve->count; i++)
+            write_point(file, label != NULL ? label : "", curve, &results->points[curve->first + i]);
+    }
+    return fflush(file) != 0 || ferror(file) != 0;
+}
+
+int kt_findings_write(const kt_findings *findings, const char *path) {
+    kt_output output;
+    if (strcmp(path, "-") == 0) {
+        (void)write_points(findings->results, stdout);
+        return kt_finish_output(KT_EXIT_DONE);
+    }
+    int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    FILE *file = fopen(kt_output_path(&output), "w");
+    bool failed = file == NULL || write_points(findings->results, file) != 0;
+    const int reason = errno;
+    if (file != NULL)
+        failed = fclose(file) != 0 || failed;
+    if (failed)
+        kt_say("%s cannot be written: %s", path, strerror(reason != 0 ? reason : errno));
+    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
+        failed = true;
+    return failed ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+}

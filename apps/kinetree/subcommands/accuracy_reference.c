@@ -1,0 +1,80 @@
+/* The records of a run, read as the reference of an accuracy study. */
+#include "records/table.h"
+#include "subcommands/accuracy.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Counts the records at t = k * interval. The last record may come earlier and is then left out. Returns 0 if the
+ * records are not equally spaced. */
+static size_t count_even(const double *time, size_t rows, double duration) {
+    const double interval = rows > 1 ? time[1] : 0.0;
+    size_t count = 0;
+    while (count < rows && fabs(time[count] - (double)count * interval) <= 1e-12 * fabs(time[count]) &&
+           !(time[count] > duration * (1.0 + 1e-12)))
+        count++;
+    return count + 1 >= rows || time[count] > duration ? count : 0;
+}
+
+/* Copies one coordinate of a joint into every row of `states`. */
+static int take(const char *path, const kt_table *table, size_t count, const char *kind, const char *joint, int k,
+                bool is_alone, double *states, size_t width) {
+    char name[256];
+    if (is_alone)
+        snprintf(name, sizeof name, "%s.%s", kind, joint);
+    else
+        snprintf(name, sizeof name, "%s.%s[%d]", kind, joint, k);
+    const double *column = kt_table_column(table, name);
+    if (column == NULL) {
+        kt_say("%s has no column '%s': is it of this scene, written by 'kinetree run'?", path, name);
+        return KT_EXIT_SCENE;
+    }
+    for (size_t row = 0; row < count; row++) {
+        if (!isfinite(column[row])) {
+            kt_say("%s:%zu: '%s' is no number", path, row + 2, name);
+            return KT_EXIT_SCENE;
+        }
+        states[row * width] = column[row];
+    }
+    return -1;
+}
+
+static int fill(const char *path, const kt_table *table, size_t count, const kt_model *model, double *q, double *v) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    int code = -1;
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const char *name = kt_body_name(model, body);
+        for (int k = 0; k < at.nq && code < 0; k++)
+            code = take(path, table, count, "position", name, k, at.nq == 1, q + at.q + k, nq);
+        for (int k = 0; k < at.nv && code < 0; k++)
+            code = take(path, table, count, "velocity", name, k, at.nv == 1, v + at.v + k, nv);
+    }
+    return code;
+}
+
+int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    kt_table table;
+    int code = kt_table_read_file(path, &table);
+    if (code >= 0)
+        return code;
+    const double *time = kt_table_column(&table, "time");
+    const size_t count = time != NULL ? count_even(time, table.rows, isnan(duration) ? HUGE_VAL : duration) : 0;
+    if (count < 2 || count > 10000000) {
+        kt_say("%s is no reference: its 'time' must go from 0 in even intervals, as 'kinetree run' writes it", path);
+        kt_table_free(&table);
+        return KT_EXIT_SCENE;
+    }
+    file->states = malloc(count * (nq + nv + 1) * sizeof *file->states);
+    if (file->states == NULL) {
+        kt_say("there is not enough memory for %s", path);
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        code = fill(path, &table, count, model, file->states, file->states + count * nq);
+        file->reference = (kt_reference){time[1], (int)count, file->states, file->states + count * nq};
+    }
+    kt_table_free(&table);
+    return code;
+}

@@ -1,0 +1,310 @@
+/* kinetree check: reports every error in scene files, and warns of doubtful values. */
+#include "advice/advice.h"
+#include "advice/touch.h"
+#include "records/output.h"
+#include "scene/start.h"
+#include "text/arguments.h"
+#include "view/view.h"
+
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct kt_check_arguments {
+    const char *view;
+} kt_check_arguments;
+
+static const kt_option options[] = {
+    {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
+     "a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
+};
+
+const kt_usage kt_usage_check = {
+    .command = "check",
+    .examples = "  kinetree check pendulum.yaml\n"
+                "  kinetree check scenes/*.yaml\n"
+                "  kinetree check four-bar.yaml --view start.html\n"
+                "  kinetree make tree --links 50 | kinetree check -\n",
+    .operands = "SCENE...",
+    .least = 1,
+    .most = -1,
+    .about =
+        "Reads and compiles each scene, closes its loops and computes its first accelerations. Prints 'FILE: ok' for\n"
+        "each that runs, and on standard error every fault as FILE:LINE:COLUMN: message, and what is doubtful as\n"
+        "FILE: warning: message. Exit status 2 where any is wrong, 3 where loops cannot be closed; 0 with warnings\n"
+        "alone.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* A scene in its assembled initial state. */
+typedef struct check {
+    const char *path;
+    const kt_scene *scene;
+    const kt_model *model;
+    kt_data *data;
+    double *q, *v, *a;
+    int warnings;
+} check;
+
+static void warn(check *c, const char *format, ...) KT_PRINTF(2, 3);
+
+static void warn(check *c, const char *format, ...) {
+    va_list arguments;
+    fprintf(stderr, "%s: warning: ", c->path);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+    c->warnings++;
+}
+
+/* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
+
+/* Returns whether a motion loop drives the mechanism. */
+static bool is_driven(const kt_description *d) {
+    for (int i = 0; i < d->loop_count; i++)
+        if (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT)
+            return true;
+    return false;
+}
+
+static void check_mobility(check *c) {
+    const kt_mobility f = kt_model_mobility(c->model);
+    if (f.minimal > 0 || is_driven(&c->scene->description))
+        return;
+    if (c->scene->description.body_count == 0)
+        warn(c, "nothing can move: there are no bodies; add some under 'bodies'");
+    else if (f.tree == 0)
+        warn(c, "nothing can move: all joints are fixed; give a body a joint that moves");
+    else
+        warn(c,
+             "nothing can move: the joints have %d degrees of freedom, and the loops take all of them (%d independent "
+             "equations); leave a loop out, or choose types with fewer equations",
+             f.tree, f.rank);
+}
+
+/* ---- angles ------------------------------------------------------------------------------------------------------ */
+
+/* An angle beyond one turn that is not a multiple of 0.001 degrees was probably given in degrees without the unit. */
+static bool is_doubtful_angle(double x) {
+    const double turn = 2.0 * 3.14159265358979323846, degrees = 1000.0 * 360.0 * (x / turn);
+    return fabs(x) > turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
+}
+
+static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
+    if (is_doubtful_angle(x))
+        warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns; if degrees are meant, write '%.9g deg'", what, name, key,
+             x, x / (2.0 * 3.14159265358979323846), x);
+}
+
+static void check_joint_angles(check *c, const kt_body *body) {
+    const kt_joint *joint = &body->joint;
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        char key[32] = "joint.position";
+        if (k > 0)
+            snprintf(key, sizeof key, "joint.position[%d]", k);
+        if (kt_joint_coordinate_kind(joint->type, k) == KT_COORDINATE_ANGLE)
+            check_angle(c, "body", body->name, key, joint->position[k]);
+    }
+}
+
+static bool turns(const check *c, const char *joint) {
+    const int body = joint != NULL ? kt_body_find(c->model, joint) : -1;
+    return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
+}
+
+/* Whether a key is a position of the joint that the item acts in: an angle, if the joint turns. */
+static bool is_position(const kt_key *key, kt_key_kind kind) {
+    return key->kind == kind && strcmp(key->unit, "rad|m") == 0;
+}
+
+static void check_effect_angles(check *c, const kt_effect *effect) {
+    const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
+    char what[64];
+    snprintf(what, sizeof what, "%s of", descriptor->name);
+    for (int k = 0; k < descriptor->key_count && turns(c, effect->joint); k++) {
+        const kt_key *key = &descriptor->keys[k];
+        const double *value = (const void *)((const char *)effect + key->offset);
+        if (is_position(key, KT_KEY_NUMBER) && isfinite(*value))
+            check_angle(c, what, effect->joint, key->name, *value);
+    }
+}
+
+static void check_angles(check *c) {
+    const kt_description *d = &c->scene->description;
+    for (int i = 0; i < d->body_count; i++)
+        check_joint_angles(c, &d->bodies[i]);
+    for (int i = 0; i < d->effect_count; i++)
+        check_effect_angles(c, &d->effects[i]);
+}
+
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+/* Checks the values of a function, given by `key`, that drives a revolute joint; of a table only the first doubtful row
+ * is reported. */
+static void check_function_angles(check *c, const char *what, const char *name, const char *key, const kt_function *f) {
+    char part[80];
+#define CHECK_PART(end, value) (snprintf(part, sizeof part, "%s.%s", key, end), check_angle(c, what, name, part, value))
+    switch (f->type) {
+    case KT_FUNCTION_CONSTANT:
+        check_angle(c, what, name, key, f->value);
+        break;
+    case KT_FUNCTION_SINE:
+        CHECK_PART("sine.amplitude", f->amplitude);
+        CHECK_PART("sine.offset", f->offset);
+        break;
+    case KT_FUNCTION_RAMP:
+        CHECK_PART("ramp.from", f->from);
+        CHECK_PART("ramp.to", f->to);
+        break;
+    case KT_FUNCTION_TABLE:
+        for (int i = 1; i < f->number_count; i += 2) {
+            if (!is_doubtful_angle(f->numbers[i]))
+                continue;
+            snprintf(part, sizeof part, "%s.table[%d][1]", key, i / 2);
+            check_angle(c, what, name, part, f->numbers[i]);
+            break; /* one row is enough */
+        }
+        break;
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_POLYNOMIAL: /* its coefficients are rates, too, and 40 rad/s is usual */
+        break;
+    }
+#undef CHECK_PART
+}
+
+/* Positions as functions of time: of a joint's motion, and those that effects pull it to. */
+static void check_driven_angles(check *c) {
+    const kt_description *d = &c->scene->description;
+    for (int i = 0; i < d->loop_count; i++) {
+        const kt_loop *loop = &d->loops[i];
+        const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
+        if (key != NULL && is_position(key, KT_KEY_FUNCTION) && turns(c, loop->joint))
+            check_function_angles(c, "loop", loop->name, key->name, &loop->function);
+    }
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_effect *effect = &d->effects[i];
+        const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
+        char what[64];
+        if (key == NULL || !is_position(key, KT_KEY_FUNCTION) || !turns(c, effect->joint))
+            continue;
+        snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
+        check_function_angles(c, what, effect->joint, key->name,
+                              (const kt_function *)((const char *)effect + key->offset));
+    }
+}
+
+/* ---- a scene ----------------------------------------------------------------------------------------------------- */
+
+/* Evaluates the accelerations of the initial state; a failure is reported as an error of the scene. */
+static int check_accelerations(check *c) {
+    kt_error error = {0};
+    const kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, c->a, &error);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
+    return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : kt_exit_code(status);
+}
+
+static int check_start(check *c) {
+    kt_error error = {0};
+    kt_warnings warnings = {.path = c->path};
+    kt_model_initial(c->model, c->q, c->v);
+    const kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
+    if (status != KT_OK) {
+        fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
+        if (status == KT_ERROR_CONSTRAINT)
+            kt_say_open_loops(c->scene, c->model);
+        return kt_exit_code(status);
+    }
+    const int code = check_accelerations(c);
+    if (code != KT_EXIT_DONE)
+        return code;
+    c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
+    check_mobility(c);
+    check_angles(c);
+    check_driven_angles(c);
+    c->warnings += kt_touch_warn(&warnings, c->scene, c->model, c->q);
+    kt_warnings_free(&warnings);
+    const char *jumping = kt_start_jumping(c->scene);
+    if (jumping != NULL)
+        warn(c,
+             "the speed of loop '%s' jumps at the rows of its table; give the table 'interpolation: cubic' or "
+             "'monotone'",
+             jumping);
+    return KT_EXIT_DONE;
+}
+
+static int check_model(const char *path, const kt_scene *scene, const kt_model *model) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    check c = {.path = path, .scene = scene, .model = model};
+    kt_error error = {0};
+    double *state = calloc(nq + 2 * nv + 1, sizeof *state);
+    int code = KT_EXIT_INTEGRATION;
+    if (state == NULL || kt_data_create(model, &c.data, &error) != KT_OK) {
+        kt_say("there is not enough memory to check %s", path);
+    } else {
+        c.q = state;
+        c.v = state + nq;
+        c.a = c.v + nv;
+        code = check_start(&c);
+    }
+    if (code == KT_EXIT_DONE && c.warnings > 0)
+        printf("%s: ok, %d warning%s\n", path, c.warnings, c.warnings == 1 ? "" : "s");
+    else if (code == KT_EXIT_DONE)
+        printf("%s: ok\n", path);
+    kt_data_free(c.data);
+    free(state);
+    return code;
+}
+
+static int view_start(const char *path, const kt_scene *scene, const kt_model *model, const char *view) {
+    const char *name = kt_model_name(model);
+    const int code = kt_view_write_start(scene, model, name != NULL && *name != '\0' ? name : path, view);
+    if (code == KT_EXIT_DONE)
+        fprintf(stderr, "%s: the given and the assembled positions: %s\n", path, kt_show(view).text);
+    return code;
+}
+
+static int check_scene(const char *path, const char *view) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    int code = kt_load_model(path, &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = check_model(path, &scene, model);
+    if (view != NULL) {
+        const int viewed = view_start(path, &scene, model, view);
+        code = code == KT_EXIT_DONE ? viewed : code;
+    }
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}
+
+int kt_command_check(int argc, char **argv) {
+    kt_check_arguments arguments = {.view = NULL};
+    int operands, code = kt_arguments_read(&kt_usage_check, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    if (arguments.view != NULL && operands > 1) {
+        kt_say("check: --view shows one scene; give one");
+        return KT_EXIT_USAGE;
+    }
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--view", arguments.view, true}};
+    code = arguments.view != NULL ? kt_check_files("check", uses, 2) : -1;
+    code = code < 0 ? kt_check_ending("--view", arguments.view, ".html") : code;
+    if (code >= 0)
+        return code;
+    code = KT_EXIT_DONE;
+    for (int i = 1; i <= operands; i++) {
+        const int one = check_scene(argv[i], arguments.view);
+        code = code == KT_EXIT_DONE ? one : code;
+    }
+    return kt_finish_output(code);
+}

@@ -1,0 +1,472 @@
+/* kinetree draw: a picture of a mechanism in one state or several. */
+#include "draw/draw.h"
+
+#include "command.h"
+#include "plot/plot.h"
+#include "records/output.h"
+#include "scene/start.h"
+#include "subcommands/run.h"
+#include "text/arguments.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static const double degree = 3.14159265358979323846 / 180.0;
+
+enum {
+    STATES_MOST = 60,
+    PATH_POINTS = 800, /* of each path */
+    SVG_BYTES = 60000, /* more would load slowly within a page */
+};
+
+typedef struct kt_draw_arguments {
+    const char *out, *view, *at, *trace;
+    long strobe;  /* -1: not given */
+    double until; /* s; 0: the duration of the scene */
+    bool axes, names, dark;
+} kt_draw_arguments;
+
+#define KT_AT(member) offsetof(kt_draw_arguments, member)
+
+static const kt_option options[] = {
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "the picture, .svg or .png (default: NAME.svg)", NULL},
+    {"view", KT_OPTION_TEXT, KT_AT(view), "VIEW",
+     "x, y or z: the plane normal to it; iso; or AZIMUTH,ELEVATION in degrees, from the front to the right and up "
+     "(default: the plane of a planar mechanism, else from 25 above)",
+     NULL},
+    {"at", KT_OPTION_TEXT, KT_AT(at), "T,...", "the states at these times of a run, side by side, s", NULL},
+    {"strobe", KT_OPTION_COUNT, KT_AT(strobe), "N", "N states of a run over each other, earlier ones paler", NULL},
+    {"until", KT_OPTION_POSITIVE, KT_AT(until), "T",
+     "--strobe and --trace: up to this time, s (default: the duration of the scene)", NULL},
+    {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "the paths of these markers, over the same time", NULL},
+    {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "the axes of joints", NULL},
+    {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "the names of bodies, loops and markers", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
+};
+
+const kt_usage kt_usage_draw = {
+    .command = "draw",
+    .examples = "  kinetree draw four-bar.yaml                         its assembled start, in its plane\n"
+                "  kinetree draw robot.yaml --axes --names --view iso --out robot.png\n"
+                "  kinetree draw pendulum.yaml --strobe 12 --until 0.8 --trace lower.tip\n"
+                "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Draws shapes, joints, loops, springs, markers and planes to scale. Bodies without a shape are thin rods\n"
+        "between their joints and a ball at their mass; rods without radius and points get one that can be seen.\n"
+        "Joints and loops (with a dot) are circles in a plane, in space pins and balls; what is fixed to the ground\n"
+        "is grey. Where loops cannot be closed, the picture shows the given state with the gaps in red, and the\n"
+        "exit status is 3.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- views ------------------------------------------------------------------------------------------------------- */
+
+typedef struct view_words {
+    char text[80];
+} view_words;
+
+static int refuse_view(const char *view) {
+    kt_say("draw: --view takes x, y, z, iso or AZIMUTH,ELEVATION in degrees, such as 35,25, not '%s'", view);
+    return KT_EXIT_USAGE;
+}
+
+static view_words name_angles(double azimuth, double elevation) {
+    view_words words;
+    snprintf(words.text, sizeof words.text, "from %.4g\u00b0 to the %s and %.4g\u00b0 %s", fabs(azimuth),
+             azimuth < 0.0 ? "left" : "right", fabs(elevation), elevation < 0.0 ? "below" : "above");
+    return words;
+}
+
+/* Along a coordinate axis, from its positive side; along y from the front, unless y is up. */
+static kt_camera face_axis(const kt_picture *picture, char axis) {
+    const kt_vec3 vertical = kt_picture_vertical(picture);
+    const kt_vec3 towards = kt_vec3_make(axis == 'x' ? 1.0 : 0.0,
+                                         axis != 'y'        ? 0.0
+                                         : vertical.y > 0.5 ? 1.0
+                                                            : -1.0,
+                                         axis == 'z' ? 1.0 : 0.0);
+    return kt_camera_facing(towards, vertical);
+}
+
+/* "30,20" */
+static bool read_angles(const char *text, double *azimuth, double *elevation) {
+    char *end;
+    *azimuth = strtod(text, &end);
+    if (end == text || *end != ',')
+        return false;
+    const char *second = end + 1;
+    *elevation = strtod(second, &end);
+    return end != second && *end == '\0';
+}
+
+/* Returns -1, or an exit code after printing the error. */
+static int choose_view(const char *view, const kt_picture *picture, const kt_pose *poses, kt_camera *camera,
+                       view_words *words) {
+    const kt_vec3 vertical = kt_picture_vertical(picture);
+    double azimuth = 45.0, elevation = atan(sqrt(0.5)) / degree;
+    const kt_chosen_view chosen = kt_camera_choose(picture, poses);
+    *camera = chosen.camera;
+    *words = name_angles(chosen.azimuth / degree, chosen.elevation / degree);
+    if (chosen.is_plane)
+        snprintf(words->text, sizeof words->text, "in its plane");
+    if (view == NULL)
+        return -1;
+    if (strlen(view) == 1 && strchr("xyz", view[0]) != NULL) {
+        *camera = face_axis(picture, view[0]);
+        snprintf(words->text, sizeof words->text, "along %s", view);
+        return -1;
+    }
+    const bool is_iso = strcmp(view, "iso") == 0;
+    if (!is_iso && (!read_angles(view, &azimuth, &elevation) || !isfinite(azimuth) || !(fabs(elevation) <= 90.0)))
+        return refuse_view(view);
+    *camera = kt_camera_around(vertical, degree * azimuth, degree * elevation);
+    *words = name_angles(azimuth, elevation);
+    if (is_iso)
+        snprintf(words->text, sizeof words->text, "isometric");
+    return -1;
+}
+
+/* ---- states ------------------------------------------------------------------------------------------------------ */
+
+/* What is drawn, and the memory for it. */
+typedef struct motion {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    double *q, *v;
+    kt_simulation *simulation;
+    kt_picture *picture;
+    double times[STATES_MOST];
+    int state_count;
+    kt_pose *poses;
+    kt_marker_pair *markers;
+    int marker_count;
+    kt_drawn_path *paths;
+    kt_vec3 *points; /* PATH_POINTS + 1 of each path */
+    int point_count;
+    char *name;
+} motion;
+
+static int say_memory(void) {
+    kt_say("there is not enough memory for the picture");
+    return KT_EXIT_INTEGRATION;
+}
+
+static int fail(kt_status status, const kt_error *error) {
+    kt_say_error(error);
+    return kt_exit_code(status);
+}
+
+static int refuse_times(const char *list) {
+    kt_say("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
+    return KT_EXIT_USAGE;
+}
+
+static int read_times(const char *list, motion *m) {
+    const char *text = list;
+    while (*text != '\0') {
+        char *end;
+        const double time = strtod(text, &end);
+        if (end == text || (*end != ',' && *end != '\0') || !isfinite(time) || time < 0.0 ||
+            (m->state_count > 0 && time <= m->times[m->state_count - 1]))
+            return refuse_times(list);
+        if (m->state_count == STATES_MOST) {
+            kt_say("draw: --at takes up to %d times", STATES_MOST);
+            return KT_EXIT_USAGE;
+        }
+        m->times[m->state_count++] = time;
+        text = *end == ',' ? end + 1 : end;
+    }
+    return m->state_count > 0 ? -1 : refuse_times(list);
+}
+
+/* The times of all states. Returns -1, or an exit code after printing the error. */
+static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
+    if (arguments->at != NULL && arguments->strobe > 0) {
+        kt_say("draw: --at and --strobe exclude each other");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->strobe == 0 || arguments->strobe > STATES_MOST) {
+        kt_say("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST, arguments->strobe);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->until > 0.0 && (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL))) {
+        kt_say("draw: --until is the end of --strobe or --trace without --at; give one of these, or leave it out");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->at != NULL)
+        return read_times(arguments->at, m);
+    m->state_count = arguments->strobe > 0 ? (int)arguments->strobe : 1;
+    for (int i = 0; i < m->state_count; i++)
+        m->times[i] = m->state_count > 1 ? until * i / (m->state_count - 1) : 0.0;
+    return -1;
+}
+
+static kt_status take_poses(const motion *m, const double *q, kt_pose *poses, kt_error *error) {
+    const kt_status status = kt_kinematics_update(m->model, m->data, q, NULL, NULL, error);
+    for (int i = 0; status == KT_OK && i < kt_model_body_count(m->model); i++)
+        poses[i] = kt_body_pose(m->model, m->data, i);
+    return status;
+}
+
+static kt_status take_points(motion *m, kt_error *error) {
+    const kt_status status =
+        kt_kinematics_update(m->model, m->data, kt_simulation_positions(m->simulation), NULL, NULL, error);
+    for (int i = 0; status == KT_OK && i < m->marker_count; i++) {
+        const int body = kt_body_find(m->model, m->markers[i].body);
+        const kt_vec3 at = kt_marker_at(m->model, body, kt_marker_find(m->model, body, m->markers[i].marker));
+        m->points[(ptrdiff_t)i * (PATH_POINTS + 1) + m->point_count] = kt_point_position(m->model, m->data, body, at);
+    }
+    m->point_count += status == KT_OK;
+    return status;
+}
+
+static kt_status advance(motion *m, double time, kt_error *error) {
+    return time > kt_simulation_time(m->simulation) ? kt_simulation_advance(m->simulation, time, error) : KT_OK;
+}
+
+static kt_status take_state(motion *m, int state, kt_error *error) {
+    const kt_status status = advance(m, m->times[state], error);
+    kt_pose *poses = m->poses + (ptrdiff_t)state * kt_model_body_count(m->model);
+    return status == KT_OK ? take_poses(m, kt_simulation_positions(m->simulation), poses, error) : status;
+}
+
+/* Simulates up to `end`, and takes the poses and the points of paths on its way. */
+static kt_status simulate(motion *m, double end, kt_error *error) {
+    const int steps = m->marker_count > 0 ? PATH_POINTS : 1;
+    kt_status status = KT_OK;
+    int state = 0;
+    for (int k = 0; k <= steps && status == KT_OK; k++) {
+        const double time = k < steps ? end * k / steps : end;
+        for (; status == KT_OK && state < m->state_count && m->times[state] <= time; state++)
+            status = take_state(m, state, error);
+        if (status == KT_OK && m->marker_count > 0)
+            status = advance(m, time, error);
+        if (status == KT_OK && m->marker_count > 0)
+            status = take_points(m, error);
+    }
+    return status;
+}
+
+/* ---- the picture ------------------------------------------------------------------------------------------------- */
+
+static void name_states(const motion *m, const kt_draw_arguments *arguments, bool is_open, const char *view, char *text,
+                        size_t size) {
+    const double last = m->times[m->state_count - 1];
+    const char *seen = strncmp(view, "in ", 3) == 0 || strcmp(view, "isometric") == 0 ? "" : "seen ";
+    if (is_open)
+        snprintf(text, size, "as given: loops are open, in red; %s%s", seen, view);
+    else if (arguments->strobe > 1)
+        snprintf(text, size, "%d states from 0 to %.4g s; %s%s", m->state_count, last, seen, view);
+    else if (arguments->at != NULL && m->state_count > 1)
+        snprintf(text, size, "%d states up to %.4g s; %s%s", m->state_count, last, seen, view);
+    else if (last > 0.0)
+        snprintf(text, size, "at %.4g s; %s%s", last, seen, view);
+    else
+        snprintf(text, size, "at the start; %s%s", seen, view);
+}
+
+/* Keeps `count` of the states, evenly, the first and the last among them. */
+static void thin_states(motion *m, int count) {
+    const int last = m->state_count - 1;
+    const size_t bodies = (size_t)kt_model_body_count(m->model);
+    for (int i = 0; i < count; i++) {
+        const int from = (int)lround((double)last * i / (count - 1));
+        m->times[i] = m->times[from];
+        memmove(m->poses + (size_t)i * bodies, m->poses + (size_t)from * bodies, bodies * sizeof *m->poses);
+    }
+    m->state_count = count;
+}
+
+/* Bytes of an SVG; 0 of other files. */
+static long long svg_size(const char *path) {
+    struct stat status;
+    const char *end = strrchr(path, '.');
+    return end != NULL && strcmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
+}
+
+/* Writes the drawing. Where it is larger than a page should load, a strobe picture first has flat colours, and earlier
+ * states without symbols and edges; then there are fewer of them. view: what the subtitle says of the view. */
+static int write_small(motion *m, const kt_draw_arguments *arguments, const char *view, kt_drawing *drawing,
+                       const char *path) {
+    const int states = m->state_count;
+    char subtitle[200];
+    int code = KT_EXIT_DONE;
+    drawing->subtitle = subtitle;
+    for (bool is_small = false; !is_small && code == KT_EXIT_DONE;) {
+        drawing->state_count = m->state_count;
+        name_states(m, arguments, drawing->shows_gaps, view, subtitle, sizeof subtitle);
+        code = kt_drawing_write(drawing, path);
+        const double share = SVG_BYTES / fmax((double)svg_size(path), 1.0);
+        is_small = share >= 1.0 || !drawing->is_strobe || (drawing->is_plain && m->state_count <= 2);
+        if (!is_small && drawing->is_plain)
+            thin_states(m, (int)fmax(fmin(0.97 * share * m->state_count, m->state_count - 1), 2.0));
+        drawing->is_plain = drawing->is_plain || !is_small;
+    }
+    drawing->subtitle = NULL; /* its memory ends here */
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (drawing->is_plain)
+        kt_say("%s shows %d of %d states in flat colours, the earlier ones without symbols and edges, to have %d kB "
+               "(%d kB at most); a .png shows all",
+               path, m->state_count, states, (int)(svg_size(path) / 1000), SVG_BYTES / 1000);
+    else if (svg_size(path) > SVG_BYTES)
+        kt_say("%s has %d kB; a .png is smaller", path, (int)(svg_size(path) / 1000));
+    return code;
+}
+
+static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_open, const char *path) {
+    kt_camera camera;
+    view_words words;
+    const int code = choose_view(arguments->view, m->picture, m->poses, &camera, &words);
+    if (code >= 0)
+        return code;
+    kt_drawing drawing = {.picture = m->picture,
+                          .camera = camera,
+                          .is_diagram = m->picture->is_planar &&
+                                        fabs(kt_vec3_dot(camera.axes.z, m->picture->normal)) > 1.0 - 1e-9,
+                          .state_count = m->state_count,
+                          .poses = m->poses,
+                          .times = m->times,
+                          .is_strobe = arguments->strobe > 0,
+                          .paths = m->paths,
+                          .path_count = m->point_count > 1 ? m->marker_count : 0,
+                          .shows_axes = arguments->axes,
+                          .shows_names = arguments->names,
+                          .shows_gaps = is_open,
+                          .is_dark = arguments->dark,
+                          .title = m->name};
+    return write_small(m, arguments, words.text, &drawing, path);
+}
+
+/* Draws the given state of a scene whose loops cannot be closed, after the error has been printed. */
+static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *path) {
+    kt_error error = {0};
+    kt_model_initial(m->model, m->q, m->v);
+    m->state_count = 1;
+    m->times[0] = 0.0;
+    kt_status status = take_poses(m, m->q, m->poses, &error);
+    if (status == KT_OK)
+        status = kt_picture_create(&m->scene.description, m->model, m->poses, &m->picture, &error);
+    if (status != KT_OK)
+        return fail(status, &error);
+    const int code = write_picture(m, arguments, true, path);
+    if (code == KT_EXIT_DONE)
+        kt_say("%s shows the given state", path);
+    return code == KT_EXIT_DONE ? KT_EXIT_ASSEMBLY : code;
+}
+
+static int draw_run(motion *m, const kt_draw_arguments *arguments, const char *path, double end) {
+    kt_error error = {0};
+    kt_status status = KT_OK;
+    const bool moves = m->marker_count > 0 || m->times[m->state_count - 1] > 0.0;
+    if (moves)
+        status = kt_simulation_create(m->model, &m->scene.run, NULL, &m->simulation, &error);
+    if (status == KT_OK)
+        status = moves ? simulate(m, end, &error) : take_poses(m, m->q, m->poses, &error);
+    if (status == KT_OK)
+        status = kt_picture_create(&m->scene.description, m->model, m->poses, &m->picture, &error);
+    if (status != KT_OK)
+        return fail(status, &error);
+    kt_bounds bounds = kt_bounds_empty();
+    for (int i = 0; i < m->state_count; i++)
+        bounds = kt_picture_widen(m->picture, m->poses + (ptrdiff_t)i * kt_model_body_count(m->model), bounds);
+    if (m->state_count > 1)
+        kt_picture_fit_planes(m->picture, m->poses, bounds);
+    return write_picture(m, arguments, false, path);
+}
+
+static bool allocate(motion *m) {
+    const size_t states = (size_t)m->state_count, bodies = (size_t)kt_model_body_count(m->model);
+    const size_t markers = (size_t)m->marker_count;
+    m->q = calloc((size_t)kt_model_nq(m->model) + 1, sizeof *m->q);
+    m->v = calloc((size_t)kt_model_nv(m->model) + 1, sizeof *m->v);
+    m->poses = calloc(states * bodies, sizeof *m->poses);
+    m->paths = calloc(markers + 1, sizeof *m->paths);
+    m->points = calloc(markers * (PATH_POINTS + 1) + 1, sizeof *m->points);
+    for (size_t i = 0; i < markers && m->paths != NULL && m->points != NULL; i++)
+        m->paths[i] = (kt_drawn_path){.body = kt_body_find(m->model, m->markers[i].body),
+                                      .points = m->points + i * (PATH_POINTS + 1),
+                                      .count = PATH_POINTS + 1};
+    return m->q != NULL && m->v != NULL && m->poses != NULL && m->paths != NULL && m->points != NULL;
+}
+
+static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char *path) {
+    kt_error error = {0};
+    kt_run run = m->scene.run;
+    const double until = arguments->until > 0.0 ? arguments->until : run.duration;
+    int code = choose_times(arguments, m, until);
+    if (code < 0)
+        code = kt_run_override_markers("draw: --trace", arguments->trace, m->model, &run, &m->markers);
+    if (code >= 0)
+        return code;
+    m->marker_count = m->markers != NULL ? run.marker_count : 0;
+    if (!allocate(m))
+        return say_memory();
+    const kt_status status = kt_data_create(m->model, &m->data, &error);
+    if (status != KT_OK)
+        return fail(status, &error);
+    code = kt_start_assemble(&m->scene, m->model, m->data, m->q, m->v);
+    if (code == KT_EXIT_ASSEMBLY)
+        return draw_open(m, arguments, path);
+    const double end = arguments->at != NULL ? m->times[m->state_count - 1] : until;
+    return code == KT_EXIT_DONE ? draw_run(m, arguments, path, end) : code;
+}
+
+static void release(motion *m) {
+    kt_picture_free(m->picture);
+    kt_simulation_free(m->simulation);
+    kt_data_free(m->data);
+    kt_model_free(m->model);
+    kt_scene_free(&m->scene);
+    free(m->q);
+    free(m->v);
+    free(m->poses);
+    free(m->markers);
+    free(m->paths);
+    free(m->points);
+    free(m->name);
+}
+
+/* The title: the name of the scene, or else that of its file. */
+static char *title_of(const motion *m, const char *base) {
+    const char *name = kt_model_name(m->model);
+    return strdup(name != NULL && *name != '\0' ? name : base);
+}
+
+int kt_command_draw(int argc, char **argv) {
+    kt_draw_arguments arguments = {.strobe = -1};
+    int operands;
+    int code = kt_arguments_read(&kt_usage_draw, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    char *base = kt_base_name(argv[1]), own[4096];
+    if (base == NULL)
+        return say_memory();
+    snprintf(own, sizeof own, "%s.svg", base);
+    const char *path = arguments.out != NULL ? arguments.out : own;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", path, true}};
+    code = kt_check_files("draw", uses, 2);
+    code = code < 0 ? kt_plot_check(path) : code;
+    motion m = {.state_count = 0};
+    int bodies = 0;
+    if (code < 0)
+        code = kt_load_model(argv[1], &m.scene, &m.model);
+    if (m.model != NULL) {
+        bodies = kt_model_body_count(m.model); /* the ground is one */
+        m.name = title_of(&m, base);
+        code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_memory();
+        release(&m);
+    }
+    if (code == KT_EXIT_DONE)
+        kt_say("%s%s", path, bodies == 1 ? ", which is empty: the scene has no bodies" : "");
+    free(base);
+    return code;
+}

@@ -1,0 +1,312 @@
+/* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
+#include "records/output.h"
+#include "scene/start.h"
+#include "text/arguments.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct kt_evaluate_arguments {
+    const char *acceleration, *out;
+} kt_evaluate_arguments;
+
+static const kt_option options[] = {
+    {"acceleration", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, acceleration), "A1,A2,...",
+     "inverse dynamics for these accelerations", NULL},
+    {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "a file instead of standard output", NULL},
+};
+
+const kt_usage kt_usage_evaluate = {
+    .command = "evaluate",
+    .examples = "  kinetree evaluate pendulum.yaml\n"
+                "  kinetree evaluate arm.yaml --acceleration=0,0.5,-1\n"
+                "  kinetree evaluate arm.yaml | jq .mass_matrix\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Prints what the equations of motion consist of in the initial state, assembled:\n"
+        "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
+        "coordinates (the velocities in order), mass_matrix M (rows) and bias h of the tree, applied_force Q of all\n"
+        "effects, acceleration a of the whole, energy, mass and its center, momentum (linear; angular about the "
+        "world's\n"
+        "origin and about the center of mass), pose of each body in the world; of loops constraint: jacobian A, rate,\n"
+        "drift, multiplier lambda, null_space N (rows); with --acceleration inverse_dynamics, the forces M a + h.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* Above this number of coordinates the mass matrix is left out: its text would exceed 100 MB. */
+enum { MASS_COORDINATES_MAX = 2000 };
+
+/* All results; each array is one allocation. mass is NULL if it is left out. */
+typedef struct kt_evaluation {
+    const kt_model *model;
+    kt_data *data;
+    int nq, nv, rows; /* rows: equations of loops */
+    double *q, *v, *a, *given, *bias, *inverse, *mass;
+    double *applied;                            /* Q */
+    double *jacobian, *residual, *rate, *drift; /* of the loops: A column-major, phi, b', b'' */
+    double *multiplier, *basis;                 /* lambda; N column-major, NULL if it is left out */
+    int columns;                                /* of N */
+    kt_residual violation;
+} kt_evaluation;
+
+static double *make(size_t count) { return calloc(count + 1, sizeof(double)); }
+
+static bool allocate(kt_evaluation *e, const kt_model *model) {
+    kt_error error;
+    e->model = model;
+    e->nq = kt_model_nq(model);
+    e->nv = kt_model_nv(model);
+    e->rows = kt_model_mobility(model).equations;
+    size_t nq = (size_t)e->nq, nv = (size_t)e->nv, rows = (size_t)e->rows;
+    e->q = make(nq);
+    e->v = make(nv);
+    e->a = make(nv);
+    e->given = make(nv);
+    e->bias = make(nv);
+    e->inverse = make(nv);
+    if (e->nv <= MASS_COORDINATES_MAX)
+        e->mass = make(nv * nv);
+    e->applied = make(nv);
+    e->jacobian = make(rows * nv);
+    e->residual = make(rows);
+    e->rate = make(rows);
+    e->drift = make(rows);
+    e->multiplier = make(rows);
+    const bool small = e->nv <= MASS_COORDINATES_MAX, has_basis = small && rows > 0;
+    if (has_basis)
+        e->basis = make(nv * nv);
+    const double *const all[] = {e->q,        e->v,        e->a,    e->given, e->bias,    e->inverse,
+                                 e->jacobian, e->residual, e->rate, e->drift, e->applied, e->multiplier};
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+        if (all[i] == NULL)
+            return false;
+    return (e->mass != NULL || !small) && (e->basis != NULL || !has_basis) &&
+           kt_data_create(model, &e->data, &error) == KT_OK;
+}
+
+static void release(kt_evaluation *e) {
+    kt_data_free(e->data);
+    free(e->q);
+    free(e->v);
+    free(e->a);
+    free(e->given);
+    free(e->bias);
+    free(e->inverse);
+    free(e->mass);
+    free(e->jacobian);
+    free(e->residual);
+    free(e->rate);
+    free(e->drift);
+    free(e->applied);
+    free(e->multiplier);
+    free(e->basis);
+}
+
+/* Parses "1,2.5,-3": one number per coordinate. */
+static int read_accelerations(const char *list, kt_evaluation *e) {
+    const char *rest = list;
+    int count = 0;
+    while (*rest != '\0' || count == 0) {
+        char *end;
+        double value = strtod(rest, &end);
+        if (end == rest || !isfinite(value) || (*end != ',' && *end != '\0')) {
+            kt_say("evaluate: --acceleration takes numbers with commas between; '%s' is none", rest);
+            return KT_EXIT_USAGE;
+        }
+        if (count < e->nv)
+            e->given[count] = value;
+        count++;
+        rest = *end == ',' ? end + 1 : end;
+    }
+    if (count == e->nv)
+        return -1;
+    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d velocity coordinate%s", count,
+           count == 1 ? "" : "s", e->nv, e->nv == 1 ? "" : "s");
+    return KT_EXIT_USAGE;
+}
+
+static kt_status compute(kt_evaluation *e, kt_error *error) {
+    const kt_model *model = e->model;
+    kt_status status = KT_OK;
+    if (e->mass != NULL)
+        status = kt_dynamics_mass(model, e->data, e->q, e->mass, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(model, e->data, e->q, e->v, NULL, NULL, e->bias, error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(model, e->data, e->q, e->v, e->given, NULL, e->inverse, error);
+    if (status == KT_OK)
+        status = kt_loop_residual(model, e->data, 0.0, e->q, e->v, &e->violation, error);
+    if (status == KT_OK)
+        status = kt_loop_equations(model, e->data, 0.0, e->q, e->v, e->jacobian, e->residual, e->rate, e->drift, error);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
+    if (status == KT_OK)
+        status = kt_effect_forces(model, e->data, 0.0, e->q, e->v, e->applied, error);
+    if (status == KT_OK)
+        status = kt_multiplier_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->multiplier, error);
+    if (status == KT_OK && e->basis != NULL)
+        status = kt_loop_nullspace(model, e->data, 0.0, e->q, e->basis, &e->columns, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, e->data, e->q, e->v, e->a, error);
+    return status;
+}
+
+/* ---- as JSON ----------------------------------------------------------------------------------------------------- */
+
+static json_t *list_coordinates(const kt_model *model) {
+    json_t *list = json_array();
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        kt_coordinates at = kt_body_coordinates(model, body);
+        for (int k = 0; k < at.nv; k++)
+            json_array_append_new(list, at.nv == 1 ? json_string(kt_body_name(model, body))
+                                                   : json_sprintf("%s[%d]", kt_body_name(model, body), k));
+    }
+    return list;
+}
+
+static json_t *list_rows(const double *columns, int rows, int count) {
+    json_t *list = json_array();
+    for (int i = 0; i < rows; i++) {
+        json_t *row = json_array();
+        for (int j = 0; j < count; j++)
+            json_array_append_new(row, kt_json_number(columns[(size_t)j * (size_t)rows + (size_t)i]));
+        json_array_append_new(list, row);
+    }
+    return list;
+}
+
+static json_t *describe_constraint(const kt_evaluation *e) {
+    json_t *constraint = json_object();
+    json_object_set_new(constraint, "equations", json_integer(e->rows));
+    json_object_set_new(constraint, "rank", json_integer(kt_model_mobility(e->model).rank));
+    json_object_set_new(constraint, "position", kt_json_number(e->violation.position));
+    json_object_set_new(constraint, "velocity", kt_json_number(e->violation.velocity));
+    json_object_set_new(constraint, "jacobian", list_rows(e->jacobian, e->rows, e->nv));
+    json_object_set_new(constraint, "residual", kt_json_numbers(e->residual, e->rows));
+    json_object_set_new(constraint, "rate", kt_json_numbers(e->rate, e->rows));
+    json_object_set_new(constraint, "drift", kt_json_numbers(e->drift, e->rows));
+    json_object_set_new(constraint, "multiplier", kt_json_numbers(e->multiplier, e->rows));
+    json_object_set_new(constraint, "null_space",
+                        e->basis != NULL ? list_rows(e->basis, e->nv, e->columns) : json_null());
+    return constraint;
+}
+
+static json_t *describe_energy(const kt_evaluation *e) {
+    double kinetic = kt_kinetic_energy(e->model, e->data);
+    double potential = kt_potential_energy(e->model, e->data) + kt_effect_energy(e->model, e->data, 0.0, e->q, e->v);
+    return json_pack("{s:f, s:f, s:f}", "kinetic", kinetic, "potential", potential, "total", kinetic + potential);
+}
+
+/* Describes the momentum, for the kinematics in data. */
+static json_t *describe_momentum(const kt_evaluation *e) {
+    kt_vec3 center;
+    (void)kt_mass_center(e->model, e->data, &center);
+    const kt_wrench momentum = kt_momentum(e->model, e->data);
+    json_t *object = json_object();
+    json_object_set_new(object, "linear", kt_json_vector(momentum.force));
+    json_object_set_new(object, "angular", kt_json_vector(momentum.moment));
+    json_object_set_new(object, "angular_about_center",
+                        kt_json_vector(kt_vec3_sub(momentum.moment, kt_vec3_cross(center, momentum.force))));
+    return object;
+}
+
+static json_t *describe_mass(const kt_evaluation *e) {
+    kt_vec3 center;
+    const double total = kt_mass_center(e->model, e->data, &center);
+    json_t *object = json_object();
+    json_object_set_new(object, "total", kt_json_number(total));
+    json_object_set_new(object, "center", kt_json_vector(center));
+    return object;
+}
+
+static json_t *list_poses(const kt_evaluation *e) {
+    json_t *poses = json_object();
+    for (int body = 1; body < kt_model_body_count(e->model); body++) {
+        kt_pose pose = kt_body_pose(e->model, e->data, body);
+        kt_quat p = kt_quat_from_matrix(pose.rotation);
+        kt_mat3 rows = kt_mat3_transpose(pose.rotation);
+        double quaternion[4] = {p.w, p.x, p.y, p.z};
+        json_t *one = json_object(), *rotation = json_array();
+        json_array_append_new(rotation, kt_json_vector(rows.x));
+        json_array_append_new(rotation, kt_json_vector(rows.y));
+        json_array_append_new(rotation, kt_json_vector(rows.z));
+        json_object_set_new(one, "position", kt_json_vector(pose.position));
+        json_object_set_new(one, "quaternion", kt_json_numbers(quaternion, 4));
+        json_object_set_new(one, "rotation", rotation);
+        json_object_set_new(poses, kt_body_name(e->model, body), one);
+    }
+    return poses;
+}
+
+static json_t *describe(const kt_evaluation *e, bool with_inverse) {
+    json_t *root = json_object();
+    json_object_set_new(root, "coordinates", list_coordinates(e->model));
+    json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv, e->nv) : json_null());
+    json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
+    json_object_set_new(root, "applied_force", kt_json_numbers(e->applied, e->nv));
+    json_object_set_new(root, "acceleration", kt_json_numbers(e->a, e->nv));
+    if (with_inverse)
+        json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
+    json_object_set_new(root, "energy", describe_energy(e));
+    json_object_set_new(root, "mass", describe_mass(e));
+    json_object_set_new(root, "momentum", describe_momentum(e));
+    json_object_set_new(root, "pose", list_poses(e));
+    json_object_set_new(root, "constraint", describe_constraint(e));
+    return root;
+}
+
+static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
+    kt_evaluation e = {0};
+    kt_error error = {0};
+    int code = -1;
+    if (!allocate(&e, model)) {
+        kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
+        code = KT_EXIT_INTEGRATION;
+    }
+    if (code < 0 && arguments->acceleration != NULL)
+        code = read_accelerations(arguments->acceleration, &e);
+    if (code < 0) {
+        const int start = kt_start_assemble(scene, model, e.data, e.q, e.v);
+        code = start == KT_EXIT_DONE ? -1 : start;
+    }
+    if (code < 0) {
+        kt_status status = compute(&e, &error);
+        if (status != KT_OK) {
+            kt_say_error(&error);
+            code = kt_exit_code(status);
+        }
+    }
+    if (code < 0 && e.mass == NULL)
+        kt_say("mass_matrix is left out%s: %d velocity coordinates are more than %d",
+               e.rows > 0 ? ", and null_space" : "", e.nv, MASS_COORDINATES_MAX);
+    if (code < 0)
+        code =
+            kt_json_write(describe(&e, arguments->acceleration != NULL), arguments->out != NULL ? arguments->out : "-");
+    release(&e);
+    return code;
+}
+
+int kt_command_evaluate(int argc, char **argv) {
+    kt_evaluate_arguments arguments = {NULL, NULL};
+    kt_scene scene;
+    kt_model *model = NULL;
+    int operands;
+    int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};
+    if ((code = kt_check_files("evaluate", uses, 2)) >= 0)
+        return code;
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = evaluate(&arguments, &scene, model);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}

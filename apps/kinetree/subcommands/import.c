@@ -1,0 +1,67 @@
+/* kinetree import: reads a robot in URDF and writes it as a scene. */
+#include "command.h"
+#include "records/output.h"
+#include "text/arguments.h"
+
+#include <stdio.h>
+
+typedef struct kt_import_arguments {
+    const char *out;
+    bool floating;
+    double stops, stop_damping;
+} kt_import_arguments;
+
+#define AT(member) offsetof(kt_import_arguments, member)
+static const kt_option options[] = {
+    {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "where to (standard output)", NULL},
+    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "the root link moves freely (it is fixed to the world)", NULL},
+    {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
+     "limits of position become elastic stops, N m/rad or N/m (they are left out)", NULL},
+    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
+};
+
+const kt_usage kt_usage_import = {
+    .command = "import",
+    .examples = "  kinetree import arm.urdf --out arm.yaml\n"
+                "  kinetree import quadruped.urdf --floating --stops 1e4 --out quadruped.yaml\n"
+                "  kinetree run arm.urdf --duration 2 --view\n",
+    .operands = "ROBOT.urdf",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Reads a robot in URDF and writes it as a scene, to which loops, effects and settings are then added. Every\n"
+        "subcommand that reads a SCENE takes ROBOT.urdf itself, too, as without options here. A body has the name of\n"
+        "its link, and so has its joint. What a scene does not have is left out, and said on standard error, each\n"
+        "kind once, with the number and the first place: meshes, contacts, limits of effort and speed, "
+        "transmissions.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+int kt_command_import(int argc, char **argv) {
+    kt_import_arguments a = {.out = "-"};
+    int operands;
+    int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, &operands);
+    if (code >= 0)
+        return code;
+    if (a.stop_damping > 0.0 && !(a.stops > 0.0)) {
+        kt_say("import: --stop-damping is that of --stops; give a stiffness, too");
+        return KT_EXIT_USAGE;
+    }
+    const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};
+    code = kt_check_files("import", uses, 2);
+    if (code >= 0)
+        return code;
+    const kt_urdf_options how = {.floating = a.floating, .stop_stiffness = a.stops, .stop_damping = a.stop_damping};
+    kt_scene scene;
+    kt_error error = {0};
+    code = kt_read_robot(argv[1], &how, &scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (kt_write_scene(&scene, a.out, &error) != KT_OK) {
+        kt_say("%s cannot be written: %s", a.out, error.message);
+        code = KT_EXIT_INTEGRATION;
+    }
+    kt_scene_free(&scene);
+    return code;
+}

@@ -1,0 +1,287 @@
+/* kinetree make: writes scenes of chains, pendulums and trees of any size. */
+#include "command.h"
+#include "text/arguments.h"
+
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum kt_kind { KT_KIND_CHAIN, KT_KIND_PENDULUM, KT_KIND_TREE } kt_kind;
+
+/* Options; NaN or -1 selects the default of the kind of mechanism. */
+typedef struct kt_make_arguments {
+    long links, branching, seed;
+    double mass, length, angle;
+    int joint, shape, axes;
+} kt_make_arguments;
+
+#define KT_AT(member) offsetof(kt_make_arguments, member)
+
+/* The joints that can be in a chain: all but those with no or with all six degrees of freedom. */
+#define JOINS_0(...)
+#define JOINS_1(...) __VA_ARGS__
+#define JOINS_2(...) __VA_ARGS__
+#define JOINS_3(...) __VA_ARGS__
+#define JOINS_4(...) __VA_ARGS__
+#define JOINS_5(...) __VA_ARGS__
+#define JOINS_6(...)
+#define JOINT_NAME(id, name, nq, nv) JOINS_##nv(#name "|")
+#define JOINT_TYPE(id, name, nq, nv) JOINS_##nv(id, )
+
+static const kt_joint_type joints[] = {KT_JOINT_LIST(JOINT_TYPE)};
+enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* index of "mixed": all types in turn */
+
+static const kt_option options[] = {
+    {"links", KT_OPTION_COUNT, KT_AT(links), "N", "number of bodies; default: 10, of a pendulum 1", NULL},
+    {"joint", KT_OPTION_CHOICE, KT_AT(joint), "TYPE", "joint of each; mixed: all types in turn",
+     KT_JOINT_LIST(JOINT_NAME) "mixed"},
+    {"axes", KT_OPTION_CHOICE, KT_AT(axes), "AXES", "joint axis: always z, or x, y, z in turn", "z|xyz"},
+    {"mass", KT_OPTION_POSITIVE, KT_AT(mass), "KG", "of each; default 1", NULL},
+    {"length", KT_OPTION_POSITIVE, KT_AT(length), "M", "of each; default 1", NULL},
+    {"shape", KT_OPTION_CHOICE, KT_AT(shape), "SHAPE",
+     "uniform rods, or point masses at the end; default: rod, of a pendulum point", "rod|point"},
+    {"branching", KT_OPTION_COUNT, KT_AT(branching), "B", "tree: bodies that each body carries; default 2", NULL},
+    {"angle", KT_OPTION_ANGLE, KT_AT(angle), "A",
+     "of the first joint at the start: 0.5, 30deg; default 0, of a pendulum 90deg", NULL},
+    {"seed", KT_OPTION_COUNT, KT_AT(seed), "S",
+     "masses, lengths, axes and positions at random: equal seeds, equal scenes", NULL},
+};
+
+const kt_usage kt_usage_make = {
+    .command = "make",
+    .examples = "  kinetree make pendulum --links 2 > double-pendulum.yaml\n"
+                "  kinetree make chain --links 1000 | kinetree run - --duration 0.1\n"
+                "  kinetree make tree --links 63 --joint spherical | kinetree info -\n"
+                "  kinetree make tree --links 200 --joint mixed --seed 7 > random.yaml\n",
+    .operands = "chain|pendulum|tree",
+    .least = 1,
+    .most = 1,
+    .about = "Writes a scene to standard output. Gravity pulls along -y.\n"
+             "  chain     rods one after the other along x, from the world's origin; slender, but where a joint\n"
+             "            can turn them about their length\n"
+             "  pendulum  point masses on massless links, one under the other; its angle is that from hanging\n"
+             "  tree      every body carries --branching others at its end, fanned out\n"
+             "The bodies are link1, link2, ...; the last has a marker 'tip' at its end.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- random numbers ---------------------------------------------------------------------------------------------- */
+
+/* Returns a uniform random number by splitmix64 (S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom
+ * number generators, OOPSLA 2014). */
+static double draw(uint64_t *state, double low, double high) {
+    uint64_t z = (*state += 0x9E3779B97F4A7C15U);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+    z ^= z >> 31;
+    return low + (high - low) * ((double)(z >> 11) * 0x1p-53);
+}
+
+/* ---- one link ---------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_maker {
+    kt_kind kind;
+    kt_make_arguments settings; /* with the defaults of the kind filled in */
+    uint64_t random;
+    kt_body *bodies;
+    double *lengths;
+    char *names; /* NAME_SIZE each */
+    kt_marker tip;
+} kt_maker;
+
+enum { NAME_SIZE = 32 };
+
+static const double pi = 3.14159265358979323846;
+
+/* Returns the end of a link of this length in the link's frame. */
+static kt_vec3 end_of(kt_kind kind, double length) {
+    return kind == KT_KIND_PENDULUM ? kt_vec3_make(0.0, -length, 0.0) : kt_vec3_make(length, 0.0, 0.0);
+}
+
+/* Sets the initial rotation `angle` about the joint's axis, if the joint rotates. */
+static void turn_by(kt_joint *joint, double angle) {
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(joint->type, k);
+        if (kind == KT_COORDINATE_ROTATION) { /* a quaternion about z, the default axis of the others */
+            joint->position[k] = cos(0.5 * angle);
+            joint->position[k + 3] = sin(0.5 * angle);
+            return;
+        }
+        if (kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS) {
+            joint->position[k] = angle;
+            return;
+        }
+    }
+}
+
+static void set_axis(kt_maker *maker, kt_joint *joint, long i) {
+    if (maker->settings.axes == 1)
+        joint->axis = kt_vec3_make(i % 3 == 0 ? 1.0 : 0.0, i % 3 == 1 ? 1.0 : 0.0, i % 3 == 2 ? 1.0 : 0.0);
+    if (kt_descriptor_key(kt_joint_descriptor(joint->type), "joint.pitch") != NULL)
+        joint->pitch = 0.1;
+}
+
+static void make_random(kt_maker *maker, kt_body *body, double *length) {
+    body->mass *= draw(&maker->random, 0.5, 2.0);
+    *length *= draw(&maker->random, 0.5, 2.0);
+    double z = draw(&maker->random, -1.0, 1.0), turn = draw(&maker->random, -pi, pi), r = sqrt(1.0 - z * z);
+    body->joint.axis = kt_vec3_make(r * cos(turn), r * sin(turn), z);
+    turn_by(&body->joint, draw(&maker->random, -pi, pi));
+    if (kt_joint_coordinate_kind(body->joint.type, 0) == KT_COORDINATE_LENGTH)
+        body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
+}
+
+/* How many degrees of freedom of a joint are rotations. */
+static int rotations_of(kt_joint_type type) {
+    int count = 0;
+    for (int k = 0; k < KT_JOINT_NV_MAX; k++) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+        count += kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS || kind == KT_COORDINATE_ROTATION;
+    }
+    return count;
+}
+
+/* Returns whether a joint can rotate a body about its long axis; the body then needs a moment of inertia about it. */
+static bool needs_girth(const kt_make_arguments *settings) {
+    return settings->axes == 1 || settings->joint == JOINT_COUNT || rotations_of(joints[settings->joint]) > 1;
+}
+
+/* Returns whether point masses give every degree of freedom of these joints an inertia: a point that can be displaced
+ * turns without any. */
+static bool allows_points(const kt_make_arguments *settings) {
+    return !needs_girth(settings) && kt_joint_coordinate_kind(joints[settings->joint], 0) != KT_COORDINATE_TRANSLATION;
+}
+
+static void set_shape(const kt_maker *maker, kt_body *body, double length) {
+    kt_vec3 end = end_of(maker->kind, length);
+    body->shape.type = maker->settings.shape == 0 ? KT_SHAPE_ROD : KT_SHAPE_POINT;
+    if (body->shape.type == KT_SHAPE_ROD)
+        body->shape.to = end;
+    else
+        body->shape.at = end;
+    if (needs_girth(&maker->settings))
+        body->shape.radius = 0.05 * length;
+    body->com_of_shape = true;
+    body->inertia_of_shape = true;
+}
+
+/* Makes body i as a child of body `parent`, at its end; -1: of the world, at the origin. The children of a body in a
+ * tree are fanned out over a right angle. */
+static void make_link(kt_maker *maker, long i, long parent) {
+    kt_body *body = &maker->bodies[i];
+    char *name = maker->names + (size_t)i * NAME_SIZE;
+    double *length = &maker->lengths[i];
+    int joint = maker->settings.joint;
+    *body = kt_body_default();
+    snprintf(name, NAME_SIZE, "link%ld", i + 1);
+    body->name = name;
+    body->mass = maker->settings.mass;
+    *length = maker->settings.length;
+    body->joint.type = joints[joint == JOINT_COUNT ? (int)(i % JOINT_COUNT) : joint];
+    set_axis(maker, &body->joint, i);
+    if (i == 0)
+        turn_by(&body->joint, maker->settings.angle);
+    if (maker->settings.seed >= 0)
+        make_random(maker, body, length);
+    set_shape(maker, body, *length);
+    if (parent < 0)
+        return;
+    body->parent = maker->bodies[parent].name;
+    body->joint.at = end_of(maker->kind, maker->lengths[parent]);
+    long brothers = maker->settings.branching, place = (i - 1) % brothers;
+    if (maker->kind == KT_KIND_TREE && brothers > 1)
+        body->joint.rotation = kt_rotation_rpy(0.0, 0.0, 0.5 * pi * ((double)place / (double)(brothers - 1) - 0.5));
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static int write_scene(kt_maker *maker, const char *title) {
+    kt_scene scene = kt_scene_default();
+    kt_error error = {0};
+    long count = maker->settings.links;
+    for (long i = 0; i < count; i++)
+        make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->settings.branching) : i - 1);
+    maker->tip = (kt_marker){"tip", end_of(maker->kind, maker->lengths[count - 1])};
+    maker->bodies[count - 1].markers = &maker->tip;
+    maker->bodies[count - 1].marker_count = 1;
+    scene.description.name = title;
+    scene.description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    scene.description.bodies = maker->bodies;
+    scene.description.body_count = (int)count;
+    if (kt_scene_write(&scene, stdout, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_INTEGRATION;
+    }
+    return kt_finish_output(KT_EXIT_DONE);
+}
+
+static int say_wrong(const char *what) {
+    kt_say("make: %s", what);
+    return KT_EXIT_USAGE;
+}
+
+/* Checks the options and fills in the defaults of this kind. Returns -1 on success, else an exit code. */
+static int complete(kt_maker *maker, const char *kind) {
+    static const char *const kinds[] = {"chain", "pendulum", "tree"};
+    kt_make_arguments *settings = &maker->settings;
+    kt_nearest nearest = kt_nearest_make(kind, NULL);
+    int found = -1;
+    for (int i = 0; i < 3; i++) {
+        found = strcmp(kinds[i], kind) == 0 ? i : found;
+        (void)kt_nearest_try(&nearest, kinds[i]);
+    }
+    if (found < 0) {
+        kt_say("make: there is no '%s' to make; chain, pendulum and tree%s", kind, kt_ask(&nearest, "").text);
+        return KT_EXIT_USAGE;
+    }
+    maker->kind = (kt_kind)found;
+    bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
+    settings->links = settings->links >= 0 ? settings->links : is_pendulum ? 1 : 10;
+    if (settings->shape == 1 && !allows_points(settings))
+        return say_wrong(
+            "these joints would turn point masses on the spot: take --joint revolute and --axes z, or rods");
+    settings->shape = settings->shape >= 0 ? settings->shape : is_pendulum && allows_points(settings) ? 1 : 0;
+    settings->angle = !isnan(settings->angle) ? settings->angle : is_pendulum ? 0.5 * pi : 0.0;
+    if (settings->branching >= 0 && maker->kind != KT_KIND_TREE)
+        return say_wrong("--branching is for a tree");
+    settings->branching = settings->branching >= 0 ? settings->branching : 2;
+    if (settings->links < 1 || settings->links > 100000000)
+        return say_wrong("--links takes a number from 1 to 100000000");
+    if (settings->branching < 1)
+        return say_wrong("--branching takes a number above zero");
+    maker->random = (uint64_t)settings->seed;
+    return -1;
+}
+
+int kt_command_make(int argc, char **argv) {
+    kt_maker maker = {
+        .settings = {
+            .links = -1, .branching = -1, .seed = -1, .mass = 1.0, .length = 1.0, .angle = (double)NAN, .shape = -1}};
+    int operands;
+    int code = kt_arguments_read(&kt_usage_make, argc, argv, &maker.settings, &operands);
+    if (code < 0)
+        code = complete(&maker, argv[1]);
+    if (code >= 0)
+        return code;
+    char title[64];
+    size_t count = (size_t)maker.settings.links;
+    snprintf(title, sizeof title, "%s of %ld link%s", argv[1], maker.settings.links, count == 1 ? "" : "s");
+    maker.bodies = malloc(count * sizeof *maker.bodies);
+    maker.lengths = malloc(count * sizeof *maker.lengths);
+    maker.names = malloc(count * NAME_SIZE);
+    if (maker.bodies != NULL && maker.lengths != NULL && maker.names != NULL) {
+        code = write_scene(&maker, title);
+    } else {
+        kt_say("there is not enough memory for %ld links", maker.settings.links);
+        code = KT_EXIT_INTEGRATION;
+    }
+    free(maker.bodies);
+    free(maker.lengths);
+    free(maker.names);
+    return code;
+}

@@ -1,0 +1,427 @@
+/* kinetree modes: computes frequencies, damping and shapes of a scene's small motions. */
+#include "command.h"
+#include "plot/plot.h"
+#include "plot/shapes.h"
+#include "records/output.h"
+#include "scene/linear.h"
+#include "text/arguments.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* ---- the picture ------------------------------------------------------------------------------------------------ */
+
+enum { PANELS_MOST = 8, NAMES_MOST = 500 };
+
+typedef struct kt_shapes {
+    kt_shape_panel panel[PANELS_MOST];
+    kt_coordinate_name name[NAMES_MOST];
+    const char *text[NAMES_MOST];
+    double bars[PANELS_MOST][2 * NAMES_MOST];
+} kt_shapes;
+
+/* Fills in a mode shape, with each coordinate divided by its unit; the largest element is 1 and real. */
+static void fill_bars(const kt_small_motion *motion, int mode, double *bars) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    const double *shape = kt_modes_positions(motion->modes, mode);
+    for (int i = 0; i < 2 * system->coordinates; i++)
+        bars[i] = shape[i] / system->unit[i / 2];
+}
+
+static void name_panel(kt_shape_panel *panel, int number, const kt_mode *mode) {
+    if (mode->imaginary > 0.0)
+        snprintf(panel->title, sizeof panel->title, "%d: %.4g Hz, damping ratio %.3f", number, mode->frequency,
+                 fabs(mode->real) > mode->error ? mode->damping : 0.0);
+    else
+        snprintf(panel->title, sizeof panel->title, "%d: %s, time constant %.3g s", number,
+                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real));
+}
+
+static int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    kt_shapes *shapes = calloc(1, sizeof *shapes);
+    char subtitle[160];
+    if (shapes == NULL) {
+        kt_say("there is not enough memory for the picture");
+        return KT_EXIT_INTEGRATION;
+    }
+    kt_shape_plot plot = {.title = motion->name,
+                          .subtitle = subtitle,
+                          .names = shapes->text,
+                          .count = system->coordinates < NAMES_MOST ? system->coordinates : NAMES_MOST,
+                          .panels = shapes->panel,
+                          .is_dark = is_dark};
+    for (int i = 0; i < plot.count; i++) {
+        shapes->name[i] = kt_name_coordinate(motion->model, i);
+        shapes->text[i] = shapes->name[i].text;
+    }
+    int number = 0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (kt_mode_is_neutral(&mode))
+            continue;
+        number++;
+        if (plot.panel_count == PANELS_MOST)
+            continue;
+        kt_shape_panel *panel = &shapes->panel[plot.panel_count];
+        panel->bars = shapes->bars[plot.panel_count++];
+        fill_bars(motion, i, shapes->bars[plot.panel_count - 1]);
+        name_panel(panel, number, &mode);
+    }
+    snprintf(subtitle, sizeof subtitle, "Shapes of %s%d modes about its %s, by joints",
+             number > PANELS_MOST ? "the slowest of " : "", number, state);
+    const int code = kt_plot_shapes(&plot, path);
+    free(shapes);
+    return code;
+}
+
+typedef struct kt_modes_arguments {
+    int at; /* index of the choice; -1: not given */
+    bool nearest, json, dark;
+    long count;
+    const char *plot;
+} kt_modes_arguments;
+
+enum { AT_INITIAL = 0, AT_EQUILIBRIUM };
+
+static const kt_option options[] = {
+    {"at", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, at), "STATE",
+     "the state they are about; default: where the scene comes to rest, or its initial state if it moves",
+     "initial|equilibrium"},
+    {"nearest", KT_OPTION_FLAG, offsetof(kt_modes_arguments, nearest), NULL,
+     "the equilibrium nearest to the initial position, stable or not", NULL},
+    {"count", KT_OPTION_COUNT, offsetof(kt_modes_arguments, count), "N",
+     "show the N slowest that are not neutral; default 40", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(kt_modes_arguments, json), NULL,
+     "everything as JSON: modes with their shapes, state, input and output matrices", NULL},
+    {"plot", KT_OPTION_TEXT, offsetof(kt_modes_arguments, plot), "FILE",
+     "the shapes of the slowest as bars, as SVG or PNG", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "the picture on a dark page", NULL},
+};
+
+const kt_usage kt_usage_modes = {
+    .command = "modes",
+    .examples = "  kinetree modes double-pendulum.yaml\n"
+                "  kinetree modes bicycle.yaml --at initial\n"
+                "  kinetree modes chain.yaml --plot shapes.svg\n"
+                "  kinetree modes cart-pole.yaml --at initial --json | jq .state_matrix\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about = "Linearises a scene and prints its modes, slowest first: frequency in Hz, rate in 1/s (the real part of\n"
+             "the eigenvalue: negative decays, positive grows), damping ratio, and the joints that move most with\n"
+             "their amplitudes relative to the first, and phases in degrees.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- choice of the state ----------------------------------------------------------------------------------------- */
+
+static int choose_state(kt_small_motion *motion, const kt_modes_arguments *arguments) {
+    kt_error error = {0};
+    const bool moves = kt_small_motion_moves(motion), asked = arguments->at == AT_EQUILIBRIUM || arguments->nearest;
+    if (arguments->at == AT_INITIAL || (moves && !asked))
+        return KT_EXIT_DONE;
+    const kt_status status = kt_small_motion_settle(motion, arguments->nearest, &error);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    kt_say_error(&error);
+    if (asked)
+        return kt_exit_code(status);
+    kt_say("these are the modes about the initial state instead");
+    return KT_EXIT_DONE;
+}
+
+/* Returns whether the motion is steady: the acceleration is zero, and so is its rate, d/dt a = state x' (its lower
+ * rows). */
+static bool is_steady(const kt_linear_system *system) {
+    const double scale = fmax(1.0, system->speed * system->speed);
+    if (system->acceleration > 1e-9 * scale)
+        return false;
+    for (int i = system->positions; i < system->states; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < system->states; j++)
+            sum += system->state[(size_t)j * (size_t)system->states + (size_t)i] * system->rate[j];
+        const double unit = system->unit[system->velocity_coordinate[i - system->positions]];
+        if (fabs(sum) / unit > 1e-8 * scale * fmax(1.0, system->speed))
+            return false;
+    }
+    return true;
+}
+
+static const char *name_state(const kt_small_motion *motion, const kt_linear_system *system) {
+    if (motion->settled)
+        return "equilibrium";
+    if (system->speed > 1e-12)
+        return is_steady(system) ? "steady motion" : "motion";
+    return system->acceleration > 1e-9 ? "initial position" : "equilibrium";
+}
+
+static void warn(const kt_linear_system *system, const char *state) {
+    if (state[0] == 'm')
+        kt_say("the initial state is in a motion that does not stay as it is: these modes are those of an instant, and "
+               "say little about motions that last longer (--at equilibrium takes the place where it rests)");
+    if (state[0] == 'i')
+        kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");
+    if (system->near_singular)
+        kt_say(
+            "loops are near a singular position, where the number of degrees of freedom changes: expect large errors");
+    if (system->error > 1e-6)
+        kt_say("the linearisation is uncertain by %.1g of its largest number: a force has a kink or a jump %s",
+               system->error, system->exact ? "at this very state, such as a stop that just touches" : "nearby");
+}
+
+/* ---- table ------------------------------------------------------------------------------------------------------- */
+
+enum { NAMED = 3, NEUTRAL_NAMED = 6 };
+
+/* Returns zero if x does not exceed its error. */
+static double told(double x, double error) { return fabs(x) > error ? x : 0.0; }
+
+static void print_movers(const kt_small_motion *motion, int mode) {
+    kt_mover movers[NAMED];
+    const int count = kt_find_movers(motion, mode, movers, NAMED, 0.01);
+    for (int i = 0; i < count; i++) {
+        const kt_coordinate_name name = kt_name_coordinate(motion->model, movers[i].coordinate);
+        double phase = movers[i].phase * 180.0 / 3.14159265358979323846;
+        phase = phase < -179.5 ? 180.0 : phase;
+        printf("%s%s", i ? ", " : "", name.text);
+        if (i > 0 && fabs(phase) >= 0.5)
+            printf(" %.2f at %.0f deg", movers[i].share, phase);
+        else if (i > 0)
+            printf(" %.2f", movers[i].share);
+    }
+    putchar('\n');
+}
+
+static void print_mode(const kt_small_motion *motion, int index, int number) {
+    const kt_mode mode = kt_modes_at(motion->modes, index);
+    printf("%4d  ", number);
+    if (mode.imaginary > 0.0)
+        printf("%12.6g  ", mode.frequency);
+    else
+        printf("%12s  ", "-");
+    printf("%12.6g  ", told(mode.real, mode.error));
+    if (mode.imaginary > 0.0)
+        printf("%9.4f  ", told(mode.damping, mode.error / hypot(mode.real, mode.imaginary)));
+    else
+        printf("%9s  ", "-");
+    print_movers(motion, index);
+}
+
+/* Selects neutral modes of one kind: those with a zero eigenvalue, on which no force acts, or (uncertain) those whose
+ * eigenvalue does not exceed its error. */
+static bool is_of_kind(const kt_small_motion *motion, const kt_mode *mode, bool uncertain) {
+    return kt_mode_is_neutral(mode) && kt_mode_is_uncertain(motion, mode) == uncertain;
+}
+
+/* Prints the coordinates that move most in the neutral modes of one kind, without repetition: a drift has two
+ * eigenvalues with one shape. */
+static void print_neutral_coordinates(const kt_small_motion *motion, bool uncertain) {
+    int named = 0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        kt_mover mover;
+        bool again = false;
+        if (!is_of_kind(motion, &mode, uncertain) || kt_find_movers(motion, i, &mover, 1, 0.0) == 0)
+            continue;
+        for (int j = 0; j < i && !again; j++) {
+            const kt_mode other = kt_modes_at(motion->modes, j);
+            kt_mover before;
+            again = is_of_kind(motion, &other, uncertain) && kt_find_movers(motion, j, &before, 1, 0.0) > 0 &&
+                    before.coordinate == mover.coordinate;
+        }
+        if (!again && named++ < NEUTRAL_NAMED)
+            printf("%s%s", named > 1 ? ", " : "", kt_name_coordinate(motion->model, mover.coordinate).text);
+    }
+    if (named > NEUTRAL_NAMED)
+        printf(" and %d more", named - NEUTRAL_NAMED);
+    putchar('\n');
+}
+
+static void print_neutral(const kt_small_motion *motion) {
+    int count[2] = {0, 0};
+    double error = 0.0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        for (int uncertain = 0; uncertain < 2; uncertain++)
+            count[uncertain] += is_of_kind(motion, &mode, uncertain) ? mode.count : 0;
+        if (is_of_kind(motion, &mode, true))
+            error = fmax(error, mode.error);
+    }
+    if (count[0] > 0) {
+        printf("%d eigenvalue%s zero: neither stiffness nor damping acts on ", count[0],
+               count[0] == 1 ? " is" : "s are");
+        print_neutral_coordinates(motion, false);
+    }
+    if (count[1] > 0) {
+        printf("%d eigenvalue%s cannot be distinguished from zero (uncertain by up to %.1e 1/s): ", count[1],
+               count[1] == 1 ? "" : "s", error);
+        print_neutral_coordinates(motion, true);
+    }
+}
+
+static int print_table(const kt_small_motion *motion, const char *state, long most) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    double length = 0.0;
+    int shown = 0, left = 0;
+    for (int i = 0; i < system->coordinates; i++)
+        length = system->unit[i] != 1.0 ? system->unit[i] : length;
+    printf("%s: linearised about its %s, %d state%s\n", kt_show(motion->name).text, state, system->states,
+           system->states == 1 ? "" : "s");
+    if (system->states == 0) {
+        puts("There are no degrees of freedom, and so no modes.");
+        return kt_finish_output(KT_EXIT_DONE);
+    }
+    printf("mode  %12s  %12s  %9s  %s\n", "frequency", "rate", "damping", "joints that move most");
+    printf("      %12s  %12s  %9s\n", "Hz", "1/s", "ratio");
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (kt_mode_is_neutral(&mode))
+            continue;
+        if (shown < most)
+            print_mode(motion, i, ++shown);
+        else
+            left++;
+    }
+    if (left > 0)
+        printf("%d more, faster\n", left);
+    print_neutral(motion);
+    if (length > 0.0)
+        printf("Amplitudes: 1 rad turned counts as much as %.3g m slid.\n", length);
+    return kt_finish_output(KT_EXIT_DONE);
+}
+
+/* ---- JSON -------------------------------------------------------------------------------------------------------- */
+
+static json_t *list_rows(const double *matrix, int rows, int columns) {
+    json_t *list = json_array();
+    for (int i = 0; i < rows; i++) {
+        json_t *row = json_array();
+        for (int j = 0; j < columns; j++)
+            json_array_append_new(row, kt_json_number(matrix[(size_t)j * (size_t)rows + (size_t)i]));
+        json_array_append_new(list, row);
+    }
+    return list;
+}
+
+static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
+    json_t *list = json_array();
+    for (int i = 0; i < system->states; i++) {
+        const bool velocity = i >= system->positions;
+        const int coordinate =
+            velocity ? system->velocity_coordinate[i - system->positions] : system->position_coordinate[i];
+        json_array_append_new(list, json_sprintf("%s.%s", velocity ? "velocity" : "position",
+                                                 kt_name_column(motion->model, coordinate).text));
+    }
+    return list;
+}
+
+static json_t *list_inputs(const kt_small_motion *motion, const kt_linear_system *system) {
+    json_t *list = json_array();
+    int *coordinates = calloc((size_t)system->inputs + 1, sizeof(int));
+    if (coordinates != NULL)
+        (void)kt_motor_coordinates(motion->model, coordinates);
+    for (int i = 0; i < system->inputs && coordinates != NULL; i++)
+        json_array_append_new(list, json_sprintf("motor.%s", kt_name_column(motion->model, coordinates[i]).text));
+    free(coordinates);
+    return list;
+}
+
+/* Lists the outputs, named as the columns of records. */
+static json_t *list_outputs(const kt_model *model) {
+    static const char *const parts[] = {"x", "y", "z", "vx", "vy", "vz"};
+    json_t *list = json_array();
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+            for (size_t k = 0; k < 6; k++)
+                json_array_append_new(list, json_sprintf("marker.%s.%s.%s", kt_body_name(model, body),
+                                                         kt_marker_name(model, body, marker), parts[k]));
+    return list;
+}
+
+/* Object that maps each joint to a list of [re, im], one per coordinate. */
+static json_t *describe_shape(const kt_model *model, const double *shape) {
+    json_t *object = json_object();
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        json_t *list = json_array();
+        for (int k = at.v; k < at.v + at.nv; k++)
+            json_array_append_new(list, kt_json_numbers(shape + 2 * k, 2));
+        if (at.nv > 0)
+            json_object_set_new(object, kt_body_name(model, body), list);
+        else
+            json_decref(list);
+    }
+    return object;
+}
+
+static json_t *list_modes(const kt_small_motion *motion) {
+    json_t *list = json_array();
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        json_t *one = json_pack("{s:f, s:f, s:f, s:f, s:f, s:i, s:b}", "real", mode.real, "imaginary", mode.imaginary,
+                                "frequency", mode.frequency, "damping", mode.damping, "error", mode.error, "count",
+                                mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
+        json_object_set_new(one, "position", describe_shape(motion->model, kt_modes_positions(motion->modes, i)));
+        json_object_set_new(one, "velocity", describe_shape(motion->model, kt_modes_velocities(motion->modes, i)));
+        json_array_append_new(list, one);
+    }
+    return list;
+}
+
+static json_t *describe(const kt_small_motion *motion, const char *state) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    json_t *root = json_object();
+    json_object_set_new(root, "scene", kt_json_text(motion->name));
+    json_object_set_new(root, "about", json_string(state));
+    json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
+    json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));
+    json_object_set_new(root, "states", list_states(motion, system));
+    json_object_set_new(root, "inputs", list_inputs(motion, system));
+    json_object_set_new(root, "outputs", list_outputs(motion->model));
+    json_object_set_new(root, "state_matrix", list_rows(system->state, system->states, system->states));
+    json_object_set_new(root, "input_matrix", list_rows(system->input, system->states, system->inputs));
+    json_object_set_new(root, "output_matrix", list_rows(system->output, system->outputs, system->states));
+    json_object_set_new(root, "rate", kt_json_numbers(system->rate, system->states));
+    json_object_set_new(root, "error", kt_json_number(system->error));
+    json_object_set_new(root, "modes", list_modes(motion));
+    return root;
+}
+
+/* ---- command ----------------------------------------------------------------------------------------------------- */
+
+int kt_command_modes(int argc, char **argv) {
+    kt_modes_arguments arguments = {.at = -1, .count = 40};
+    kt_small_motion motion;
+    int operands;
+    int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    if (arguments.at == AT_INITIAL && arguments.nearest) {
+        kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
+        return KT_EXIT_USAGE;
+    }
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", arguments.plot, true}};
+    if ((code = kt_check_files("modes", uses, 2)) >= 0 ||
+        (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
+        return code;
+    code = kt_small_motion_open(&motion, argv[1]);
+    if (code == KT_EXIT_DONE)
+        code = choose_state(&motion, &arguments);
+    if (code == KT_EXIT_DONE)
+        code = kt_small_motion_linearize(&motion);
+    if (code == KT_EXIT_DONE) {
+        const kt_linear_system *system = kt_linearization_system(motion.linearization);
+        const char *state = name_state(&motion, system);
+        if (system->states > 0)
+            warn(system, state);
+        code = arguments.json ? kt_json_write(describe(&motion, state), "-")
+                              : print_table(&motion, state, arguments.count);
+        if (code == KT_EXIT_DONE && arguments.plot != NULL)
+            code = kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
+    }
+    kt_small_motion_close(&motion);
+    return code;
+}

@@ -1,0 +1,317 @@
+/* kinetree plot: draws the columns of a result, with one panel for each kind of quantity, because kinds differ in their
+ * units. */
+#include "plot/plot.h"
+#include "command.h"
+#include "records/output.h"
+#include "records/table.h"
+#include "text/arguments.h"
+#include "text/list.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct kt_plot_arguments {
+    const char *columns, *phase, *x, *title, *out;
+    bool log, dark;
+} kt_plot_arguments;
+
+#define KT_AT(member) offsetof(kt_plot_arguments, member)
+
+static const kt_option options[] = {
+    {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B", "these columns: names, or beginnings such as 'velocity'", NULL},
+    {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "its velocity against its position", NULL},
+    {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "what to draw them against; default: the first column", NULL},
+    {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
+    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the file's name", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg or FILE.png; default: NAME.svg, here", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
+};
+
+const kt_usage kt_usage_plot = {
+    .command = "plot",
+    .examples = "  kinetree plot pendulum.csv\n"
+                "  kinetree plot pendulum.csv --columns velocity.upper,velocity.lower,energy --out speeds.png\n"
+                "  kinetree plot pendulum.csv --phase lower --dark\n"
+                "  kinetree plot pendulum.csv --x marker.lower.tip.x --columns marker.lower.tip.y\n"
+                "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
+    .operands = "RESULT",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, energies and\n"
+        "how far loops are open, against time. Markers against a marker, paths in space, have one scale on both "
+        "axes.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- kinds ------------------------------------------------------------------------------------------------------- */
+
+/* A column's kind is the part of its name before the first point. */
+static const struct kind {
+    const char *name, *title, *unit;
+    bool is_default, is_log;
+} kinds[] = {
+    {"position", "Positions", "rad or m", true, false},
+    {"velocity", "Velocities", "rad/s or m/s", false, false},
+    {"acceleration", "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false},
+    {"marker", "Markers", "m", false, false},
+    {"torque", "Torques and forces", "N m or N", false, false},
+    {"energy", "Energies", "J", true, false},
+    {"constraint", "Loops open by", "rad or m, and per second", true, true},
+    {"reaction", "Reactions", "N or N m", false, false},
+    {NULL, "Values", NULL, false, false},
+};
+enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3 };
+
+static bool begins_with(const char *name, const char *beginning) {
+    const size_t length = strlen(beginning);
+    return strncmp(name, beginning, length) == 0 &&
+           (name[length] == '\0' || name[length] == '.' || name[length] == '[');
+}
+
+static int kind_of(const char *name) {
+    for (int k = 0; k < KINDS - 1; k++)
+        if (begins_with(name, kinds[k].name))
+            return k;
+    return KINDS - 1;
+}
+
+/* ---- the picture ------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_chart {
+    const kt_plot_arguments *arguments;
+    const kt_table *table;
+    const double *x;
+    const char *x_name;
+    double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
+    size_t magnitude_count;
+    kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
+    int count[KINDS], left_out[KINDS];
+    kt_plot_panel panels[KINDS];
+    int panel_count;
+} kt_chart;
+
+/* A logarithmic axis shows magnitudes and cannot show zero. */
+static const double *take_magnitudes(kt_chart *chart, const double *y) {
+    double *to = chart->magnitudes + chart->magnitude_count;
+    for (size_t i = 0; i < chart->table->rows; i++)
+        to[i] = y[i] != 0.0 ? fabs(y[i]) : (double)NAN;
+    chart->magnitude_count += chart->table->rows;
+    return to;
+}
+
+static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kinds[kind].is_log; }
+
+static bool is_rising(const double *x, size_t count) {
+    for (size_t i = 1; i < count; i++)
+        if (!(x[i] >= x[i - 1]))
+            return false;
+    return true;
+}
+
+static void add_column(kt_chart *chart, int column) {
+    const char *name = chart->table->names[column];
+    const double *y = chart->table->cells + (size_t)column * chart->table->rows;
+    const int kind = kind_of(name);
+    if (chart->count[kind] == KT_PLOT_SERIES_MAX) {
+        chart->left_out[kind]++;
+        return;
+    }
+    const char *dot = strchr(name, '.');
+    chart->series[kind][chart->count[kind]++] =
+        (kt_plot_series){.label = kind < KINDS - 1 && dot != NULL ? dot + 1 : name,
+                         .x = chart->x,
+                         .y = is_log(chart, kind) ? take_magnitudes(chart, y) : y,
+                         .count = chart->table->rows,
+                         .is_dense = is_rising(chart->x, chart->table->rows)};
+}
+
+static void add_panels(kt_chart *chart) {
+    for (int kind = 0; kind < KINDS; kind++)
+        if (chart->count[kind] > 0)
+            chart->panels[chart->panel_count++] = (kt_plot_panel){.title = kinds[kind].title,
+                                                                  .unit = kinds[kind].unit,
+                                                                  .series = chart->series[kind],
+                                                                  .series_count = chart->count[kind],
+                                                                  .left_out = chart->left_out[kind],
+                                                                  .has_legend = true,
+                                                                  .y_log = is_log(chart, kind)};
+}
+
+/* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
+static bool has_part(const char *column, const char *name) {
+    for (const char *dot = strchr(column, '.'); dot != NULL; dot = strchr(dot + 1, '.'))
+        if (begins_with(dot + 1, name))
+            return true;
+    return false;
+}
+
+/* For a name that is not a column: prints the columns that contain it. Returns whether there are any. */
+static bool say_columns_about(const kt_table *table, const char *option, const char *name) {
+    enum { NAMED = 4 };
+    char columns[400] = "";
+    size_t used = 0;
+    int count = 0;
+    for (int i = 0; i < table->columns; i++)
+        if (has_part(table->names[i], name) && count++ < NAMED)
+            used += (size_t)snprintf(columns + used, sizeof columns - used, "%s'%.80s'", used > 0 ? ", " : "",
+                                     table->names[i]);
+    if (count > NAMED)
+        snprintf(columns + used, sizeof columns - used, " and %d more", count - NAMED);
+    if (count > 0)
+        kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, count == 1 ? "is" : "are",
+               columns);
+    return count > 0;
+}
+
+static int say_no_column(const kt_table *table, const char *option, const char *name) {
+    if (say_columns_about(table, option, name))
+        return KT_EXIT_USAGE;
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < table->columns; i++)
+        (void)kt_nearest_try(&nearest, table->names[i]);
+    kt_say("plot: --%s: there is no column '%s'%s", option, name, kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+static int add_listed(kt_chart *chart, const char *list) {
+    char *text = strdup(list), *rest = text;
+    int code = -1;
+    for (char *word = kt_next_word(&rest); word != NULL && code < 0; word = kt_next_word(&rest)) {
+        bool found = false;
+        for (int i = 0; i < chart->table->columns; i++)
+            if (begins_with(chart->table->names[i], word)) {
+                add_column(chart, i);
+                found = true;
+            }
+        if (!found)
+            code = say_no_column(chart->table, "columns", word);
+    }
+    free(text);
+    add_panels(chart);
+    return code;
+}
+
+static void add_default(kt_chart *chart) {
+    bool has_kinds = false;
+    for (int i = 0; i < chart->table->columns; i++)
+        has_kinds = has_kinds || kinds[kind_of(chart->table->names[i])].is_default;
+    for (int i = 0; i < chart->table->columns; i++)
+        if (has_kinds ? kinds[kind_of(chart->table->names[i])].is_default
+                      : chart->table->cells + (size_t)i * chart->table->rows != chart->x)
+            add_column(chart, i);
+    add_panels(chart);
+}
+
+/* Returns whether markers are drawn over a marker coordinate: a path in space, drawn with one scale for both axes. */
+static bool is_path(const kt_chart *chart) {
+    bool all = kind_of(chart->x_name) == KIND_MARKER && chart->panel_count == 1 && chart->count[KIND_MARKER] > 0;
+    return all && !is_log(chart, KIND_MARKER);
+}
+
+static void make_path(kt_chart *chart) {
+    chart->panels[0].is_equal = true;
+    chart->panels[0].x_title = chart->x_name;
+    chart->panels[0].x_unit = "m";
+}
+
+/* Adds the phase plane of a joint, and writes its title. Returns -1 on success, else an exit code. */
+static int add_phase(kt_chart *chart, const char *joint, char *title, size_t size) {
+    char position[256], velocity[256];
+    snprintf(position, sizeof position, "position.%s", joint);
+    snprintf(velocity, sizeof velocity, "velocity.%s", joint);
+    chart->x = kt_table_column(chart->table, position);
+    const double *y = kt_table_column(chart->table, velocity);
+    if (chart->x == NULL || y == NULL)
+        return say_no_column(chart->table, "phase", chart->x == NULL ? position : velocity);
+    snprintf(title, size, "Velocity of %s", joint);
+    chart->series[0][0] = (kt_plot_series){.label = joint, .x = chart->x, .y = y, .count = chart->table->rows};
+    chart->panels[chart->panel_count++] = (kt_plot_panel){.title = title,
+                                                          .unit = "rad/s or m/s",
+                                                          .series = chart->series[0],
+                                                          .series_count = 1,
+                                                          .x_title = "its position",
+                                                          .x_unit = "rad or m"};
+    return -1;
+}
+
+static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
+    kt_chart *chart = calloc(1, sizeof *chart);
+    double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
+    char title[300], subtitle[96];
+    int code = -1;
+    if (chart == NULL || magnitudes == NULL) {
+        kt_say("there is not enough memory for the picture");
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        chart->arguments = arguments;
+        chart->table = table;
+        chart->magnitudes = magnitudes;
+        chart->x_name = arguments->x != NULL ? arguments->x : table->names[0];
+        chart->x = kt_table_column(table, chart->x_name);
+        if (chart->x == NULL)
+            code = say_no_column(table, "x", chart->x_name);
+        else if (arguments->phase != NULL)
+            code = add_phase(chart, arguments->phase, title, sizeof title);
+        else if (arguments->columns != NULL)
+            code = add_listed(chart, arguments->columns);
+        else
+            add_default(chart);
+    }
+    if (code < 0 && chart->panel_count == 0) {
+        kt_say("plot: there is nothing to draw: --columns chooses");
+        code = KT_EXIT_USAGE;
+    }
+    if (code < 0 && is_path(chart))
+        make_path(chart);
+    if (code < 0) {
+        const bool is_time = strcmp(chart->x_name, "time") == 0;
+        snprintf(subtitle, sizeof subtitle, "%zu records", table->rows);
+        const kt_plot plot = {.title = arguments->title != NULL ? arguments->title : base,
+                              .subtitle = subtitle,
+                              .x_title = chart->x_name,
+                              .x_unit = is_time ? "s" : NULL,
+                              .panels = chart->panels,
+                              .panel_count = chart->panel_count,
+                              .is_row = arguments->phase != NULL || chart->panels[0].is_equal,
+                              .is_dark = arguments->dark};
+        code = kt_plot_draw(&plot, out);
+    }
+    free(magnitudes);
+    free(chart);
+    return code;
+}
+
+int kt_command_plot(int argc, char **argv) {
+    kt_plot_arguments arguments = {0};
+    kt_table table;
+    char name[512];
+    int operands;
+    int code = kt_arguments_read(&kt_usage_plot, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    char *base = kt_base_name(argv[1]);
+    snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
+    const char *out = arguments.out != NULL ? arguments.out : name;
+    code = kt_plot_check(out);
+    const kt_file_use uses[] = {{"the result", argv[1], false}, {"--out", out, true}};
+    if (code < 0)
+        code = kt_check_files("plot", uses, 2);
+    const char *ending = strrchr(argv[1], '.');
+    if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0) {
+        kt_say("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1], argv[1],
+               out);
+        code = KT_EXIT_USAGE;
+    }
+    if (code < 0)
+        code = kt_table_read_file(argv[1], &table);
+    if (code < 0) {
+        code = draw(&arguments, &table, base != NULL ? base : "result", out);
+        kt_table_free(&table);
+    }
+    free(base);
+    return code;
+}

@@ -1,0 +1,612 @@
+/* kinetree run: simulates a scene and writes its records. */
+#include "records/checkpoint.h"
+
+#include "advice/advice.h"
+#include "advice/touch.h"
+#include "plot/run.h"
+#include "view/glb.h"
+#include "view/view.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static double cpu_now(void) {
+    struct timespec time;
+    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* ---- recording --------------------------------------------------------------------------------------------------- */
+
+/* What a run collects for its results. */
+typedef struct kt_results {
+    kt_columns columns;
+    kt_csv csv;
+    kt_plot_run *plot; /* NULL: none */
+    kt_motion *motion; /* NULL: none */
+} kt_results;
+
+/* Data of the recorder. */
+typedef struct kt_sinks {
+    kt_columns *columns;
+    kt_csv *csv;
+    kt_plot_run *plot; /* NULL: none */
+    kt_motion *motion; /* NULL: none */
+    kt_progress *progress;
+    kt_outcome *outcome;
+    kt_mode_watch *modes; /* NULL: none */
+    const kt_checkpoint *checkpoint;
+    double aside; /* s, CPU time for writing, which does not count as cost of the simulation */
+    bool failed;  /* a line could not be written */
+    bool pauses;  /* the run pauses for a checkpoint */
+} kt_sinks;
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+static void watch(kt_outcome *outcome, const kt_record *record) {
+    kt_energy_watch_add(&outcome->energy, record);
+    if (!isnan(record->constraint.position)) {
+        outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
+        outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
+    }
+    outcome->records++;
+}
+
+/* Squares of velocities overflow long before the velocities do; the integration checks only the velocities. */
+static bool has_energy_beyond_numbers(const kt_record *record) {
+    return !isnan(record->kinetic) && !isfinite(record->kinetic + record->potential);
+}
+
+/* In the first steps from rest the kinetic energy may appear before the corresponding fall of the potential energy, so
+ * that a blow-up counts only if it lasts for STEPS steps. */
+static bool stays_blown_up(kt_outcome *outcome) {
+    enum { STEPS = 4 };
+    const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
+    if (!kt_energy_watch_is_blown_up(&outcome->energy))
+        outcome->sound_steps = steps;
+    return steps >= outcome->sound_steps + STEPS;
+}
+
+static int take_record(const kt_record *record, void *user) {
+    kt_sinks *sinks = user;
+    double start = cpu_now();
+    if (has_energy_beyond_numbers(record)) {
+        kt_say("t = %.9g s: the energy exceeds the range of numbers: the motion has diverged; take smaller steps, or "
+               "see what "
+               "drives it",
+               record->time);
+        sinks->failed = true;
+        return -1;
+    }
+    watch(sinks->outcome, record);
+    kt_watch_step(sinks->modes, sinks->outcome, record);
+    kt_watch_stability(sinks->outcome, record);
+    kt_watch_correction(sinks->outcome);
+    const double *values = kt_columns_evaluate(sinks->columns, record);
+    if (kt_csv_write(sinks->csv, values) != 0 || (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
+        (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
+        sinks->failed = true;
+        return -1;
+    }
+    if (stays_blown_up(sinks->outcome)) {
+        kt_progress_end(sinks->progress);
+        kt_say_blown_up(sinks->outcome, record->time);
+        sinks->failed = true;
+        return -1;
+    }
+    kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
+    sinks->aside += cpu_now() - start;
+    sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
+    return sinks->pauses ? 1 : 0;
+}
+
+/* Keeps why a run has ended early (NULL: what was printed, or is among the warnings, says it) and its last state, for
+ * the view. */
+static void note_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
+    const kt_simulation *simulation = outcome->simulation;
+    const double time = kt_simulation_time(simulation);
+    if (error != NULL)
+        outcome->failed = *error;
+    else
+        (void)kt_error_set(&outcome->failed, KT_ERROR_STEP, NULL, "the run has ended at t = %.9g s, before its end",
+                           time);
+    if (motion != NULL)
+        (void)kt_motion_take_state(motion, time, kt_simulation_positions(simulation),
+                                   kt_simulation_velocities(simulation));
+}
+
+/* Runs to the end or to the first failure, which is printed. */
+static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
+                    bool quiet) {
+    kt_error error = {0};
+    kt_progress progress = kt_progress_start(quiet);
+    kt_sinks sinks = {.columns = &results->columns,
+                      .csv = &results->csv,
+                      .plot = results->plot,
+                      .motion = results->motion,
+                      .progress = &progress,
+                      .outcome = outcome,
+                      .checkpoint = checkpoint,
+                      .modes = modes};
+    double before = outcome->cpu_seconds, start = cpu_now();
+    kt_status status;
+    for (;;) {
+        status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
+        outcome->cpu_seconds = before + cpu_now() - start - sinks.aside;
+        if (!sinks.pauses)
+            break;
+        sinks.pauses = false;
+        sinks.failed = kt_lines_flush(&results->csv.lines) != 0 ||
+                       kt_checkpoint_write(checkpoint, outcome, results->csv.lines.written) != 0;
+        if (sinks.failed)
+            break;
+    }
+    kt_progress_end(&progress);
+    if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
+        kt_say_blown_up(outcome, kt_simulation_time(outcome->simulation));
+        note_failure(outcome, results->motion, NULL);
+        return KT_EXIT_INTEGRATION;
+    }
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    if (!sinks.failed)
+        kt_say_error(&error);
+    note_failure(outcome, results->motion, sinks.failed ? NULL : &error);
+    return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* A resumed run may continue to write the checkpoint file from which it started. */
+static int check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
+    const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
+                                  {"--checkpoint", arguments->checkpoint, true}};
+    int code = -1;
+    for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
+        const kt_file_use uses[] = {{"the scene", path, false},    states[i],
+                                    {"--out", names->out, true},   {"--summary", names->summary, true},
+                                    {"--plot", names->plot, true}, {"--view", names->view, true},
+                                    {"--glb", names->glb, true}};
+        code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
+    }
+    code = code < 0 ? kt_check_records(names->out) : code;
+    code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
+    code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
+    return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
+}
+
+/* `kinetree demo` must not replace existing results of the user. */
+static int spare_results(const kt_result_names *names) {
+    const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
+        struct stat status;
+        if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
+            S_ISREG(status.st_mode)) {
+            kt_say("demo: %s exists already; --force replaces it%s", results[i],
+                   i == 0 ? ", --out FILE writes elsewhere" : "");
+            return KT_EXIT_USAGE;
+        }
+    }
+    return -1;
+}
+
+/* ---- parts of the command ---------------------------------------------------------------------------------------- */
+
+static int write_view(const kt_outcome *outcome, const kt_motion *motion, const char *path) {
+    const kt_method_words method = kt_describe_method(outcome->run);
+    json_t *notes = kt_warnings_describe(&outcome->warnings);
+    const kt_view view = {.name = outcome->name,
+                          .method = method.text,
+                          .run = outcome->run,
+                          .notes = notes,
+                          .failed = outcome->failed.code != KT_OK ? &outcome->failed : NULL};
+    const int code = kt_view_write(motion, &view, path);
+    json_decref(notes);
+    return code;
+}
+
+static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
+                  const kt_results *results) {
+    kt_result_names written = *names;
+    int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
+    if (names->plot != NULL)
+        picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark);
+    if (names->view != NULL)
+        view = write_view(outcome, results->motion, names->view);
+    if (names->glb != NULL)
+        glb = kt_glb_write(results->motion, outcome->name, names->glb);
+    if (names->summary != NULL)
+        summary = kt_summary_write(outcome, names->summary);
+    written.plot = picture == KT_EXIT_DONE ? names->plot : NULL;
+    written.view = view == KT_EXIT_DONE ? names->view : NULL;
+    written.glb = glb == KT_EXIT_DONE ? names->glb : NULL;
+    written.summary = summary == KT_EXIT_DONE ? names->summary : NULL;
+    if (!arguments->quiet)
+        kt_report_outcome(outcome, &written);
+    return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : glb != KT_EXIT_DONE ? glb : summary;
+}
+
+static void say_part(const char *part, const char *out) {
+    if (strcmp(part, out) == 0)
+        kt_say("the run did not come to its end: its records until then are in %s", out);
+    else
+        kt_say("the run did not come to its end: its records until then are in %s, and %s, which an earlier run has "
+               "left, is not touched",
+               part, out);
+}
+
+/* Ends the file of records, under the name in `parts` if the run has failed, and writes the other results. Returns the
+ * exit code of the command. */
+static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
+                       const kt_result_names *parts, kt_results *results, int code) {
+    const bool is_moved = results->csv.output.partial != NULL;
+    const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
+                                : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
+                                                                                     : KT_OUTPUT_PART;
+    if (fate == KT_OUTPUT_WHOLE && arguments->resume == NULL) {
+        const char *const names[] = {wholes->out, wholes->summary, wholes->plot, wholes->view, wholes->glb};
+        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+            kt_note_replaced(names[i], outcome->replaced, sizeof outcome->replaced);
+    }
+    if (kt_csv_close(&results->csv, fate) != 0 && code == KT_EXIT_DONE)
+        code = KT_EXIT_INTEGRATION;
+    const bool whole = code == KT_EXIT_DONE;
+    if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
+        say_part(parts->out, wholes->out);
+    const int rest = finish(arguments, outcome, whole ? wholes : parts, results);
+    return whole ? rest : code;
+}
+
+/* The names of partial results, NULL for none; *fine is false if memory was insufficient for one. */
+static char *name_part(const char *path, bool *fine) {
+    char *part = kt_part_name(path);
+    *fine = *fine && (part != NULL || path == NULL);
+    return part;
+}
+
+/* The page of a failed run says so; only among other results does it spare an earlier one. */
+static char *name_view(const kt_result_names *wholes, bool *fine) {
+    if (wholes->out != NULL || wholes->view == NULL)
+        return name_part(wholes->view, fine);
+    char *name = strdup(wholes->view);
+    *fine = *fine && name != NULL;
+    return name;
+}
+
+static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
+                         kt_results *results, int code) {
+    bool fine = true;
+    char *const out = name_part(wholes->out, &fine), *const summary = name_part(wholes->summary, &fine),
+                *const plot = name_part(wholes->plot, &fine), *const view = name_view(wholes, &fine),
+                *const glb = name_part(wholes->glb, &fine);
+    if (fine) {
+        const kt_result_names parts = {out, summary, plot, view, glb};
+        code = end_results(arguments, outcome, wholes, &parts, results, code);
+    } else {
+        kt_say("there is not enough memory");
+        (void)kt_csv_close(&results->csv, KT_OUTPUT_AS_IS);
+        code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
+    }
+    free(out);
+    free(summary);
+    free(plot);
+    free(view);
+    free(glb);
+    return code;
+}
+
+/* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
+static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
+                        const char *out, kt_results *results) {
+    long long lines = 0;
+    if (arguments->resume == NULL)
+        return kt_csv_open(&results->csv, out, &results->columns);
+    int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome, &lines);
+    return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, lines);
+}
+
+/* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
+static bool start_results(const kt_outcome *outcome, const kt_result_names *names, unsigned record,
+                          kt_results *results) {
+    if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
+        return false;
+    if (names->plot != NULL)
+        results->plot = kt_plot_run_start(outcome->model, outcome->run);
+    if (names->view != NULL || names->glb != NULL)
+        results->motion =
+            kt_motion_start(outcome->scene, &results->columns, kt_simulation_record_count(outcome->simulation),
+                            (record & KT_RECORD_REACTION) != 0);
+    return (results->plot != NULL || names->plot == NULL) &&
+           (results->motion != NULL || (names->view == NULL && names->glb == NULL));
+}
+
+/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the
+ * summary. */
+static void warn_of_caps(kt_outcome *outcome) {
+    const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
+    const kt_method *method = kt_method_find(outcome->run->integrator);
+    const kt_warning warning = {.code = "capped",
+                                .time = (double)NAN,
+                                .value = (double)capped,
+                                .remedy = "Take smaller steps or another method, and compare the results"};
+    if (capped == 0 || method == NULL || !kt_method_is_implicit(method))
+        return;
+    if (method->gamma != NULL)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "%llu step%s took the Jacobian of an earlier one, since it could not be computed there: the order of %s "
+            "is lower",
+            capped, capped == 1 ? "" : "s", method->name);
+    else
+        kt_warn(
+            &outcome->warnings, &warning,
+            "Newton's iteration came no nearer to the solution in %llu step%s than 1e-7 of the state, and was taken "
+            "there",
+            capped, capped == 1 ? "" : "s");
+}
+
+/* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
+static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
+    if (motion == NULL || motion->count < 2)
+        return;
+    const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
+    const kt_warning thinned = {.code = "thinned_view",
+                                .time = (double)NAN,
+                                .value = (double)motion->stride,
+                                .remedy = "Give a longer --interval, or view a part of the motion with --duration"};
+    const kt_warning spin = {.code = "fast_rotation",
+                             .time = (double)NAN,
+                             .value = motion->fastest,
+                             .unit = "rad/s",
+                             .remedy = "Give a shorter --interval"};
+    if (motion->stride > 1)
+        kt_warn(&outcome->warnings, &thinned,
+                "the view shows one record in %lld, for all would make it larger than %d MB", (long long)motion->stride,
+                KT_MOTION_BYTES_MAX / 1000000);
+    if (motion->fastest * gap > half_turn)
+        kt_warn(&outcome->warnings, &spin,
+                "'%s' turns by %.2g turns from frame to frame of the view, which shows it slower or backwards",
+                kt_body_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
+}
+
+/* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
+static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
+                          unsigned record, kt_checkpoint *checkpoint) {
+    kt_results results = {.plot = NULL};
+    int code = -1;
+    if (!start_results(outcome, names, record, &results)) {
+        kt_say("there is not enough memory for the results");
+        code = KT_EXIT_INTEGRATION;
+    }
+    if (code < 0)
+        code = open_records(arguments, outcome, checkpoint, names->out, &results);
+    if (code < 0) {
+        kt_mode_watch *modes = kt_watch_steps(outcome);
+        code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
+        kt_warn_of_step(outcome, modes);
+        kt_mode_watch_free(modes);
+        kt_warn_of_stability(outcome);
+        kt_warn_of_correction(outcome);
+        kt_warn_of_energy(outcome);
+        warn_of_caps(outcome);
+        warn_of_frames(outcome, results.motion);
+        code = close_results(arguments, outcome, names, &results, code);
+    }
+    kt_motion_free(results.motion);
+    kt_plot_run_free(results.plot);
+    kt_columns_free(&results.columns);
+    return code;
+}
+
+/* Joints and loops share the column names of reactions, so that their names must differ. */
+static int check_columns(const char *command, const kt_model *model, const kt_run *run) {
+    for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
+        if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
+            kt_say("%s: loop '%s' has the name of a body, and with 'reaction' recorded both would have the same "
+                   "columns; rename one of them",
+                   command, kt_loop_name(model, i));
+            return KT_EXIT_SCENE;
+        }
+    return -1;
+}
+
+static void warn_of_long_step(kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_warning warning = {.code = "long_step",
+                                .time = (double)NAN,
+                                .value = run->step,
+                                .unit = "s",
+                                .remedy = "Give a shorter step, or a longer duration"};
+    if (run->duration > 0.0 && run->step > run->duration)
+        kt_warn(&outcome->warnings, &warning, "the step, %g s, is longer than the duration: one step of %g s is taken",
+                run->step, run->duration);
+}
+
+/* Warns if the velocity of a driven joint jumps at the rows of its table. */
+static void warn_of_jumps(kt_outcome *outcome) {
+    const char *loop = kt_start_jumping(outcome->scene);
+    const kt_warning warning = {.code = "speed_jump",
+                                .time = (double)NAN,
+                                .value = (double)NAN,
+                                .remedy = "Give the table 'interpolation: cubic' or 'monotone'"};
+    if (loop != NULL)
+        kt_warn(&outcome->warnings, &warning, "the speed of loop '%s' jumps at the rows of its table", loop);
+}
+
+/* What an import has left out was printed when the scene was read. */
+static void list_notes(kt_outcome *outcome) {
+    const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
+    for (int i = 0; i < outcome->scene->note_count; i++)
+        kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where, outcome->scene->notes[i].what);
+}
+
+static void report_start(kt_outcome *outcome, bool quiet) {
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    list_notes(outcome);
+    warn_of_long_step(outcome);
+    warn_of_jumps(outcome);
+    (void)kt_touch_warn(&outcome->warnings, outcome->scene, outcome->model, q);
+    outcome->moved = kt_start_moved(outcome->model, q, v);
+    if (!quiet)
+        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
+}
+
+/* "BASE.csv". The caller frees it. */
+static char *name_after(const char *base, const char *ending) {
+    const size_t room = strlen(base) + strlen(ending) + 1;
+    char *name = malloc(room);
+    if (name != NULL)
+        snprintf(name, room, "%s%s", base, ending);
+    else
+        kt_say("there is not enough memory");
+    return name;
+}
+
+/* Records in a view play at 60 a second, but are neither very few nor very many. */
+static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
+
+/* The quantities that records have besides those that are written. */
+static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
+                                            const kt_outcome *outcome, const kt_run_manner *manner) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_absolute_use(outcome->absolute, &options);
+    options.unprojected = arguments->unprojected;
+    options.kinematics = names->view != NULL || names->glb != NULL;
+    if (kt_loop_count(outcome->model) > 0)
+        options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
+    if (names->summary != NULL || names->plot != NULL)
+        options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    if (outcome->energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
+        options.record |= KT_RECORD_ENERGY;
+    if (names->view != NULL && !manner->has_records)
+        options.record |= KT_RECORD_REACTION;
+    return options;
+}
+
+/* Creates and runs the simulation, with the names of all files known. Returns an exit code. */
+static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
+                          const kt_run_manner *manner) {
+    kt_error error = {0};
+    const kt_simulation_options options = choose_options(arguments, names, outcome, manner);
+    const kt_status status = kt_simulation_create(outcome->model, outcome->run, &options, &outcome->simulation, &error);
+    int code = status != KT_OK ? kt_exit_code(status) : -1;
+    if (status != KT_OK)
+        kt_say_error(&error);
+    else
+        report_start(outcome, arguments->quiet);
+    if (status == KT_ERROR_CONSTRAINT)
+        kt_say_open_loops(outcome->scene, outcome->model);
+    if (status == KT_ERROR_CONSTRAINT && names->view != NULL &&
+        kt_view_write_start(outcome->scene, outcome->model, outcome->name, names->view) == KT_EXIT_DONE)
+        kt_say("the view shows the positions that the scene gives, and those that assembly has reached: %s",
+               names->view);
+    kt_checkpoint checkpoint = {.path = NULL};
+    if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
+        code =
+            kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options);
+    if (code < 0)
+        code = run_simulation(arguments, outcome, names, kt_run_record(outcome->run, outcome->model) | options.record,
+                              &checkpoint);
+    kt_checkpoint_close(&checkpoint);
+    kt_simulation_free(outcome->simulation);
+    kt_warnings_free(&outcome->warnings);
+    json_decref(outcome->moved);
+    return code;
+}
+
+/* Runs a compiled scene: applies the remaining options, names and checks the files, then runs. Returns an exit code. */
+static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
+                     const kt_absolute *absolute, const char *base, const kt_run_manner *manner) {
+    kt_run run = scene->run;
+    kt_marker_pair *markers;
+    kt_method storage;
+    run.integrator = kt_run_method(&run, kt_integrated_model(model, absolute), &storage)->name;
+    char option[32];
+    snprintf(option, sizeof option, "%s: --markers", arguments->command);
+    int code = kt_run_override_markers(option, arguments->markers, model, &run, &markers);
+    if (code >= 0)
+        return code;
+    char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;
+    const bool has_own_name = manner->has_records && arguments->out != NULL; /* then no result has one by itself */
+    const kt_result_names names = {.out = arguments->out != NULL || !manner->has_records ? arguments->out : csv,
+                                   .summary = arguments->summary,
+                                   .plot = arguments->plot,
+                                   .glb = arguments->glb,
+                                   .view = arguments->view != NULL ? arguments->view
+                                           : manner->has_view && !has_own_name && arguments->resume == NULL ? page
+                                                                                                            : NULL};
+    code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
+    code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;
+    code = code < 0 ? check_columns(arguments->command, model, &run) : code;
+    if (!manner->has_records && run.interval == 0.0)
+        run.interval = frame_interval(run.duration);
+    if (code < 0) {
+        kt_outcome outcome = {.scene = scene,
+                              .model = model,
+                              .absolute = absolute,
+                              .run = &run,
+                              .unprojected = arguments->unprojected,
+                              .energy = kt_energy_watch_start(model),
+                              .corrected_since = (double)NAN,
+                              .warnings.quiet = arguments->quiet};
+        outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+        code = run_with_names(arguments, &outcome, &names, manner);
+    }
+    free(csv);
+    free(page);
+    free(markers);
+    return code;
+}
+
+int kt_command_run(int argc, char **argv) {
+    const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true};
+    return kt_run_command(argc, argv, &manner);
+}
+
+int kt_command_view(int argc, char **argv) {
+    const kt_run_manner manner = {.usage = &kt_usage_view, .has_view = true};
+    return kt_run_command(argc, argv, &manner);
+}
+
+int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
+    kt_run_arguments arguments;
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_absolute *absolute = NULL;
+    int code = kt_run_arguments_read(manner->usage, argc, argv, &arguments);
+    if (code >= 0)
+        return code;
+    if (!manner->has_records && arguments.out == NULL && (arguments.checkpoint != NULL || arguments.resume != NULL)) {
+        kt_say("%s: --checkpoint and --resume need records: give --out FILE", manner->usage->command);
+        return KT_EXIT_USAGE;
+    }
+    const char *path = argv[1];
+    code = kt_read_scene(path, &scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    char *base = kt_base_name(path);
+    if (base == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    } else {
+        code = kt_run_override(&arguments, &scene);
+        if (code < 0)
+            code = kt_compile_scene(&scene, &model);
+        if (code == KT_EXIT_DONE && model != NULL)
+            code = kt_compile_absolute(&scene, model, &absolute);
+        if (code == KT_EXIT_DONE && model != NULL)
+            code = run_model(&arguments, path, &scene, model, absolute, base, manner);
+    }
+    free(base);
+    kt_absolute_free(absolute);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}

@@ -1,0 +1,178 @@
+/* Declarations shared by the files of `kinetree run`. */
+#ifndef KT_COMMAND_SUBCOMMANDS_RUN_H
+#define KT_COMMAND_SUBCOMMANDS_RUN_H
+
+#include "advice/warnings.h"
+#include "records/columns.h"
+#include "records/lines.h"
+#include "records/output.h"
+#include "scene/start.h"
+
+#include "kinetree/analysis.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+/* Options as given; NaN, NULL or -1: not given. */
+typedef struct kt_run_arguments {
+    const char *command; /* the subcommand's name, for messages */
+    double duration, step, rho, interval;
+    const char *integrator, *tolerance, *record, *markers;
+    int formulation, reduction, metric, plan;
+    const char *out, *summary, *plot, *view, *glb, *checkpoint, *resume;
+    double checkpoint_interval;
+    bool unprojected, dark, quiet;
+} kt_run_arguments;
+
+/* The subcommands that run a scene. */
+typedef struct kt_run_manner {
+    const kt_usage *usage;
+    bool has_records; /* they are written, --out or not */
+    bool has_view;    /* a view is written, --view or not */
+    bool is_careful;  /* existing results are not replaced */
+} kt_run_manner;
+
+int kt_run_command(int argc, char **argv, const kt_run_manner *manner);
+
+/* Parses the command line. Returns -1 if the command can continue, else an exit code. */
+int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments);
+
+/* Applies the options of the command line to the scene, except for markers. Returns -1 on success, else an exit
+ * code. */
+int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
+
+/* Applies a list of markers, which needs the model; list: NULL if not given. option: for messages, "run: --markers".
+ * The caller releases *run_markers with free. Returns -1 on success, else an exit code. */
+int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
+                            kt_marker_pair **run_markers);
+
+/* ---- records as lines -------------------------------------------------------------------------------------------- */
+
+/* Records as CSV. */
+typedef struct kt_csv {
+    const kt_columns *columns;
+    kt_output output;
+    kt_lines lines;
+} kt_csv;
+
+/* Opens the file ("-": standard output; NULL: there are no records to be written; else see output.h) and writes the
+ * header. The columns must outlive it. Returns -1 on success, else an exit code. */
+int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns);
+/* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
+ * bytes after them are cut off. Returns -1 on success, else an exit code. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written);
+/* Appends a record, given by the values of its columns. Returns 0, or -1 after printing an error if lines could not be
+ * written. */
+int kt_csv_write(kt_csv *csv, const double *values);
+/* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
+int kt_csv_close(kt_csv *csv, kt_output_fate fate);
+
+/* Time of a monotonic clock, s. */
+double kt_clock(void);
+
+/* What kt_watch_stability has seen. */
+typedef struct kt_stability_watch {
+    int looks;             /* records at which the fastest mode was estimated */
+    int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
+    double time, rate;     /* s, 1/s, at the last of them */
+    uint64_t steps;        /* taken up to there */
+    uint64_t switches;     /* of auto, up to there */
+    double fastest;        /* 1/s, of the bounded parts */
+} kt_stability_watch;
+
+/* ---- results ----------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_outcome {
+    const kt_scene *scene;
+    const kt_model *model;
+    const kt_absolute *absolute; /* its absolute formulation, where that is integrated; else NULL */
+    const kt_run *run;           /* with the options of the command line applied */
+    kt_simulation *simulation;
+    const char *name;             /* the scene's name, or the file's if it has none */
+    bool unprojected;             /* --unprojected */
+    int64_t records;              /* number of records passed to the recorder */
+    kt_energy_watch energy;       /* watches the energy of all records */
+    uint64_t sound_steps;         /* steps taken at the last record without blow-up */
+    bool is_blown_up;             /* the blow-up has been reported */
+    double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
+    kt_stability_watch stability; /* watches adaptive explicit steps */
+    double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
+    kt_residual constraint;       /* largest residuals */
+    json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
+    double cpu_seconds;
+    kt_error
+        failed; /* why the run has ended early; KT_OK: it has not, or a message was printed that no call returned */
+    char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
+    kt_warnings warnings;
+} kt_outcome;
+
+/* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after printing the
+ * error. */
+int kt_summary_write(const kt_outcome *outcome, const char *path);
+
+/* Creates a watch on the fastest mode for runs with fixed steps. Returns NULL for other runs, and, after a warning, if
+ * memory is insufficient. */
+kt_mode_watch *kt_watch_steps(kt_outcome *outcome);
+/* Estimates the fastest mode at a record, unless the watch has used more than 60 evaluations plus a fiftieth of the
+ * run's. watch may be NULL. */
+void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record);
+/* Warns if the step is outside of the method's region of stability, or gives too few steps per period of an
+ * oscillation, at the state with the fastest mode or at the last state; each warning is given once, with the smallest
+ * suggested step. The states of an unstable run say little about the true motion: this is then computed with adaptive
+ * steps, at most 10,000, and its modes decide. */
+void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
+
+/* For fixed steps: kt_watch_correction examines, at a record, the velocity corrections of the projection onto the
+ * loops; kt_warn_of_correction warns if one was KT_CORRECTION_ERROR of the velocities themselves or more. */
+#define KT_CORRECTION_ERROR 0.1
+void kt_watch_correction(kt_outcome *outcome);
+void kt_warn_of_correction(kt_outcome *outcome);
+
+/* For adaptive steps of an explicit method: kt_watch_stability estimates the fastest mode at a dozen records (17
+ * evaluations each at most), kt_warn_of_stability warns if steps were bounded by stability for most of the run. */
+void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
+void kt_warn_of_stability(kt_outcome *outcome);
+
+/* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
+void kt_warn_of_energy(kt_outcome *outcome);
+
+/* Reports that the integration has blown up at this time, and adds a warning to the list. */
+void kt_say_blown_up(kt_outcome *outcome, double time);
+
+/* The names of the results; NULL: none. */
+typedef struct kt_result_names {
+    const char *out, *summary, *plot, *view, *glb;
+} kt_result_names;
+
+/* Prints a short report on standard error. */
+void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names);
+
+/* "dopri5, tolerance 1e-9" */
+typedef struct kt_method_words {
+    char text[96];
+} kt_method_words;
+
+kt_method_words kt_describe_method(const kt_run *run);
+
+/* Why the run has its method; NULL where the scene or the command line names it. */
+const char *kt_method_reason(const kt_outcome *outcome);
+
+/* ---- progress ---------------------------------------------------------------------------------------------------- */
+
+/* A progress bar on standard error if that is a terminal, shown after the first second. */
+typedef struct kt_progress {
+    bool is_shown; /* the bar may be shown */
+    bool is_drawn; /* a bar is drawn and must be cleared */
+    bool has_utf8;
+    double start, last; /* s, values of kt_clock */
+} kt_progress;
+
+kt_progress kt_progress_start(bool quiet);
+void kt_progress_update(kt_progress *progress, double done, double whole);
+/* Draws the bar with a text of the caller instead of the time; part: 0 to 1. */
+void kt_progress_show(kt_progress *progress, double part, const char *words);
+void kt_progress_end(kt_progress *progress);
+
+#endif

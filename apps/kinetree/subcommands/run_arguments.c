@@ -1,0 +1,341 @@
+/* Parses the command line of `kinetree run` and applies its options to the scene. */
+#include "subcommands/run.h"
+#include "text/arguments.h"
+#include "text/list.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define KT_AT(member) offsetof(kt_run_arguments, member)
+
+static const kt_option options[] = {
+    {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
+    {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
+     "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},
+    {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
+    {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
+    {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
+    {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
+    {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
+    {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
+    {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
+    {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
+    {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
+    {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "trees in planes: in the plane, or like all others",
+     "auto|spatial"},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
+    {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
+     NULL},
+    {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
+     "a picture of what --record names, or of positions and energy: FILE.svg or FILE.png", NULL},
+    {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
+     NULL},
+    {"glb", KT_OPTION_TEXT, KT_AT(glb), "FILE.glb", "the motion as glTF 2.0, for other viewers and modellers", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
+    {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
+     NULL},
+    {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "every so often, keep there what --resume needs", NULL},
+    {"checkpoint-interval", KT_OPTION_POSITIVE, KT_AT(checkpoint_interval), "S",
+     "seconds of the clock between two checkpoints; default: 10", NULL},
+    {"resume", KT_OPTION_TEXT, KT_AT(resume), "FILE",
+     "go on from a checkpoint of the same run: the records continue in --out", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+};
+
+const kt_usage kt_usage_run = {
+    .command = "run",
+    .examples = "  kinetree run pendulum.yaml\n"
+                "  kinetree run pendulum.yaml --duration 5 --tolerance 1e-12 --plot pendulum.svg\n"
+                "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3 --summary - --out /dev/null\n"
+                "  kinetree run pendulum.yaml --checkpoint p.state       and after a break: --resume p.state\n"
+                "  kinetree make chain --links 100 | kinetree run - --interval 0.1 --out - | head\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
+        "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n"
+        "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then\n"
+        "in NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+const kt_usage kt_usage_view = {
+    .command = "view",
+    .examples = "  kinetree view pendulum.yaml\n"
+                "  kinetree view four-bar.yaml --duration 2 --view four-bar.html\n"
+                "  kinetree make chain --links 20 | kinetree view -\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Simulates a scene and writes a page that shows its motion: NAME.html, one file that any browser with WebGL 2 "
+        "opens,\n"
+        "without a network. It plays, and can be turned and zoomed; under the picture are curves of what is recorded.\n"
+        "Takes the options of 'kinetree run', and writes records only where --out names a file. Frames are the "
+        "records:\n"
+        "60 a second, but at least 600 and at most 6000 if the scene gives no interval. Reactions in joints and "
+        "loops,\n"
+        "which 'run --view' shows only if they are recorded, are always there.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
+    *arguments = (kt_run_arguments){.command = usage->command,
+                                    .duration = (double)NAN,
+                                    .step = (double)NAN,
+                                    .rho = (double)NAN,
+                                    .interval = (double)NAN,
+                                    .formulation = -1,
+                                    .reduction = -1,
+                                    .metric = -1,
+                                    .plan = -1,
+                                    .checkpoint_interval = 10.0};
+    int operands;
+    int code = kt_arguments_read(usage, argc, argv, arguments, &operands);
+    if (code >= 0)
+        return code;
+    int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
+                    (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
+    if (to_stdout > 1) {
+        kt_say("%s: --out and --summary cannot both be standard output; give one of them a file", arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if ((arguments->checkpoint != NULL || arguments->resume != NULL) && arguments->out != NULL &&
+        strcmp(arguments->out, "-") == 0) {
+        kt_say("%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && arguments->plot != NULL) {
+        kt_say("%s: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
+        kt_say("%s: --view and --glb would not show what was before the checkpoint; leave --resume or them out",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if (!isnan(arguments->step) && arguments->tolerance != NULL) {
+        kt_say("%s: --step asks for a fixed step and --tolerance for an adaptive one; give one of them",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
+
+static int override_record(const kt_run_arguments *arguments, unsigned *record) {
+    char text[256];
+    char *rest = text;
+    if ((size_t)snprintf(text, sizeof text, "%s", arguments->record) >= sizeof text) {
+        kt_say("%s: --record: the list is too long", arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    *record = 0;
+    for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
+        kt_nearest nearest = kt_nearest_make(word, NULL);
+        unsigned found = 0;
+#define KT_RECORD_MATCH(id, bit, name)                                                                                 \
+    found |= strcmp(word, #name) == 0 ? (bit) : 0U;                                                                    \
+    (void)kt_nearest_try(&nearest, #name);
+        KT_RECORD_LIST(KT_RECORD_MATCH)
+#undef KT_RECORD_MATCH
+        if (found == 0) {
+            static const char all[] = ""
+#define KT_RECORD_JOIN(id, bit, name) ", " #name
+                KT_RECORD_LIST(KT_RECORD_JOIN);
+#undef KT_RECORD_JOIN
+            kt_say("%s: --record: there is no '%s' to record; there are %s%s", arguments->command, word, all + 2,
+                   kt_ask(&nearest, "").text);
+            return KT_EXIT_USAGE;
+        }
+        *record |= found;
+    }
+    if (*record != 0)
+        return -1;
+    kt_say("%s: --record: the list is empty", arguments->command);
+    return KT_EXIT_USAGE;
+}
+
+static int say_no_body(const char *option, const kt_model *model, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        (void)kt_nearest_try(&nearest, kt_body_name(model, body));
+    kt_say("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+static int say_no_marker(const char *option, const kt_model *model, int body, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+        (void)kt_nearest_try(&nearest, kt_marker_name(model, body, marker));
+    kt_say("%s: body '%s' has no marker '%s'%s", option, kt_body_name(model, body), name, kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+/* Reports a marker without its body, and suggests all markers of this name. */
+static int say_no_pair(const char *option, const kt_model *model, const char *word) {
+    char pairs[400] = "";
+    size_t used = 0;
+    for (int body = 0; body < kt_model_body_count(model); body++)
+        if (kt_marker_find(model, body, word) >= 0 && used < sizeof pairs - 100)
+            used += (size_t)snprintf(pairs + used, sizeof pairs - used, "%s'%.40s.%.40s'", used > 0 ? " or " : "",
+                                     kt_body_name(model, body), word);
+    kt_say("%s takes BODY.MARKER, not '%s'%s%s%s", option, word, used > 0 ? "; did you mean " : "", pairs,
+           used > 0 ? "?" : "");
+    return KT_EXIT_USAGE;
+}
+
+/* Parses "BODY.MARKER"; *pair refers to the model's own strings. */
+static int read_marker(const char *option, const kt_model *model, char *word, kt_marker_pair *pair) {
+    char *dot = strchr(word, '.');
+    if (dot == NULL)
+        return say_no_pair(option, model, word);
+    *dot = '\0';
+    int body = kt_body_find(model, word);
+    if (body < 0)
+        return say_no_body(option, model, word);
+    int marker = kt_marker_find(model, body, dot + 1);
+    if (marker < 0)
+        return say_no_marker(option, model, body, dot + 1);
+    pair->body = kt_body_name(model, body);
+    pair->marker = kt_marker_name(model, body, marker);
+    return -1;
+}
+
+int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
+                            kt_marker_pair **run_markers) {
+    *run_markers = NULL;
+    if (list == NULL)
+        return -1;
+    size_t most = 1;
+    for (const char *c = list; *c != '\0'; c++)
+        most += *c == ',';
+    char *text = strdup(list);
+    kt_marker_pair *pairs = calloc(most, sizeof *pairs);
+    int code = -1, count = 0;
+    char *rest = text;
+    if (text == NULL || pairs == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    }
+    while (code < 0) {
+        char *word = kt_next_word(&rest);
+        if (word == NULL)
+            break;
+        code = read_marker(option, model, word, &pairs[count++]);
+    }
+    free(text);
+    if (code >= 0) {
+        free(pairs);
+        return code;
+    }
+    *run_markers = pairs;
+    run->markers = pairs;
+    run->marker_count = count;
+    return -1;
+}
+
+/* ---- the method -------------------------------------------------------------------------------------------------- */
+
+/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
+static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
+    const char *text = arguments->tolerance;
+    char *end;
+    double relative = strtod(text, &end), absolute = relative;
+    bool is_right = end != text;
+    if (is_right && *end == ',') {
+        const char *second = end + 1;
+        absolute = strtod(second, &end);
+        is_right = end != second;
+    }
+    if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
+        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, not '%s'", arguments->command,
+               text);
+        return KT_EXIT_USAGE;
+    }
+    run->step = 0.0;
+    run->relative = relative;
+    run->absolute = absolute;
+    return -1;
+}
+
+static int override_integrator(const kt_run_arguments *arguments, kt_run *run) {
+    const char *name = arguments->integrator;
+    if (kt_method_find(name) != NULL) {
+        run->integrator = name;
+        return -1;
+    }
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    if (nearest.best != NULL)
+        kt_say("%s: --integrator: there is no method '%s'%s", arguments->command, name, kt_ask(&nearest, "").text);
+    else
+        kt_say("%s: --integrator: there is no method '%s'; 'kinetree integrators' lists them", arguments->command,
+               name);
+    return KT_EXIT_USAGE;
+}
+
+static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
+    const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
+    if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0))) {
+        kt_say("%s: --rho is for --integrator two-step, and this is %s", arguments->command,
+               method != NULL ? method->name : "the default one");
+        return KT_EXIT_USAGE;
+    }
+    if (method == NULL || method->embedded_order > 0 || run->step > 0.0)
+        return -1;
+    kt_say(
+        "integrator '%s' has no error estimate and needs a fixed step: --step 1e-3, or 'step: 1e-3' under 'simulate'",
+        run->integrator);
+    return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
+}
+
+/* The scene was checked when it was read, so that any error here comes from an option. */
+static int check_limits(const kt_run *run) {
+    kt_error error = {0};
+    if (kt_run_check(run, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
+    kt_run *run = &scene->run;
+    int code = -1;
+    if (!isnan(arguments->duration))
+        run->duration = arguments->duration;
+    if (!isnan(arguments->step))
+        run->step = arguments->step;
+    if (!isnan(arguments->rho))
+        run->rho = arguments->rho;
+    if (!isnan(arguments->interval))
+        run->interval = arguments->interval;
+    if (arguments->formulation >= 0)
+        scene->formulation = (kt_formulation)arguments->formulation;
+    if (arguments->reduction >= 0)
+        scene->reduction = (kt_reduction)arguments->reduction;
+    if (arguments->metric >= 0)
+        run->metric = (kt_metric)arguments->metric;
+    if (arguments->plan >= 0)
+        run->plan = (kt_plan)arguments->plan;
+    if (arguments->integrator != NULL)
+        code = override_integrator(arguments, run);
+    if (code < 0 && arguments->tolerance != NULL)
+        code = override_tolerance(arguments, run);
+    if (code < 0 && arguments->record != NULL)
+        code = override_record(arguments, &run->record);
+    if (code < 0)
+        code = check_method(arguments, run);
+    return code >= 0 ? code : check_limits(run);
+}

@@ -1,0 +1,393 @@
+/* kinetree stability: finds the fastest modes of a scene, and the largest stable step of each method. */
+#include "subcommands/stability.h"
+
+#include "advice/touch.h"
+#include "plot/plot.h"
+#include "records/output.h"
+#include "scene/start.h"
+#include "text/arguments.h"
+#include "text/json.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+typedef struct arguments {
+    double step, duration;
+    long samples;
+    const char *integrator, *plot;
+    bool json, dark;
+} arguments;
+
+static const kt_option options[] = {
+    {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "ask about this step, seconds", NULL},
+    {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "the method to draw; default: the scene's",
+     NULL},
+    {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S", "of the motion; default: the scene's", NULL},
+    {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
+     "states along the motion that are linearised; default: 9, 1 for large scenes", NULL},
+    {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
+     "draw the modes times the step in the method's region of stability, .svg or .png", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "the picture on a dark page", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
+};
+
+const kt_usage kt_usage_stability = {
+    .command = "stability",
+    .examples = "  kinetree stability robot.yaml\n"
+                "  kinetree stability robot.yaml --step 1e-3\n"
+                "  kinetree stability robot.yaml --integrator rk4 --step 1e-3 --plot region.svg\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .about =
+        "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
+        "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
+        "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
+        "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
+        "oscillations at any step; their limits depend on the duration. Of implicit methods the verdict stands "
+        "beside:\n"
+        "A-stable, where no mode that decays or oscillates grows, whatever the step; L-stable, where moreover what is\n"
+        "infinitely stiff is gone after a step; otherwise the factor by which it shrinks.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
+
+enum { LISTED_MAX = 8 };
+
+static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+
+/* A real or imaginary part below the error of the eigenvalue, or a millionth of its magnitude, counts as zero. */
+static bool is_part(double part, const kt_mode *mode) {
+    return fabs(part) > mode->error && fabs(part) > 1e-6 * size_of(mode);
+}
+
+static void print_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *file) {
+    char movers[128], rate[24] = "-", frequency[24] = "-", damping[24] = "-";
+    if (is_part(at->mode.real, &at->mode))
+        snprintf(rate, sizeof rate, "%.5g", at->mode.real);
+    if (is_part(at->mode.imaginary, &at->mode))
+        snprintf(frequency, sizeof frequency, "%.5g", at->mode.frequency);
+    kt_write_movers(model, at->moves, movers, sizeof movers);
+    if (rate[0] != '-' || rate[1] != '\0' || frequency[0] != '-')
+        snprintf(damping, sizeof damping, "%.3g", is_part(at->mode.real, &at->mode) ? at->mode.damping : 0.0);
+    fprintf(file, "  %12s  %13s  %9s  %s\n", rate, frequency, damping, movers);
+}
+
+/* Prints the modes at the time of the fastest one, and how the fastest rate varies along the motion. */
+static void print_modes(const kt_stability_subject *subject) {
+    const int fastest = kt_spectrum_fastest(subject->spectrum), count = kt_spectrum_count(subject->spectrum);
+    if (fastest < 0) {
+        puts("nothing moves: any step is stable");
+        return;
+    }
+    const double time = kt_spectrum_at(subject->spectrum, fastest).time;
+    double least = HUGE_VAL, least_time = 0.0;
+    int listed = 0, left_out = 0;
+    printf("fastest modes, at t = %g s\n  %12s  %13s  %9s  %s\n", time, "rate, 1/s", "frequency, Hz", "damping",
+           "joints that move");
+    for (int i = 0; i < count; i++) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) /* the fastest mode of its state */
+            if (size_of(&at.mode) < least) {
+                least = size_of(&at.mode);
+                least_time = at.time;
+            }
+        if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
+            print_mode(subject->model, &at, stdout);
+            listed++;
+        } else if (at.time == time) {
+            left_out++;
+        }
+    }
+    if (left_out > 0)
+        printf("  and %d slower\n", left_out);
+    const kt_spectrum_mode first = kt_spectrum_at(subject->spectrum, fastest);
+    if (least < 0.99 * size_of(&first.mode))
+        printf("the fastest along the motion: from %.4g /s (at t = %g s) to %.4g /s\n", least, least_time,
+               size_of(&first.mode));
+}
+
+/* Describes how the step changes the mode that it amplifies most. */
+static void write_verdict(double growth, char *text, size_t size) {
+    if (growth <= 1.0 + 1e-3)
+        snprintf(text, size, "stable");
+    else if (growth <= KT_STABILITY_GROWTH)
+        snprintf(text, size, "gains %.2g %% over the run", 100.0 * (growth - 1.0));
+    else if (growth < 1e6)
+        snprintf(text, size, "unstable: %.3g-fold", growth);
+    else
+        snprintf(text, size, "unstable: diverges");
+}
+
+/* The method at an index, with the scene's rho where it is the one to draw. */
+static const kt_method *method_at(const kt_stability_subject *subject, int index) {
+    const kt_method *method = kt_method_at(index);
+    return subject->method != NULL && strcmp(method->name, subject->method->name) == 0 ? subject->method : method;
+}
+
+static void print_limit(const kt_stability_subject *subject, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
+    char step[24] = "any", bound[144], verdict[48] = "";
+    kt_write_verdict(method, bound, sizeof bound);
+    if (limit.step <= subject->duration)
+        snprintf(step, sizeof step, "%.4g", limit.step);
+    if (limit.mode >= 0 && limit.step <= subject->duration) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
+        char mode[64];
+        kt_write_mode(&at.mode, mode, sizeof mode);
+        snprintf(bound, sizeof bound, "%s, t = %g s%s", mode, at.time,
+                 strcmp(kt_method_family_name(method), "switching") == 0
+                     ? "; adaptive ones are not bounded: radau5 takes them"
+                     : "");
+    }
+    if (subject->step > 0.0)
+        write_verdict(limit.growth, verdict, sizeof verdict);
+    if (subject->step > 0.0)
+        printf("  %-14s  %10s  %-26s  %s\n", method->name, step, verdict, bound);
+    else
+        printf("  %-14s  %10s  %s\n", method->name, step, bound);
+}
+
+static void print_limits(const kt_stability_subject *subject) {
+    char asked[32] = "";
+    printf("\nlargest stable step over %g s\n", subject->duration);
+    if (subject->step > 0.0) {
+        snprintf(asked, sizeof asked, "at %g s", subject->step);
+        printf("  %-14s  %10s  %-26s  %s\n", "method", "step, s", asked, "bounded by; implicit: verdict");
+    } else {
+        printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by; implicit: verdict");
+    }
+    for (int i = 0; i < kt_method_count(); i++)
+        print_limit(subject, method_at(subject, i));
+}
+
+/* ---- JSON -------------------------------------------------------------------------------------------------------- */
+
+static json_t *describe_movers(const kt_model *model, const double *moves) {
+    json_t *object = json_object();
+    for (int body = 1; moves != NULL && body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        double most = 0.0;
+        for (int i = 0; i < at.nv; i++)
+            most = fmax(most, moves[at.v + i]);
+        if (most >= 1e-3)
+            json_object_set_new(object, kt_body_name(model, body), kt_json_number(most));
+    }
+    return object;
+}
+
+static json_t *describe_mode(const kt_model *model, const kt_spectrum_mode *at) {
+    json_t *mode = json_pack("{s:f, s:f, s:f, s:f, s:f}", "real", at->mode.real, "imaginary", at->mode.imaginary,
+                             "frequency", at->mode.frequency, "damping", at->mode.damping, "error", at->mode.error);
+    if (at->moves != NULL)
+        json_object_set_new(mode, "moves", describe_movers(model, at->moves));
+    return mode;
+}
+
+static json_t *describe_states(const kt_stability_subject *subject) {
+    json_t *states = json_array(), *modes = NULL;
+    for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
+        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) {
+            json_t *state = json_object();
+            modes = json_array();
+            json_object_set_new(state, "time", json_real(at.time));
+            json_object_set_new(state, "modes", modes);
+            json_array_append_new(states, state);
+        }
+        json_array_append_new(modes, describe_mode(subject->model, &at));
+    }
+    return states;
+}
+
+static json_t *describe_limit(const kt_stability_subject *subject, const kt_method *method) {
+    const kt_step_limit limit = kt_spectrum_limit(subject->spectrum, method, subject->duration, subject->step);
+    json_t *object = json_object();
+    json_object_set_new(object, "integrator", json_string(method->name));
+    json_object_set_new(object, "step", kt_json_number(limit.step));
+    if (subject->step > 0.0)
+        json_object_set_new(object, "growth", kt_json_number(limit.growth));
+    kt_stability stability;
+    if (kt_method_is_implicit(method) && kt_stability_make(method, 0, &stability, NULL) == KT_OK) {
+        const kt_stability_verdict verdict = kt_stability_judge(&stability);
+        json_object_set_new(object, "a_stable", json_boolean(verdict.a_stable));
+        json_object_set_new(object, "l_stable", json_boolean(verdict.l_stable));
+        json_object_set_new(object, "at_infinity", kt_json_number(verdict.at_infinity));
+    }
+    if (limit.mode >= 0) {
+        const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
+        json_object_set_new(
+            object, "bounded_by",
+            json_pack("{s:f, s:f, s:f}", "time", at.time, "real", at.mode.real, "imaginary", at.mode.imaginary));
+    }
+    return object;
+}
+
+static int write_json(const kt_stability_subject *subject, json_t *inactive) {
+    json_t *root = json_object(), *methods = json_array();
+    json_object_set_new(root, "scene", kt_json_text(subject->name));
+    json_object_set_new(root, "duration", json_real(subject->duration));
+    if (subject->step > 0.0)
+        json_object_set_new(root, "step", json_real(subject->step));
+    json_object_set_new(root, "states", describe_states(subject));
+    for (int i = 0; i < kt_method_count(); i++)
+        json_array_append_new(methods, describe_limit(subject, method_at(subject, i)));
+    json_object_set_new(root, "methods", methods);
+    json_object_set(root, "inactive", inactive);
+    return kt_json_write(root, "-");
+}
+
+/* ---- inactive contacts and limits -------------------------------------------------------------------------------- */
+
+/* Returns whether a contact or joint limit acts in one of the states. */
+static bool acts(const kt_stability_subject *subject, kt_data *data, const kt_effect *effect) {
+    for (int i = 0; i < kt_spectrum_samples(subject->spectrum); i++) {
+        const double *q = kt_spectrum_positions(subject->spectrum, i);
+        if (kt_kinematics_update(subject->model, data, q, NULL, NULL, NULL) == KT_OK &&
+            kt_touch_of(subject->model, data, effect, q).depth > 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* Lists the names of the contacts and joint limits that act in none of the states; a new reference. */
+static json_t *list_inactive(const kt_stability_subject *subject) {
+    const kt_description *d = &subject->scene->description;
+    json_t *list = json_array();
+    kt_data *data = NULL;
+    if (kt_data_create(subject->model, &data, NULL) != KT_OK)
+        return list;
+    for (int i = 0; i < d->effect_count; i++)
+        if (kt_effect_touches(&d->effects[i]) && !acts(subject, data, &d->effects[i]))
+            json_array_append_new(list, json_string(kt_name_touch(&d->effects[i]).text));
+    kt_data_free(data);
+    return list;
+}
+
+static void say_inactive(const kt_stability_subject *subject, const json_t *list) {
+    enum { NAMED = 4 };
+    const size_t count = json_array_size(list);
+    const int samples = kt_spectrum_samples(subject->spectrum);
+    char names[1024] = "";
+    size_t used = 0;
+    for (size_t i = 0; i < count && i < NAMED; i++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
+                                 json_string_value(json_array_get(list, i)));
+    if (count > NAMED)
+        snprintf(names + used, sizeof names - used, " and %zu more", count - NAMED);
+    if (count > 0)
+        kt_say("stability: %s act%s in none of the %d linearised state%s: what %s to the largest step is not in these "
+               "numbers; give more --samples, or a --duration in which %s",
+               names, count == 1 ? "s" : "", samples, samples == 1 ? "" : "s", count == 1 ? "it does" : "they do",
+               count == 1 ? "it acts" : "they act");
+}
+
+/* ---- parts of the command ---------------------------------------------------------------------------------------- */
+
+enum { LARGE = 100 }; /* velocity coordinates; above this number one state is examined unless more are requested */
+
+/* Finds the method to draw: the one requested, or the scene's own, with the scene's rho. Returns -1 on success, else an
+ * exit code. */
+static int choose_method(const char *name, const kt_run *run, const kt_model *model, kt_method *storage,
+                         const kt_method **method) {
+    kt_run wanted_run = *run;
+    const char *wanted = name != NULL ? name : run->integrator;
+    wanted_run.integrator = wanted;
+    *method = kt_run_method(&wanted_run, model, storage);
+    if (*method != NULL)
+        return -1;
+    kt_nearest nearest = kt_nearest_make(wanted, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    kt_say("stability: there is no method '%s'%s", wanted,
+           nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
+    return KT_EXIT_USAGE;
+}
+
+static int show(const kt_stability_subject *subject, const arguments *given) {
+    json_t *inactive = list_inactive(subject);
+    say_inactive(subject, inactive);
+    const int written = given->json ? write_json(subject, inactive) : KT_EXIT_DONE;
+    json_decref(inactive);
+    if (written != KT_EXIT_DONE)
+        return written;
+    if (!given->json) {
+        const int samples = kt_spectrum_samples(subject->spectrum);
+        printf("%s: %d state%s in %g s\n\n", kt_show(subject->name).text, samples, samples == 1 ? "" : "s",
+               subject->duration);
+        if (kt_model_mobility(subject->model).minimal == 0) {
+            puts("there are no degrees of freedom: loops alone determine the motion, and any step is stable");
+        } else {
+            print_modes(subject);
+            print_limits(subject);
+        }
+    }
+    return given->plot != NULL ? kt_stability_draw(subject, given->plot, given->dark) : KT_EXIT_DONE;
+}
+
+static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
+    kt_run run = scene->run;
+    kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
+    int code = choose_method(given->integrator, &run, model, &subject.by_rho, &subject.method);
+    if (code >= 0 || (given->plot != NULL && (code = kt_plot_check(given->plot)) >= 0))
+        return code;
+    if (given->duration > 0.0)
+        run.duration = given->duration;
+    if (!(run.duration > 0.0)) {
+        kt_say("stability: the scene has no duration; give one: --duration 10");
+        return KT_EXIT_USAGE;
+    }
+    subject.duration = run.duration;
+    subject.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
+    kt_error error = {0};
+    kt_spectrum *spectrum = NULL;
+    kt_status status = kt_spectrum_create(model, samples < 10000 ? (int)samples : 10000, &spectrum, &error);
+    if (status == KT_OK)
+        status = kt_spectrum_along(spectrum, &run, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    if (spectrum != NULL && kt_spectrum_samples(spectrum) > 0) {
+        if (status != KT_OK)
+            kt_say("stability: the motion could not be followed further; this is what it was up to there");
+        subject.spectrum = spectrum;
+        code = show(&subject, given);
+    } else if (status == KT_OK) {
+        kt_say("stability: the loops are at a singular position wherever one looks, where nothing can be linearised; "
+               "try other --samples");
+        code = KT_EXIT_ASSEMBLY;
+    }
+    kt_spectrum_free(spectrum);
+    return status == KT_OK ? code : kt_exit_code(status);
+}
+
+int kt_command_stability(int argc, char **argv) {
+    arguments given = {0};
+    kt_scene scene;
+    kt_model *model = NULL;
+    int operands;
+    int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, &operands);
+    if (code >= 0)
+        return code;
+    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};
+    if ((code = kt_check_files("stability", uses, 2)) >= 0)
+        return code;
+    code = kt_load_model(argv[1], &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    char *base = kt_base_name(argv[1]);
+    code = kt_start_report(&scene, model);
+    if (code == KT_EXIT_DONE)
+        code = look_at(&scene, model, base != NULL ? base : "scene", &given);
+    free(base);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return kt_finish_output(code);
+}

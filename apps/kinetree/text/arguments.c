@@ -1,0 +1,216 @@
+/* Parses command lines by tables of options. */
+#include "text/arguments.h"
+
+#include "command.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double radians_per_degree = 3.14159265358979323846 / 180.0;
+
+/* ---- help -------------------------------------------------------------------------------------------------------- */
+
+void kt_usage_print(const kt_usage *usage) {
+    printf("Examples\n%s\nUsage: kinetree %s%s%s%s\n\n%s", usage->examples, usage->command,
+           usage->option_count > 0 ? " [OPTION...]" : "", *usage->operands != '\0' ? " " : "", usage->operands,
+           usage->about);
+    if (usage->option_count > 0)
+        fputs("\nOptions\n", stdout);
+    for (size_t i = 0; i < usage->option_count; i++) {
+        const kt_option *option = &usage->options[i];
+        char left[64];
+        snprintf(left, sizeof left, "--%s%s%s", option->name, option->argument != NULL ? " " : "",
+                 option->argument != NULL ? option->argument : "");
+        printf("  %-24s %s", left, option->help);
+        if (option->type == KT_OPTION_CHOICE)
+            printf(" (%s)", option->choices);
+        putchar('\n');
+    }
+}
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+static bool read_number(const char *text, double *value, const char **rest) {
+    char *end;
+    if (*text == '\0' || *text == ' ' || *text == '\t')
+        return false;
+    *value = strtod(text, &end);
+    *rest = end;
+    return end != text && isfinite(*value);
+}
+
+static bool read_real(const kt_option *option, const char *text, double *member) {
+    double value;
+    const char *rest;
+    if (!read_number(text, &value, &rest))
+        return false;
+    if (option->type == KT_OPTION_ANGLE) {
+        while (*rest == ' ')
+            rest++;
+        if (strcmp(rest, "deg") == 0) {
+            value *= radians_per_degree;
+            rest += strlen("deg");
+        }
+    }
+    if (*rest != '\0' || (option->type == KT_OPTION_POSITIVE && !(value > 0.0)))
+        return false;
+    *member = value;
+    return true;
+}
+
+static bool read_count(const char *text, long *member) {
+    char *end;
+    if (*text < '0' || *text > '9')
+        return false;
+    errno = 0;
+    long value = strtol(text, &end, 10);
+    if (*end != '\0' || errno != 0)
+        return false;
+    *member = value;
+    return true;
+}
+
+enum { CHOICES_MAX = 16, WORD_SIZE = 32 };
+
+/* Splits "a|b|c" into its words. Returns their number. */
+static int split_choices(const char *choices, char words[CHOICES_MAX][WORD_SIZE]) {
+    int count = 0;
+    for (const char *start = choices; start != NULL && count < CHOICES_MAX; count++) {
+        const char *bar = strchr(start, '|');
+        snprintf(words[count], WORD_SIZE, "%.*s", bar != NULL ? (int)(bar - start) : WORD_SIZE - 1, start);
+        start = bar != NULL ? bar + 1 : NULL;
+    }
+    return count;
+}
+
+static int say_wrong_value(const kt_usage *usage, const kt_option *option, const char *text, const char *wanted) {
+    kt_say("%s: --%s takes %s, not '%s'", usage->command, option->name, wanted, text);
+    return KT_EXIT_USAGE;
+}
+
+static int read_choice(const kt_usage *usage, const kt_option *option, const char *text, int *member) {
+    char words[CHOICES_MAX][WORD_SIZE];
+    int count = split_choices(option->choices, words);
+    kt_nearest nearest = kt_nearest_make(text, NULL);
+    for (int i = 0; i < count; i++) {
+        if (strcmp(words[i], text) == 0) {
+            *member = i;
+            return -1;
+        }
+        (void)kt_nearest_try(&nearest, words[i]);
+    }
+    kt_say("%s: --%s takes one of %s, not '%s'%s", usage->command, option->name, option->choices, text,
+           kt_ask(&nearest, "").text);
+    return KT_EXIT_USAGE;
+}
+
+static int read_value(const kt_usage *usage, const kt_option *option, const char *text, void *members) {
+    void *member = (char *)members + option->offset;
+    switch (option->type) {
+    case KT_OPTION_FLAG:
+        *(bool *)member = true;
+        return -1;
+    case KT_OPTION_TEXT:
+        *(const char **)member = text;
+        return -1;
+    case KT_OPTION_NUMBER:
+        return read_real(option, text, member) ? -1 : say_wrong_value(usage, option, text, "a number");
+    case KT_OPTION_POSITIVE:
+        return read_real(option, text, member) ? -1 : say_wrong_value(usage, option, text, "a number above zero");
+    case KT_OPTION_ANGLE:
+        return read_real(option, text, member)
+                   ? -1
+                   : say_wrong_value(usage, option, text, "an angle in radians, or in degrees as in 30deg");
+    case KT_OPTION_COUNT:
+        return read_count(text, member) ? -1 : say_wrong_value(usage, option, text, "a whole number");
+    case KT_OPTION_CHOICE:
+        return read_choice(usage, option, text, member);
+    }
+    return -1;
+}
+
+/* ---- reading ----------------------------------------------------------------------------------------------------- */
+
+static const kt_option *find_option(const kt_usage *usage, const char *name, size_t length) {
+    for (size_t i = 0; i < usage->option_count; i++) {
+        const char *candidate = usage->options[i].name;
+        if (strlen(candidate) == length && memcmp(candidate, name, length) == 0)
+            return &usage->options[i];
+    }
+    return NULL;
+}
+
+static int say_unknown_option(const kt_usage *usage, const char *argument, size_t length) {
+    char name[64];
+    snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), argument);
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (size_t i = 0; i < usage->option_count; i++)
+        (void)kt_nearest_try(&nearest, usage->options[i].name);
+    if (nearest.best != NULL)
+        kt_say("%s: there is no option '--%s'%s", usage->command, name, kt_ask(&nearest, "--").text);
+    else
+        kt_say("%s: there is no option '--%s'; 'kinetree %s --help' lists them", usage->command, name, usage->command);
+    return KT_EXIT_USAGE;
+}
+
+/* Reads the option at argv[*index], which starts with two dashes, and moves *index to the last word of the option. */
+static int read_option(const kt_usage *usage, int argc, char **argv, int *index, void *members) {
+    const char *name = argv[*index] + 2;
+    const char *equals = strchr(name, '=');
+    size_t length = equals != NULL ? (size_t)(equals - name) : strlen(name);
+    const kt_option *option = find_option(usage, name, length);
+    if (option == NULL)
+        return say_unknown_option(usage, name, length);
+    if (option->type == KT_OPTION_FLAG) {
+        if (equals == NULL)
+            return read_value(usage, option, NULL, members);
+        kt_say("%s: --%s takes nothing", usage->command, option->name);
+        return KT_EXIT_USAGE;
+    }
+    if (equals != NULL)
+        return read_value(usage, option, equals + 1, members);
+    if (*index + 1 >= argc) {
+        kt_say("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
+        return KT_EXIT_USAGE;
+    }
+    return read_value(usage, option, argv[++*index], members);
+}
+
+int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count) {
+    int count = 0;
+    bool options_ended = false;
+    for (int i = 1; i < argc; i++) {
+        const char *argument = argv[i];
+        if (options_ended || argument[0] != '-' || argument[1] == '\0') {
+            argv[1 + count++] = argv[i];
+        } else if (strcmp(argument, "--") == 0) {
+            options_ended = true;
+        } else if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) {
+            kt_usage_print(usage);
+            return kt_finish_output(KT_EXIT_DONE);
+        } else if (argument[1] != '-') {
+            kt_say("%s: there is no option '%s'; 'kinetree %s --help' lists them", usage->command, argument,
+                   usage->command);
+            return KT_EXIT_USAGE;
+        } else {
+            int code = read_option(usage, argc, argv, &i, members);
+            if (code >= 0)
+                return code;
+        }
+    }
+    if (count < usage->least || (usage->most >= 0 && count > usage->most)) {
+        if (count < usage->least)
+            kt_say("%s: %s is missing; 'kinetree %s --help' has examples", usage->command, usage->operands,
+                   usage->command);
+        else
+            kt_say("%s: '%s' is one word too many; 'kinetree %s --help' has examples", usage->command,
+                   argv[1 + usage->most], usage->command);
+        return KT_EXIT_USAGE;
+    }
+    *operand_count = count;
+    return -1;
+}

@@ -1,0 +1,47 @@
+/* The command line of a subcommand: a table of options, parsed into a plain struct. */
+#ifndef KT_COMMAND_TEXT_ARGUMENTS_H
+#define KT_COMMAND_TEXT_ARGUMENTS_H
+
+#include <stddef.h>
+
+/* The argument of an option, and the type of the struct member that it fills. */
+typedef enum kt_option_type {
+    KT_OPTION_FLAG,     /* nothing; bool */
+    KT_OPTION_TEXT,     /* any text; const char * */
+    KT_OPTION_NUMBER,   /* a finite number; double */
+    KT_OPTION_POSITIVE, /* a number above zero; double */
+    KT_OPTION_ANGLE,    /* a finite number, in degrees if followed by "deg"; double, rad */
+    KT_OPTION_COUNT,    /* a whole number, zero or more; long */
+    KT_OPTION_CHOICE,   /* one of the words of `choices`; int, its index among them */
+} kt_option_type;
+
+typedef struct kt_option {
+    const char *name; /* without the dashes */
+    kt_option_type type;
+    size_t offset;        /* of the member in the struct */
+    const char *argument; /* name of the argument in the help: "FILE" */
+    const char *help;
+    const char *choices; /* "qr|partition|svd" */
+} kt_option;
+
+typedef struct kt_usage {
+    const char *command;  /* "run" */
+    const char *examples; /* lines, shown first in the help */
+    const char *operands; /* "SCENE" */
+    int least, most;      /* number of operands; most < 0: any number */
+    const char *about;    /* lines, shown after the examples */
+    const kt_option *options;
+    size_t option_count;
+    const struct kt_usage *also; /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
+} kt_usage;
+
+/* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
+ * are moved to argv[1] onwards and counted. Both "--name value" and "--name=value" are accepted, and "--" ends the
+ * options. Returns -1 if the command can continue, otherwise an exit code: help was requested and printed, or an error
+ * was found and printed. */
+int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count);
+
+/* Prints the text of --help on standard output. */
+void kt_usage_print(const kt_usage *usage);
+
+#endif

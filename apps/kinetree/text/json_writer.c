@@ -1,0 +1,177 @@
+/* Writes JSON text as it is told. */
+#include "text/json_writer.h"
+
+#include "text/json.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- the text ---------------------------------------------------------------------------------------------------- */
+
+/* Returns where the next `size` bytes and a zero go; NULL: memory is insufficient. */
+static char *make_room(kt_json_writer *out, size_t size) {
+    if (out->room - out->used <= size) {
+        const size_t room = 2 * out->room + size + 4096;
+        char *more = out->is_short ? NULL : realloc(out->text, room);
+        out->is_short = more == NULL;
+        if (out->is_short)
+            return NULL;
+        out->text = more;
+        out->room = room;
+    }
+    return out->text + out->used;
+}
+
+static void put(kt_json_writer *out, const char *text, size_t size) {
+    char *to = make_room(out, size);
+    if (to == NULL)
+        return;
+    memcpy(to, text, size);
+    to[size] = '\0';
+    out->used += size;
+}
+
+/* A comma between members, and the name of this one. */
+static void put_key(kt_json_writer *out, const char *key) {
+    const char last = out->used > 0 ? out->text[out->used - 1] : '[';
+    if (last != '{' && last != '[')
+        put(out, ",", 1);
+    if (key != NULL) {
+        put(out, "\"", 1);
+        put(out, key, strlen(key));
+        put(out, "\":", 2);
+    }
+}
+
+void kt_put_open(kt_json_writer *out, const char *key, char bracket) {
+    put_key(out, key);
+    put(out, &bracket, 1);
+}
+
+void kt_put_close(kt_json_writer *out, char bracket) { put(out, &bracket, 1); }
+
+/* ---- texts ------------------------------------------------------------------------------------------------------- */
+
+/* JSON with "<" escaped, which stands in texts alone. */
+static void put_escaped(kt_json_writer *out, const char *json) {
+    for (const char *less; (less = strchr(json, '<')) != NULL; json = less + 1) {
+        put(out, json, (size_t)(less - json));
+        put(out, "\\u003c", 6);
+    }
+    put(out, json, strlen(json));
+}
+
+void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree) {
+    char *json = tree != NULL ? json_dumps(tree, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9)) : NULL;
+    put_key(out, key);
+    if (json != NULL)
+        put_escaped(out, json);
+    out->is_short = out->is_short || json == NULL || kt_json_is_short();
+    free(json);
+}
+
+static bool is_plain(const char *text) {
+    for (; *text != '\0'; text++)
+        if (*text < ' ' || *text > '~' || *text == '"' || *text == '\\' || *text == '<') /* bytes beyond ASCII, too */
+            return false;
+    return true;
+}
+
+void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
+    if (text == NULL) {
+        kt_put_null(out, key);
+    } else if (is_plain(text)) {
+        put_key(out, key);
+        put(out, "\"", 1);
+        put(out, text, strlen(text));
+        put(out, "\"", 1);
+    } else {
+        json_t *exact = kt_json_text(text);
+        kt_put_tree(out, key, exact);
+        json_decref(exact);
+    }
+}
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+void kt_put_null(kt_json_writer *out, const char *key) {
+    put_key(out, key);
+    put(out, "null", 4);
+}
+
+void kt_put_boolean(kt_json_writer *out, const char *key, bool value) {
+    put_key(out, key);
+    put(out, value ? "true" : "false", value ? 4 : 5);
+}
+
+/* Writes n / 10^decimals, with a digit before the point at least. Returns the length. */
+static size_t print_fixed(char *to, unsigned long long n, int decimals) {
+    char digits[24];
+    int count = 0;
+    size_t used = 0;
+    while (decimals > 0 && n % 10 == 0) {
+        n /= 10;
+        decimals--;
+    }
+    do {
+        digits[count++] = (char)('0' + n % 10);
+        n /= 10;
+    } while (n > 0 || count <= decimals);
+    while (count > 0) {
+        to[used++] = digits[--count];
+        if (count == decimals && count > 0)
+            to[used++] = '.';
+    }
+    return used;
+}
+
+void kt_put_integer(kt_json_writer *out, const char *key, long long n) {
+    char text[24] = "-";
+    const size_t sign = n < 0 ? 1 : 0;
+    put_key(out, key);
+    put(out, text,
+        sign + print_fixed(text + sign, sign != 0 ? 0ULL - (unsigned long long)n : (unsigned long long)n, 0));
+}
+
+/* Whole numbers and those of everyday size: x 10^d, with as many decimals d as make it nine digits long, is exact to
+ * 2^-53 of it, so that the nine digits are right but for ties. Others are left to the C library. */
+void kt_put_number(kt_json_writer *out, const char *key, double x) {
+    const double size = fabs(x);
+    if (!isfinite(x)) {
+        kt_put_null(out, key);
+        return;
+    }
+    if (size < 1e9 && x == floor(x)) {
+        kt_put_integer(out, key, (long long)x);
+        return;
+    }
+    char text[40] = "-";
+    size_t length = x < 0.0 ? 1 : 0;
+    if (size < 1e-5 || size >= 1e9) {
+        length = (size_t)snprintf(text, sizeof text, "%.9g", x);
+    } else {
+        double power = 1.0;
+        int decimals = 0;
+        while (size * power < 1e8) {
+            power *= 10.0;
+            decimals++;
+        }
+        length += print_fixed(text + length, (unsigned long long)(size * power + 0.5), decimals);
+    }
+    put_key(out, key);
+    put(out, text, length);
+}
+
+void kt_put_numbers(kt_json_writer *out, const char *key, const double *x, int count) {
+    kt_put_open(out, key, '[');
+    for (int i = 0; i < count; i++)
+        kt_put_number(out, NULL, x[i]);
+    kt_put_close(out, ']');
+}
+
+void kt_put_vector(kt_json_writer *out, const char *key, kt_vec3 u) {
+    const double x[] = {u.x, u.y, u.z};
+    kt_put_numbers(out, key, x, 3);
+}

@@ -1,0 +1,43 @@
+/* Writes JSON text as it is told, without a tree of values before it: a tenth of the cost.
+ *
+ *     kt_json_writer out = {0};
+ *     kt_put_open(&out, NULL, '{');
+ *     kt_put_number(&out, "mass", 2.0);
+ *     kt_put_close(&out, '}');
+ *     if (!out.is_short) ... out.text ...
+ *     free(out.text);
+ *
+ * key: the member's name, plain ASCII; NULL within a list, or for the whole. Texts have \u003c for "<", so that nothing
+ * in them is markup where the JSON is an element of a page. */
+#ifndef KT_COMMAND_TEXT_JSON_WRITER_H
+#define KT_COMMAND_TEXT_JSON_WRITER_H
+
+#include "kinetree/algebra.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kt_json_writer {
+    char *text; /* ends with a zero; NULL: nothing was put */
+    size_t used, room;
+    bool is_short; /* memory was insufficient: the text is not whole */
+} kt_json_writer;
+
+/* bracket: '{' or '['; '}' or ']'. */
+void kt_put_open(kt_json_writer *out, const char *key, char bracket);
+void kt_put_close(kt_json_writer *out, char bracket);
+
+/* A text; NULL is null. One that is not valid UTF-8 is escaped (kt_show). */
+void kt_put_text(kt_json_writer *out, const char *key, const char *text);
+void kt_put_boolean(kt_json_writer *out, const char *key, bool value);
+void kt_put_integer(kt_json_writer *out, const char *key, long long n);
+/* Nine significant digits, which single precision can tell apart; null if x is not finite. */
+void kt_put_number(kt_json_writer *out, const char *key, double x);
+void kt_put_numbers(kt_json_writer *out, const char *key, const double *x, int count);
+void kt_put_vector(kt_json_writer *out, const char *key, kt_vec3 u);
+void kt_put_null(kt_json_writer *out, const char *key);
+/* A tree of jansson's, borrowed. */
+void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree);
+
+#endif

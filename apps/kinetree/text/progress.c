@@ -1,0 +1,57 @@
+/* Draws a progress bar for runs that take more than a second. */
+#include "subcommands/run.h"
+
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { BAR_WIDTH = 40 };
+
+double kt_clock(void) {
+    struct timespec time;
+    if (clock_gettime(CLOCK_MONOTONIC, &time) != 0)
+        return 0.0;
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+kt_progress kt_progress_start(bool quiet) {
+    kt_progress progress = {0};
+    progress.is_shown = !quiet && isatty(STDERR_FILENO);
+    progress.has_utf8 = kt_speaks_utf8(STDERR_FILENO);
+    progress.start = progress.last = kt_clock();
+    return progress;
+}
+
+static bool is_time(const kt_progress *progress, double time) {
+    return progress->is_shown && time - progress->start >= 1.0 && time - progress->last >= 0.1;
+}
+
+void kt_progress_show(kt_progress *progress, double part, const char *words) {
+    double time = kt_clock();
+    if (!is_time(progress, time))
+        return;
+    progress->last = time;
+    progress->is_drawn = true;
+    part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+    int filled = (int)(part * BAR_WIDTH);
+    double left = part > 0.0 ? (time - progress->start) * (1.0 - part) / part : 0.0;
+    fputs("\r  ", stderr);
+    for (int i = 0; i < BAR_WIDTH; i++)
+        fputs(i < filled ? (progress->has_utf8 ? "\u2588" : "#") : (progress->has_utf8 ? "\u2591" : "."), stderr);
+    fprintf(stderr, " %3.0f %%  %s, %.0f s left\033[K", 100.0 * part, words, left);
+    fflush(stderr);
+}
+
+void kt_progress_update(kt_progress *progress, double done, double whole) {
+    char words[48];
+    if (!(whole > 0.0) || !progress->is_shown)
+        return;
+    snprintf(words, sizeof words, "t = %.4g s", done);
+    kt_progress_show(progress, done / whole, words);
+}
+
+void kt_progress_end(kt_progress *progress) {
+    if (progress->is_drawn)
+        fputs("\r\033[K", stderr);
+    progress->is_drawn = false;
+}

@@ -1,0 +1,277 @@
+/* Prints 'kinetree help TYPE' and the page of all types. Both are generated from the descriptors by which scenes are
+ * read. */
+#include "text/types.h"
+
+#include "kinetree/descriptor.h"
+#include "kinetree/loop.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- families ---------------------------------------------------------------------------------------------------- */
+
+/* An item of any family. */
+typedef union item {
+    kt_joint joint;
+    kt_loop loop;
+    kt_effect effect;
+    kt_function function;
+    kt_shape shape;
+} item;
+
+typedef struct family {
+    const char *noun, *title; /* "joint", "Joints" */
+    const char *about;        /* lines of Markdown */
+    const kt_descriptor *(*describe)(int type);
+    item (*standard)(void); /* an item with its defaults */
+    int first, count;
+    bool drawn; /* include/pages/draw.py has a picture of each */
+} family;
+
+#define FAMILY(noun, default_value)                                                                                    \
+    static const kt_descriptor *noun(int type) { return kt_##noun##_descriptor((kt_##noun##_type)type); }              \
+    static item noun##_standard(void) { return (item){.noun = default_value}; }
+FAMILY(joint, kt_joint_default())
+FAMILY(loop, kt_loop_default())
+FAMILY(effect, kt_effect_default())
+FAMILY(function, kt_function_constant(0.0))
+FAMILY(shape, kt_shape_default())
+
+static const family families[] = {
+    {"joint", "Joints",
+     "How a body moves on its parent. R and p are rotation and position of the body frame in the joint frame, q are "
+     "the\n"
+     "positions. A position or velocity that stands in the file, zero or not, is given: when loops are closed it moves "
+     "only\n"
+     "where they cannot be closed without.\n",
+     joint, joint_standard, 0, KT_JOINT_TYPE_COUNT, true},
+    {"loop", "Loops",
+     "Constraints that the tree of joints cannot carry. Every loop has a `name`. An end is `BODY.MARKER`, `BODY` (its\n"
+     "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`).\n",
+     loop, loop_standard, 0, KT_LOOP_TYPE_COUNT, true},
+    {"effect", "Effects",
+     "What acts on bodies and joints besides gravity. An effect may have a `name`. A joint that an effect acts in has "
+     "one\n"
+     "coordinate q: an angle, or a length; v is its rate. Of two units the first is that of an angle.\n",
+     effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT, true},
+    {"function", "Functions of time", "Where a key takes a function of time y(t). y stands for its unit.\n", function,
+     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1, false},
+    {"shape", "Shapes",
+     "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
+     "none.\n",
+     shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, false},
+};
+
+enum { FAMILY_COUNT = sizeof families / sizeof *families };
+
+/* ---- description of keys ----------------------------------------------------------------------------------------- */
+
+typedef struct phrase {
+    char text[128];
+} phrase;
+
+static const char *name_of(const kt_key *key) {
+    const char *point = strchr(key->name, '.');
+    return point != NULL ? point + 1 : key->name;
+}
+
+static bool is_angle(kt_coordinate_kind kind) { return kind == KT_COORDINATE_ANGLE || kind == KT_COORDINATE_TURNS; }
+
+/* Unit of the coordinates of a joint: "rad", "[m, m, rad]". The elements of a quaternion have none. */
+static phrase unit_of_coordinates(int type, bool of_rate) {
+    phrase unit = {""};
+    const int count = kt_joint_coordinate_kind((kt_joint_type)type, 1) != KT_COORDINATE_NONE ? KT_JOINT_NQ_MAX : 1;
+    size_t used = 0;
+    for (int k = 0; k < count; k++) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind((kt_joint_type)type, k);
+        if (kind == KT_COORDINATE_ROTATION) {
+            static const phrase alone[2] = {{""}, {"rad/s"}}, behind[2] = {{"m"}, {"m/s, rad/s"}};
+            return k == 0 ? alone[of_rate] : behind[of_rate];
+        }
+        if (kind != KT_COORDINATE_NONE)
+            used += (size_t)snprintf(unit.text + used, sizeof unit.text - used, "%s%s%s",
+                                     k > 0       ? ", "
+                                     : count > 1 ? "["
+                                                 : "",
+                                     is_angle(kind) ? "rad" : "m", of_rate ? "/s" : "");
+    }
+    if (count > 1)
+        snprintf(unit.text + used, sizeof unit.text - used, "]");
+    return unit;
+}
+
+static phrase unit_of(int type, const kt_key *key) {
+    phrase unit;
+    if (key->kind == KT_KEY_POSITION || key->kind == KT_KEY_VELOCITY)
+        return unit_of_coordinates(type, key->kind == KT_KEY_VELOCITY);
+    const char *second = strchr(key->unit, '|');
+    if (second == NULL)
+        snprintf(unit.text, sizeof unit.text, "%s", key->unit);
+    else
+        snprintf(unit.text, sizeof unit.text, "%.*s or %s", (int)(second - key->unit), key->unit, second + 1);
+    return unit;
+}
+
+static phrase show_vector(kt_vec3 v, bool is_axis) {
+    phrase shown;
+    if (is_axis && v.x == 0.0 && v.y == 0.0 && v.z == 1.0)
+        return (phrase){"z"};
+    snprintf(shown.text, sizeof shown.text, "[%g, %g, %g]", v.x, v.y, v.z);
+    return shown;
+}
+
+static phrase default_of(const family *f, const kt_key *key) {
+    const item standard = f->standard();
+    const char *member = (const char *)&standard + key->offset;
+    phrase shown = {""};
+    if (key->needed || key->standard != NULL) {
+        snprintf(shown.text, sizeof shown.text, "%s", key->needed ? "needed" : key->standard);
+        return shown;
+    }
+    switch (key->kind) {
+    case KT_KEY_NUMBER:
+        snprintf(shown.text, sizeof shown.text, "%g", *(const double *)(const void *)member);
+        return shown;
+    case KT_KEY_VECTOR:
+    case KT_KEY_AXIS:
+        return show_vector(*(const kt_vec3 *)(const void *)member, key->kind == KT_KEY_AXIS);
+    case KT_KEY_FLAG:
+        snprintf(shown.text, sizeof shown.text, "%s", *(const bool *)(const void *)member ? "true" : "false");
+        return shown;
+    case KT_KEY_ROTATION:
+        return (phrase){"none"};
+    case KT_KEY_POSITION:
+    case KT_KEY_VELOCITY:
+    case KT_KEY_ARMATURE:
+        return (phrase){"0"};
+    default: /* the default is described in words, or the key is required */
+        return shown;
+    }
+}
+
+/* ---- a type ------------------------------------------------------------------------------------------------------ */
+
+/* Describes "5 equations", "1 degree of freedom". */
+static phrase size_of(const family *f, int type) {
+    phrase shown = {""};
+    if (f->describe == joint) {
+#define JOINT_NV(id, name, nq, nv) nv,
+        static const int nv[] = {KT_JOINT_LIST(JOINT_NV)};
+        snprintf(shown.text, sizeof shown.text, "%d degree%s of freedom", nv[type], nv[type] == 1 ? "" : "s");
+    }
+    if (f->describe == loop) {
+        kt_loop most = kt_loop_default(), least = most;
+        most.type = least.type = (kt_loop_type)type;
+        least.holonomic = false;
+        const int n = kt_loop_equation_count(&most), m = kt_loop_equation_count(&least);
+        if (m < n)
+            snprintf(shown.text, sizeof shown.text, "%d or %d equations", m, n);
+        else
+            snprintf(shown.text, sizeof shown.text, "%d equation%s", n, n == 1 ? "" : "s");
+    }
+    return shown;
+}
+
+/* Prints each line of a text after the prefix `before`. */
+static void print_lines(const char *before, const char *text) {
+    while (*text != '\0') {
+        const size_t length = strcspn(text, "\n");
+        printf("%s%.*s\n", before, (int)length, text);
+        text += length + (text[length] == '\n');
+    }
+}
+
+static void print_scene(const char *before, const char *name, const char *example) {
+    printf("%skinetree: 1\n", before);
+    if (name != NULL)
+        printf("%s# %s.yaml\n", before, name);
+    printf("%sgravity: [0, 0, -9.81]\n", before);
+    print_lines(before, example);
+    printf("%ssimulate: {duration: 1}\n", before);
+}
+
+static void print_type(const family *f, int type) {
+    const kt_descriptor *d = f->describe(type);
+    const phrase size = size_of(f, type);
+    printf("%s %s: %s%s%s%s\n\n", f->noun, d->name, d->help, size.text[0] ? " (" : "", size.text,
+           size.text[0] ? ")" : "");
+    print_lines("  ", d->formula);
+    printf("\nKeys\n");
+    for (int i = 0; i < d->key_count; i++) {
+        const kt_key *key = &d->keys[i];
+        const phrase unit = unit_of(type, key), standard = default_of(f, key);
+        printf("  %-13s %s%s%s (%s%s)\n", name_of(key), key->help, unit.text[0] ? ", " : "", unit.text,
+               key->needed ? "" : "default: ", standard.text);
+        if (key->also != NULL)
+            printf("  %-13s may be written '%s'\n", "", key->also);
+    }
+    printf("\nExample\n");
+    print_scene("  ", NULL, d->example);
+}
+
+bool kt_types_print(const char *name) {
+    bool found = false;
+    for (int i = 0; i < FAMILY_COUNT; i++)
+        for (int type = families[i].first; type < families[i].count; type++)
+            if (strcmp(families[i].describe(type)->name, name) == 0) {
+                fputs(found ? "\n" : "", stdout);
+                print_type(&families[i], type);
+                found = true;
+            }
+    return found;
+}
+
+void kt_types_try(kt_nearest *nearest) {
+    for (int i = 0; i < FAMILY_COUNT; i++)
+        for (int type = families[i].first; type < families[i].count; type++)
+            (void)kt_nearest_try(nearest, families[i].describe(type)->name);
+}
+
+/* ---- the page ---------------------------------------------------------------------------------------------------- */
+
+static void print_section(const family *f, int type) {
+    const kt_descriptor *d = f->describe(type);
+    const phrase size = size_of(f, type);
+    char scene[96];
+    printf("### %s: %s\n\n%c%s", f->noun, d->name, toupper((unsigned char)d->help[0]), d->help + 1);
+    printf(".%s%s%s\n\n", size.text[0] ? " " : "", size.text, size.text[0] ? "." : "");
+    if (f->drawn)
+        printf("![%s %s](pictures/%s-%s.svg)\n\n", f->noun, d->name, f->noun, d->name);
+    print_lines("    ", d->formula);
+    printf("\n");
+    if (d->key_count > 0)
+        printf("| key | what it is | unit | default |\n|---|---|---|---|\n");
+    for (int i = 0; i < d->key_count; i++) {
+        const kt_key *key = &d->keys[i];
+        const phrase unit = unit_of(type, key), standard = default_of(f, key);
+        printf("| `%s`%s%s%s | %s | %s | %s |\n", name_of(key), key->also ? ", `" : "", key->also ? key->also : "",
+               key->also ? "`" : "", key->help, unit.text, standard.text);
+    }
+    snprintf(scene, sizeof scene, "%s-%s", f->noun, d->name);
+    printf("\n```yaml\n");
+    print_scene("", scene, d->example);
+    printf("```\n\n");
+}
+
+void kt_types_print_page(void) {
+    printf(
+        "# Joints, loops, effects, functions and shapes\n\n"
+        "Every type that a scene can have, with its keys, its formula and a scene that runs. This page is made by\n"
+        "`kinetree help --types` from the descriptors that scenes are read, checked and written by (`descriptor.h`);\n"
+        "`kinetree help NAME` shows a part of it. [Scene files](scene-files.md) tells how a scene is put "
+        "together.\n\n");
+    for (int i = 0; i < FAMILY_COUNT; i++) {
+        const family *f = &families[i];
+        printf("## %s\n\n%s\n| %s | what it is |%s\n|---|---|%s\n", f->title, f->about, f->noun,
+               size_of(f, f->first).text[0] ? " |" : "", size_of(f, f->first).text[0] ? "---|" : "");
+        for (int type = f->first; type < f->count; type++) {
+            const phrase size = size_of(f, type);
+            printf("| `%s` | %s |%s%s%s\n", f->describe(type)->name, f->describe(type)->help, size.text[0] ? " " : "",
+                   size.text, size.text[0] ? " |" : "");
+        }
+        printf("\n");
+        for (int type = f->first; type < f->count; type++)
+            print_section(f, type);
+    }
+}

@@ -1,0 +1,478 @@
+/* glTF 2.0 (Khronos Group, ISO/IEC 12113:2022). A file of this format is a JSON text and one block of bytes, the
+ * buffer, in which views are rows of numbers and accessors say of what kind they are.
+ *
+ * Nodes: the root, which turns the upward direction into y, as the format has it, and puts the mechanism in its place;
+ * its children are the bodies, theirs the solids. Solids of one size share their numbers, and those of one colour, too,
+ * the mesh. */
+#include "view/glb.h"
+
+#include "command.h"
+#include "picture/mesh.h"
+#include "plot/palette.h"
+#include "records/output.h"
+#include "text/json.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers that the format gives to kinds of components, to uses of views, and to chunks. */
+enum {
+    SHORT = 5122,
+    UNSIGNED_INT = 5125,
+    FLOAT = 5126,
+    FOR_POINTS = 34962,
+    FOR_TRIANGLES = 34963,
+    CHUNK_JSON = 0x4E4F534A,
+    CHUNK_BIN = 0x004E4942,
+    MAGIC = 0x46546C67,
+    COLOURS = 6,
+    SIDES = 24,
+};
+
+typedef struct glb {
+    const kt_motion *motion;
+    json_t *root, *views, *accessors, *meshes, *nodes;
+    unsigned char *bytes;
+    size_t used, room;
+    bool full;
+    size_t *frames; /* those whose times differ in single precision */
+    size_t frame_count;
+    int *meshes_of; /* [solid]: the mesh; for solids of one size and colour the same one */
+} glb;
+
+/* ---- the buffer -------------------------------------------------------------------------------------------------- */
+
+static void put_bytes(glb *g, const void *number, size_t size) {
+    if (g->room - g->used < size) {
+        const size_t room = 2 * g->room + size + 4096;
+        unsigned char *more = realloc(g->bytes, room);
+        if (more == NULL) {
+            g->full = true;
+            return;
+        }
+        g->bytes = more;
+        g->room = room;
+    }
+    for (size_t k = 0; k < size; k++) /* little-endian on every machine */
+        g->bytes[g->used++] =
+            ((const unsigned char *)number)[__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? size - 1 - k : k];
+}
+
+static void put_float(glb *g, double x) {
+    const float number = (float)x;
+    put_bytes(g, &number, sizeof number);
+}
+
+static void put_vector(glb *g, kt_vec3 u) {
+    put_float(g, u.x);
+    put_float(g, u.y);
+    put_float(g, u.z);
+}
+
+/* Makes what was put since `start` a view of rows of one kind. Returns its accessor. */
+static int end_view(glb *g, size_t start, int use, int component, const char *type, size_t count, bool is_normalized,
+                    json_t *low, json_t *high) {
+    json_t *view = json_object(), *accessor = json_object();
+    json_object_set_new(view, "buffer", json_integer(0));
+    json_object_set_new(view, "byteOffset", json_integer((json_int_t)start));
+    json_object_set_new(view, "byteLength", json_integer((json_int_t)(g->used - start)));
+    if (use != 0)
+        json_object_set_new(view, "target", json_integer(use));
+    json_object_set_new(accessor, "bufferView", json_integer((json_int_t)json_array_size(g->views)));
+    json_object_set_new(accessor, "componentType", json_integer(component));
+    json_object_set_new(accessor, "count", json_integer((json_int_t)count));
+    json_object_set_new(accessor, "type", json_string(type));
+    if (is_normalized)
+        json_object_set_new(accessor, "normalized", json_true());
+    if (low != NULL)
+        json_object_set_new(accessor, "min", low);
+    if (high != NULL)
+        json_object_set_new(accessor, "max", high);
+    json_array_append_new(g->views, view);
+    json_array_append_new(g->accessors, accessor);
+    return (int)json_array_size(g->accessors) - 1;
+}
+
+/* ---- meshes ------------------------------------------------------------------------------------------------------ */
+
+static kt_vec3 vector_of(const float *x) { return kt_vec3_make((double)x[0], (double)x[1], (double)x[2]); }
+
+/* The box of points, as they are in the buffer. In single precision throughout: gcc 12 drops the rounding of a double
+ * to a float and back where it vectorises. */
+typedef struct box {
+    float low[3], high[3];
+} box;
+
+static box box_of(const kt_mesh *mesh) {
+    box all = {{HUGE_VALF, HUGE_VALF, HUGE_VALF}, {-HUGE_VALF, -HUGE_VALF, -HUGE_VALF}};
+    for (int i = 0; i < mesh->point_count; i++) {
+        const float p[] = {(float)mesh->points[i].x, (float)mesh->points[i].y, (float)mesh->points[i].z};
+        for (int k = 0; k < 3; k++) {
+            all.low[k] = fminf(all.low[k], p[k]);
+            all.high[k] = fmaxf(all.high[k], p[k]);
+        }
+    }
+    return all;
+}
+
+static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
+    const box all = box_of(mesh);
+    const size_t points = (size_t)mesh->point_count, corners = 3 * (size_t)mesh->triangle_count;
+    size_t start = g->used;
+    for (size_t i = 0; i < points; i++)
+        put_vector(g, mesh->points[i]);
+    json_t *attributes = json_object(), *primitive = json_object();
+    json_object_set_new(
+        attributes, "POSITION",
+        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, false, kt_json_vector(vector_of(all.low)),
+                              kt_json_vector(vector_of(all.high)))));
+    start = g->used;
+    for (size_t i = 0; i < points; i++)
+        put_vector(g, mesh->normals[i]);
+    json_object_set_new(attributes, "NORMAL",
+                        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, false, NULL, NULL)));
+    start = g->used;
+    for (size_t i = 0; i < corners; i++) {
+        const uint32_t corner = (uint32_t)mesh->corners[i];
+        put_bytes(g, &corner, sizeof corner);
+    }
+    json_object_set_new(primitive, "attributes", attributes);
+    json_object_set_new(
+        primitive, "indices",
+        json_integer(end_view(g, start, FOR_TRIANGLES, UNSIGNED_INT, "SCALAR", corners, false, NULL, NULL)));
+    json_object_set_new(primitive, "material", json_integer(material));
+    return primitive;
+}
+
+/* The colours of bodies, then grey for what is fixed to the world. */
+static int material_of(const kt_picture *picture, const kt_solid *solid) {
+    const int colour = picture->colour[solid->body];
+    return colour >= 0 ? colour % COLOURS : COLOURS;
+}
+
+static bool is_alike(const kt_solid *a, const kt_solid *b) {
+    return a->type == b->type && a->half.x == b->half.x && a->half.y == b->half.y && a->half.z == b->half.z;
+}
+
+/* A mesh that shares the numbers of one whose solid is alike; NULL: there is none yet. */
+static json_t *find_primitive(const glb *g, int solid) {
+    const kt_picture *picture = g->motion->picture;
+    for (int i = solid - 1; i >= 0; i--)
+        if (is_alike(&picture->solids[i], &picture->solids[solid]))
+            return json_array_get(json_object_get(json_array_get(g->meshes, (size_t)g->meshes_of[i]), "primitives"), 0);
+    return NULL;
+}
+
+static int find_mesh(const glb *g, int solid) {
+    const kt_picture *picture = g->motion->picture;
+    for (int i = solid - 1; i >= 0; i--)
+        if (is_alike(&picture->solids[i], &picture->solids[solid]) &&
+            material_of(picture, &picture->solids[i]) == material_of(picture, &picture->solids[solid]))
+            return g->meshes_of[i];
+    return -1;
+}
+
+static void add_mesh(glb *g, int solid) {
+    const kt_picture *picture = g->motion->picture;
+    const int material = material_of(picture, &picture->solids[solid]);
+    json_t *primitive = json_copy(find_primitive(g, solid));
+    if (primitive != NULL) {
+        json_object_set_new(primitive, "material", json_integer(material));
+    } else {
+        kt_mesh mesh = {0};
+        kt_solid centred = picture->solids[solid];
+        centred.pose = kt_pose_identity();
+        g->full = !kt_mesh_add_solid(&mesh, &centred, SIDES) || g->full;
+        primitive = g->full ? json_object() : describe_primitive(g, &mesh, material);
+        kt_mesh_free(&mesh);
+    }
+    json_t *one = json_object(), *primitives = json_array();
+    json_array_append_new(primitives, primitive);
+    json_object_set_new(one, "primitives", primitives);
+    g->meshes_of[solid] = (int)json_array_size(g->meshes);
+    json_array_append_new(g->meshes, one);
+}
+
+static void add_meshes(glb *g) {
+    for (int i = 0; i < g->motion->picture->solid_count && !g->full; i++) {
+        g->meshes_of[i] = find_mesh(g, i);
+        if (g->meshes_of[i] < 0)
+            add_mesh(g, i);
+    }
+}
+
+/* Colours of screens, as linear numbers. */
+static double linear_of(double x) { return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4); }
+
+static json_t *describe_materials(void) {
+    const kt_palette *palette = kt_palette_choose(false);
+    json_t *list = json_array();
+    for (int i = 0; i <= COLOURS; i++) {
+        const kt_colour c = i < COLOURS ? palette->series[i] : palette->quiet;
+        const double factor[] = {linear_of(c.red), linear_of(c.green), linear_of(c.blue), 1.0};
+        json_t *surface = json_object(), *material = json_object();
+        json_object_set_new(surface, "baseColorFactor", kt_json_numbers(factor, 4));
+        json_object_set_new(surface, "metallicFactor", json_real(0.0));
+        json_object_set_new(surface, "roughnessFactor", json_real(0.6));
+        json_object_set_new(material, "pbrMetallicRoughness", surface);
+        json_array_append_new(list, material);
+    }
+    return list;
+}
+
+/* ---- nodes ------------------------------------------------------------------------------------------------------- */
+
+/* Scalar last, as the format has it. */
+static json_t *describe_rotation(kt_quat q) {
+    const double x[] = {q.x, q.y, q.z, q.w};
+    return kt_json_numbers(x, 4);
+}
+
+static int add_node(glb *g, const char *name, kt_pose pose, int mesh) {
+    json_t *node = json_object();
+    if (name != NULL)
+        json_object_set_new(node, "name", kt_json_text(name));
+    if (mesh >= 0)
+        json_object_set_new(node, "mesh", json_integer(mesh));
+    json_object_set_new(node, "translation", kt_json_vector(pose.position));
+    json_object_set_new(node, "rotation", describe_rotation(kt_quat_from_matrix(pose.rotation)));
+    json_array_append_new(g->nodes, node);
+    return (int)json_array_size(g->nodes) - 1;
+}
+
+static void add_child(glb *g, int node, int child) {
+    json_t *parent = json_array_get(g->nodes, (size_t)node), *children = json_object_get(parent, "children");
+    if (children == NULL) {
+        children = json_array();
+        json_object_set_new(parent, "children", children);
+    }
+    json_array_append_new(children, json_integer(child));
+}
+
+/* The pose of the root: up becomes y, and what the places in frames are relative to is put back. */
+static kt_pose root_pose(const kt_motion *motion) {
+    const kt_vec3 g = motion->picture->gravity, y = kt_vec3_make(0.0, 1.0, 0.0);
+    const double norm = kt_vec3_norm(g);
+    const bool is_flat = motion->picture->is_planar && fabs(motion->picture->normal.z) > 0.999;
+    const kt_vec3 up = norm > 0.0 ? kt_vec3_scale(-1.0 / norm, g) : is_flat ? y : kt_vec3_make(0.0, 0.0, 1.0);
+    const kt_vec3 axis = kt_vec3_cross(up, y);
+    const double sine = kt_vec3_norm(axis), angle = atan2(sine, kt_vec3_dot(up, y));
+    const kt_vec3 turn = sine > 0.0 ? kt_vec3_scale(angle / sine, axis) : kt_vec3_make(angle, 0.0, 0.0);
+    kt_pose pose = {.rotation = kt_matrix_from_quat(kt_quat_from_euler_vector(turn))};
+    pose.position = kt_mat3_apply(pose.rotation, motion->centre);
+    return pose;
+}
+
+static kt_pose first_pose(const kt_motion *motion, int body) {
+    kt_pose pose = kt_pose_identity();
+    if (body == 0) {
+        pose.position = kt_vec3_scale(-1.0, motion->centre);
+        return pose;
+    }
+    const float *place = motion->places + 3 * (size_t)(body - 1);
+    const int16_t *q = motion->turns + 4 * (size_t)(body - 1);
+    pose.position = vector_of(place);
+    pose.rotation = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
+    return pose;
+}
+
+/* Node 0 is the root, node 1 + b body b, the world being body 0; then come the solids. */
+static void add_nodes(glb *g, const char *name) {
+    const kt_motion *motion = g->motion;
+    const kt_picture *picture = motion->picture;
+    (void)add_node(g, name, root_pose(motion), -1);
+    for (int body = 0; body < picture->body_count; body++)
+        add_child(g, 0, add_node(g, kt_body_name(motion->model, body), first_pose(motion, body), -1));
+    for (int i = 0; i < picture->solid_count; i++)
+        add_child(g, 1 + picture->solids[i].body, add_node(g, NULL, picture->solids[i].pose, g->meshes_of[i]));
+}
+
+/* ---- animation --------------------------------------------------------------------------------------------------- */
+
+/* Times must rise, in single precision. */
+static int add_times(glb *g) {
+    const size_t start = g->used;
+    const double *times = g->motion->times;
+    for (size_t i = 0; i < g->motion->count; i++)
+        if (i == 0 || (float)times[i] > (float)times[g->frames[g->frame_count - 1]]) {
+            g->frames[g->frame_count++] = i;
+            put_float(g, times[i]);
+        }
+    const float first = (float)times[0], last = (float)times[g->frames[g->frame_count - 1]];
+    const double low = (double)first, high = (double)last;
+    return end_view(g, start, 0, FLOAT, "SCALAR", g->frame_count, false, kt_json_numbers(&low, 1),
+                    kt_json_numbers(&high, 1));
+}
+
+static int add_places(glb *g, size_t body) {
+    const size_t start = g->used, bodies = kt_motion_bodies(g->motion);
+    for (size_t i = 0; i < g->frame_count; i++) {
+        const float *place = g->motion->places + 3 * (g->frames[i] * bodies + body);
+        put_vector(g, vector_of(place));
+    }
+    return end_view(g, start, 0, FLOAT, "VEC3", g->frame_count, false, NULL, NULL);
+}
+
+static int add_turns(glb *g, size_t body) {
+    const size_t start = g->used, bodies = kt_motion_bodies(g->motion);
+    for (size_t i = 0; i < g->frame_count; i++) {
+        const int16_t *q = g->motion->turns + 4 * (g->frames[i] * bodies + body);
+        for (int k = 1; k <= 4; k++)
+            put_bytes(g, &q[k % 4], sizeof *q);
+    }
+    return end_view(g, start, 0, SHORT, "VEC4", g->frame_count, true, NULL, NULL);
+}
+
+static void add_channel(json_t *samplers, json_t *channels, int times, int values, int node, const char *path) {
+    json_t *sampler = json_object(), *channel = json_object(), *target = json_object();
+    json_object_set_new(sampler, "input", json_integer(times));
+    json_object_set_new(sampler, "output", json_integer(values));
+    json_object_set_new(target, "node", json_integer(node));
+    json_object_set_new(target, "path", json_string(path));
+    json_object_set_new(channel, "sampler", json_integer((json_int_t)json_array_size(samplers)));
+    json_object_set_new(channel, "target", target);
+    json_array_append_new(samplers, sampler);
+    json_array_append_new(channels, channel);
+}
+
+static json_t *describe_animation(glb *g) {
+    json_t *samplers = json_array(), *channels = json_array(), *animation = json_object(), *list = json_array();
+    const int times = add_times(g);
+    for (int body = 1; body < g->motion->picture->body_count; body++)
+        if (g->motion->picture->colour[body] >= 0) {
+            add_channel(samplers, channels, times, add_places(g, (size_t)body - 1), 1 + body, "translation");
+            add_channel(samplers, channels, times, add_turns(g, (size_t)body - 1), 1 + body, "rotation");
+        }
+    json_object_set_new(animation, "name", json_string("motion"));
+    json_object_set_new(animation, "samplers", samplers);
+    json_object_set_new(animation, "channels", channels);
+    json_array_append_new(list, animation);
+    return list;
+}
+
+/* ---- all of it --------------------------------------------------------------------------------------------------- */
+
+static json_t *list_of(json_t *one) {
+    json_t *list = json_array();
+    json_array_append_new(list, one);
+    return list;
+}
+
+static bool moves(const kt_picture *picture) {
+    for (int body = 1; body < picture->body_count; body++)
+        if (picture->colour[body] >= 0)
+            return true;
+    return false;
+}
+
+static void describe(glb *g, const char *name) {
+    json_t *asset = json_object(), *scene = json_object(), *buffer = json_object();
+    char generator[64];
+    snprintf(generator, sizeof generator, "Kinetree %s", kt_version());
+    json_object_set_new(asset, "version", json_string("2.0"));
+    json_object_set_new(asset, "generator", json_string(generator));
+    json_object_set_new(scene, "name", kt_json_text(name));
+    json_object_set_new(scene, "nodes", list_of(json_integer(0)));
+    json_object_set_new(g->root, "asset", asset);
+    json_object_set_new(g->root, "scene", json_integer(0));
+    json_object_set_new(g->root, "scenes", list_of(scene));
+    add_meshes(g);
+    add_nodes(g, name);
+    if (moves(g->motion->picture))
+        json_object_set_new(g->root, "animations", describe_animation(g));
+    if (json_array_size(g->meshes) > 0) { /* the format has no empty lists */
+        json_object_set_new(g->root, "materials", describe_materials());
+        json_object_set(g->root, "meshes", g->meshes);
+    }
+    json_object_set(g->root, "nodes", g->nodes);
+    if (g->used > 0) {
+        json_object_set_new(buffer, "byteLength", json_integer((json_int_t)g->used));
+        json_object_set_new(g->root, "buffers", list_of(buffer));
+        json_object_set(g->root, "bufferViews", g->views);
+        json_object_set(g->root, "accessors", g->accessors);
+    } else {
+        json_decref(buffer);
+    }
+}
+
+static void write_word(FILE *file, size_t word) {
+    for (int k = 0; k < 4; k++)
+        (void)fputc((int)(word >> (8 * k) & 255U), file); /* errors are asked for at the end */
+}
+
+static size_t whole_words(size_t size) { return (size + 3) / 4 * 4; }
+
+static void write_chunk(FILE *file, size_t type, const void *bytes, size_t size, int filling) {
+    write_word(file, whole_words(size));
+    write_word(file, type);
+    (void)fwrite(bytes, 1, size, file);
+    for (size_t i = size; i < whole_words(size); i++)
+        (void)fputc(filling, file);
+}
+
+/* Returns 0, or the errno. */
+static int write_file(const glb *g, const char *json, const char *path) {
+    const size_t length = strlen(json), buffer = g->used > 0 ? 8 + whole_words(g->used) : 0;
+    errno = 0;
+    FILE *file = fopen(path, "wb");
+    if (file == NULL)
+        return errno;
+    write_word(file, MAGIC);
+    write_word(file, 2);
+    write_word(file, 12 + 8 + whole_words(length) + buffer);
+    write_chunk(file, CHUNK_JSON, json, length, ' ');
+    if (buffer > 0)
+        write_chunk(file, CHUNK_BIN, g->bytes, g->used, 0);
+    const bool fine = fflush(file) == 0 && !ferror(file);
+    const int reason = fine ? 0 : errno != 0 ? errno : EIO;
+    return fclose(file) != 0 && reason == 0 ? errno : reason;
+}
+
+static int write_output(const glb *g, const char *json, const char *path) {
+    kt_output output;
+    const int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    const int reason = write_file(g, json, kt_output_path(&output));
+    if (reason != 0)
+        kt_say("%s cannot be written: %s", path, strerror(reason));
+    const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
+    return reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+}
+
+int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
+    if (motion->count == 0)
+        return KT_EXIT_DONE; /* there is nothing to see, and why was said */
+    glb g = {.motion = motion,
+             .root = json_object(),
+             .views = json_array(),
+             .accessors = json_array(),
+             .meshes = json_array(),
+             .nodes = json_array(),
+             .frames = malloc(motion->count * sizeof *g.frames),
+             .meshes_of = malloc((size_t)(motion->picture->solid_count + 1) * sizeof *g.meshes_of)};
+    g.full = g.frames == NULL || g.meshes_of == NULL;
+    if (!g.full)
+        describe(&g, name);
+    char *json = NULL;
+    if (g.full) {
+        kt_say("there is not enough memory for the glTF file");
+        json_decref(g.root);
+    } else {
+        json = kt_json_print(g.root, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    }
+    const int code = json != NULL ? write_output(&g, json, path) : KT_EXIT_INTEGRATION;
+    free(json);
+    json_decref(g.views);
+    json_decref(g.accessors);
+    json_decref(g.meshes);
+    json_decref(g.nodes);
+    free(g.bytes);
+    free(g.frames);
+    free(g.meshes_of);
+    return code;
+}

@@ -1,0 +1,78 @@
+/* The motion of a mechanism for pictures that move: poses of its bodies, columns and forces, frame by frame.
+ *
+ *     kt_motion *motion = kt_motion_start(scene, &columns, records, true);
+ *     code = kt_motion_take(motion, record, kt_columns_evaluate(&columns, record));     for each record
+ *     code = kt_view_write(motion, ...), kt_glb_write(motion, ...)
+ *     kt_motion_free(motion);
+ */
+#ifndef KT_COMMAND_VIEW_MOTION_H
+#define KT_COMMAND_VIEW_MOTION_H
+
+#include "kinetree/scene.h"
+#include "picture/picture.h"
+#include "records/columns.h"
+
+#include <stdint.h>
+
+/* The most bytes that frames take; of a longer motion only every second (third, ...) record becomes a frame. */
+#define KT_MOTION_BYTES_MAX (48 << 20)
+
+typedef enum kt_force_source {
+    KT_FORCE_JOINT,   /* reaction on the child, at the joint */
+    KT_FORCE_LOOP,    /* reaction on the second end, at the first */
+    KT_FORCE_CONTACT, /* on the sphere, at its lowest point */
+    KT_FORCE_EFFECT,  /* on the first end, and its opposite on the second, if there is one */
+} kt_force_source;
+
+/* A force that frames have, and the point where it acts. */
+typedef struct kt_motion_force {
+    kt_force_source source;
+    int index; /* the body of the joint, the loop, or the effect in the picture */
+    int body;  /* to which the point is fixed; of a contact, that of the sphere */
+    kt_vec3 at;
+} kt_motion_force;
+
+typedef struct kt_motion {
+    const kt_scene *scene;
+    const kt_model *model;
+    kt_picture *picture; /* NULL: there is no frame yet */
+    kt_columns *columns; /* the caller's; the first is time, which frames have apart */
+    bool has_drift;      /* after the columns comes the change of the total energy, or of the balance */
+    double energy_start;
+    kt_motion_force *forces;
+    int force_count;
+    bool has_reactions; /* of joints and loops; forces of effects are always there */
+    kt_vec3 centre;     /* places of bodies are relative to this, so that single precision does for them */
+
+    /* Frames; bodies do not count the world here. */
+    size_t count, room;
+    size_t expected;     /* frames of the whole run, with its last record and its last state */
+    double *times;       /* s */
+    float *places;       /* [frame][body][3], m */
+    int16_t *turns;      /* [frame][body][4]: quaternions times 32767, of the sign that is nearer to the frame before */
+    float *values;       /* [frame][kt_motion_width] */
+    float *force_values; /* [frame][force][3], N, world axes */
+    int64_t stride;      /* every stride-th record becomes a frame; the last one always does */
+    int64_t taken;       /* records */
+    bool is_loose;       /* the last frame gives way to the next record */
+    double fastest;      /* rad/s, the largest angular velocity at any frame */
+    int fastest_body;    /* ... and whose */
+} kt_motion;
+
+/* columns: what frames have besides poses and forces; they must outlive the motion. records: how many will be taken.
+ * has_reactions: records have them, whether columns do or not. Returns NULL if memory is insufficient. */
+kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions);
+void kt_motion_free(kt_motion *motion);
+
+/* Adds a record, whose data hold its kinematics; values: of the columns. Returns 0, or -1 after printing the error. */
+int kt_motion_take(kt_motion *motion, const kt_record *record, const double *values);
+/* Adds a state, if it is later than the last frame and its poses can be computed: poses, positions and velocities,
+ * without forces and energies. Returns 0, or -1 after printing that memory is insufficient. */
+int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v);
+
+/* Numbers in a row of values: the columns but time, and the drift. */
+size_t kt_motion_width(const kt_motion *motion);
+/* Bodies of a frame, the world left out. */
+size_t kt_motion_bodies(const kt_motion *motion);
+
+#endif

@@ -1,0 +1,429 @@
+/* Writes the page that shows a motion: its sources, made into texts by the build (view/embed.py), with the description
+ * of the mechanism as JSON and the frames in base64 between them (view/motion.js has the order of the bytes). */
+#include "view/view.h"
+
+#include "command.h"
+#include "kinetree/descriptor.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "records/output.h"
+#include "text/json_writer.h"
+#include "view/page.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- base64 ------------------------------------------------------------------------------------------------------ */
+
+/* Bytes on their way to letters, four for each three; a whole block is written at once. */
+enum { BLOCK = 12288 }; /* bytes, a multiple of 6 */
+
+typedef struct base64 {
+    FILE *file;
+    char pairs[4096][2];            /* the two letters of twelve bits */
+    unsigned char bytes[BLOCK + 2]; /* read eight at a time, of which six count */
+    size_t count;
+} base64;
+
+static void start_letters(base64 *out, FILE *file) {
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    out->file = file;
+    out->count = 0;
+    for (size_t i = 0; i < sizeof out->pairs / sizeof *out->pairs; i++) {
+        out->pairs[i][0] = letters[i / 64];
+        out->pairs[i][1] = letters[i % 64];
+    }
+}
+
+/* Eight letters of the first six bytes. */
+static void put_letters(const base64 *out, const unsigned char *from, char *to) {
+    uint64_t word;
+    memcpy(&word, from, sizeof word);
+    if (__BYTE_ORDER__ != __ORDER_BIG_ENDIAN__)
+        word = __builtin_bswap64(word);
+    memcpy(to, out->pairs[word >> 52], 2);
+    memcpy(to + 2, out->pairs[word >> 40 & 4095U], 2);
+    memcpy(to + 4, out->pairs[word >> 28 & 4095U], 2);
+    memcpy(to + 6, out->pairs[word >> 16 & 4095U], 2);
+}
+
+/* Writes the block. The last one is filled up to three bytes with zeros, which no reader looks at. */
+static void flush_letters(base64 *out) {
+    char text[BLOCK / 3 * 4];
+    const size_t size = (out->count + 2) / 3 * 3;
+    memset(out->bytes + out->count, 0, (size + 5) / 6 * 6 + 2 - out->count);
+    for (size_t from = 0; from < size; from += 6)
+        put_letters(out, out->bytes + from, text + from / 3 * 4);
+    if (size > 0)
+        (void)fwrite(text, 1, size / 3 * 4, out->file); /* errors are asked for at the end */
+    out->count = 0;
+}
+
+static void put_bytes(base64 *out, const unsigned char *from, size_t size) {
+    while (size > 0) {
+        const size_t room = BLOCK - out->count, part = size < room ? size : room;
+        memcpy(out->bytes + out->count, from, part);
+        out->count += part;
+        from += part;
+        size -= part;
+        if (out->count == BLOCK)
+            flush_letters(out);
+    }
+}
+
+/* Numbers of `size` bytes each, little-endian on every machine. */
+static void put_numbers(base64 *out, const void *numbers, size_t count, size_t size) {
+    const unsigned char *from = numbers;
+    if (__BYTE_ORDER__ != __ORDER_BIG_ENDIAN__) {
+        put_bytes(out, from, count * size);
+        return;
+    }
+    for (size_t i = 0; i < count * size; i++)
+        put_bytes(out, &from[i + size - 1 - 2 * (i % size)], 1);
+}
+
+static void put_frames(const kt_motion *motion, FILE *file) {
+    const size_t n = motion->count, bodies = kt_motion_bodies(motion);
+    base64 out;
+    start_letters(&out, file);
+    put_numbers(&out, motion->times, n, sizeof *motion->times);
+    put_numbers(&out, motion->places, 3 * n * bodies, sizeof *motion->places);
+    put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
+    put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
+    put_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
+    flush_letters(&out);
+}
+
+/* ---- the mechanism as JSON --------------------------------------------------------------------------------------- */
+
+static void put_quaternion(kt_json_writer *out, const char *key, kt_mat3 rotation) {
+    const kt_quat q = kt_quat_from_matrix(rotation);
+    const double x[] = {q.w, q.x, q.y, q.z};
+    kt_put_numbers(out, key, x, 4);
+}
+
+static void put_pose(kt_json_writer *out, kt_pose pose) {
+    kt_put_vector(out, "at", pose.position);
+    put_quaternion(out, "turn", pose.rotation);
+}
+
+static void put_frame(kt_json_writer *out, const kt_body_frame *frame) {
+    kt_put_integer(out, "body", frame->body);
+    put_pose(out, frame->pose);
+}
+
+static void put_ends(kt_json_writer *out, const kt_body_frame *ends, int count) {
+    kt_put_open(out, "ends", '[');
+    for (int k = 0; k < count; k++) {
+        kt_put_open(out, NULL, '{');
+        put_frame(out, &ends[k]);
+        kt_put_close(out, '}');
+    }
+    kt_put_close(out, ']');
+}
+
+static void put_body(kt_json_writer *out, const kt_motion *motion, int body) {
+    const kt_model *model = motion->model;
+    kt_put_text(out, "name", kt_body_name(model, body));
+    kt_put_integer(out, "parent", body > 0 ? kt_body_parent(model, body) : 0);
+    kt_put_text(out, "joint", kt_joint_type_name(kt_body_coordinates(model, body).type));
+    kt_put_number(out, "mass", body > 0 ? kt_body_mass(model, body) : 0.0);
+    kt_put_integer(out, "colour", motion->picture->colour[body]);
+}
+
+static void put_solid(kt_json_writer *out, const kt_motion *motion, int i) {
+    static const char *const types[] = {
+        [KT_SOLID_BOX] = "box", [KT_SOLID_SPHERE] = "sphere", [KT_SOLID_CYLINDER] = "cylinder", [KT_SOLID_ROD] = "rod"};
+    const kt_solid *solid = &motion->picture->solids[i];
+    kt_put_text(out, "type", types[solid->type]);
+    kt_put_integer(out, "body", solid->body);
+    put_pose(out, solid->pose);
+    kt_put_vector(out, "half", solid->half);
+}
+
+static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
+    const kt_picture_joint *joint = &motion->picture->joints[i];
+    kt_put_text(out, "name", joint->name);
+    kt_put_text(out, "type", kt_joint_type_name(joint->type));
+    kt_put_integer(out, "body", joint->body);
+    kt_put_integer(out, "on", joint->frame.body);
+    put_pose(out, joint->frame.pose);
+    if (joint->type == KT_JOINT_REVOLUTE)
+        put_quaternion(out, "child", joint->child);
+    if (joint->type == KT_JOINT_UNIVERSAL)
+        kt_put_vector(out, "axis2", joint->axis2);
+}
+
+static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
+    const kt_picture_loop *loop = &motion->picture->loops[i];
+    kt_put_text(out, "name", loop->name);
+    kt_put_text(out, "type", kt_loop_type_name(loop->type));
+    put_ends(out, loop->ends, 2);
+}
+
+static void put_relation(kt_json_writer *out, const kt_motion *motion, int i) {
+    const kt_picture_relation *relation = &motion->picture->relations[i];
+    kt_put_text(out, "name", relation->name);
+    kt_put_text(out, "type", kt_loop_type_name(relation->type));
+    kt_put_integer(out, "joint", relation->joint);
+    kt_put_integer(out, "other", relation->other);
+}
+
+/* lower, upper: null where there is no limit */
+static void put_effect(kt_json_writer *out, const kt_motion *motion, int i) {
+    const kt_picture_effect *effect = &motion->picture->effects[i];
+    kt_put_text(out, "name", effect->name);
+    kt_put_text(out, "type", kt_effect_type_name(effect->type));
+    put_ends(out, effect->ends, effect->end_count);
+    kt_put_number(out, "radius", effect->radius);
+    kt_put_boolean(out, "stiff", effect->has_stiffness);
+    if (effect->joint >= 0)
+        kt_put_integer(out, "joint", effect->joint);
+    if (effect->joint >= 0 && effect->type == KT_EFFECT_JOINT_LIMIT) {
+        kt_put_number(out, "lower", effect->lower);
+        kt_put_number(out, "upper", effect->upper);
+    }
+}
+
+static void put_plane(kt_json_writer *out, const kt_motion *motion, int i) {
+    put_frame(out, &motion->picture->planes[i].frame);
+    kt_put_number(out, "half", motion->picture->planes[i].half);
+}
+
+static void put_force(kt_json_writer *out, const kt_motion *motion, int i) {
+    static const char *const sources[] = {[KT_FORCE_JOINT] = "reaction",
+                                          [KT_FORCE_LOOP] = "reaction",
+                                          [KT_FORCE_CONTACT] = "contact",
+                                          [KT_FORCE_EFFECT] = "effect"};
+    const kt_motion_force *force = &motion->forces[i];
+    kt_put_text(out, "source", sources[force->source]);
+    kt_put_integer(out, "body", force->body);
+    kt_put_vector(out, "at", force->at);
+    if (force->source == KT_FORCE_CONTACT || force->source == KT_FORCE_EFFECT)
+        kt_put_integer(out, "effect", force->index);
+}
+
+/* A list of objects, each put by a function. */
+static void put_list(kt_json_writer *out, const char *key, const kt_motion *motion, int count,
+                     void (*one)(kt_json_writer *, const kt_motion *, int)) {
+    kt_put_open(out, key, '[');
+    for (int i = 0; i < count; i++) {
+        kt_put_open(out, NULL, '{');
+        one(out, motion, i);
+        kt_put_close(out, '}');
+    }
+    kt_put_close(out, ']');
+}
+
+static bool is_traced(const kt_view *view, const char *body, const char *marker) {
+    for (int i = 0; view->run != NULL && i < view->run->marker_count; i++) {
+        const kt_marker_pair *pair = &view->run->markers[i];
+        if (strcmp(pair->body != NULL ? pair->body : "world", body) == 0 && strcmp(pair->marker, marker) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Markers of the world do not move. */
+static void put_markers(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
+    const kt_model *model = motion->model;
+    kt_put_open(out, "markers", '[');
+    for (int body = 1; body < kt_model_body_count(model); body++)
+        for (int k = 0; k < kt_marker_count(model, body); k++) {
+            const char *name = kt_marker_name(model, body, k);
+            kt_put_open(out, NULL, '{');
+            kt_put_integer(out, "body", body);
+            kt_put_text(out, "name", name);
+            kt_put_vector(out, "at", kt_marker_at(model, body, k));
+            kt_put_boolean(out, "traced", is_traced(view, kt_body_name(model, body), name));
+            kt_put_close(out, '}');
+        }
+    kt_put_close(out, ']');
+}
+
+static void put_column(kt_json_writer *out, const char *name, const char *title, const char *unit) {
+    kt_put_open(out, NULL, '{');
+    kt_put_text(out, "name", name);
+    kt_put_text(out, "group", title);
+    kt_put_text(out, "unit", unit);
+    kt_put_close(out, '}');
+}
+
+static void put_columns(kt_json_writer *out, const kt_motion *motion) {
+    kt_put_open(out, "columns", '[');
+    for (size_t i = 1; i < motion->columns->count; i++) {
+        char name[512];
+        const kt_quantity quantity = kt_column_quantity(motion->columns, i);
+        (void)kt_column_name(motion->columns, i, name, sizeof name);
+        put_column(out, name, quantity.title, quantity.unit);
+    }
+    if (motion->has_drift)
+        put_column(out, "energy.total less its start", "Change of the energy", "J");
+    kt_put_close(out, ']');
+}
+
+/* Errors name what they are about in quotation marks. */
+static bool is_named(const kt_error *error, const char *name) {
+    char quoted[KT_MESSAGE_SIZE];
+    (void)snprintf(quoted, sizeof quoted, "'%s'", name);
+    return strstr(error->where, quoted) != NULL || strstr(error->message, quoted) != NULL;
+}
+
+static void put_found(kt_json_writer *out, const kt_model *model, const char *name) {
+    const int body = name != NULL ? kt_body_find(model, name) : -1;
+    if (body > 0)
+        kt_put_integer(out, NULL, body);
+}
+
+/* Loops between joints cannot be seen; their bodies stand for them. */
+static void put_related(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
+    const kt_description *d = &motion->scene->description;
+    for (int i = 0; i < d->loop_count; i++)
+        if (is_named(error, d->loops[i].name)) {
+            put_found(out, motion->model, d->loops[i].joint);
+            for (int k = 0; k < d->loops[i].term_count; k++)
+                put_found(out, motion->model, d->loops[i].terms[k].joint);
+        }
+}
+
+/* What a failure names, as numbers of bodies and of `loops`. */
+static void put_failure(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
+    const kt_picture *picture = motion->picture;
+    char message[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 8];
+    (void)snprintf(message, sizeof message, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "",
+                   error->message[0] != '\0' ? error->message : kt_status_text(error->code));
+    kt_put_open(out, "failed", '{');
+    kt_put_text(out, "message", message);
+    kt_put_open(out, "bodies", '[');
+    for (int body = 1; body < picture->body_count; body++)
+        if (is_named(error, kt_body_name(motion->model, body)))
+            kt_put_integer(out, NULL, body);
+    put_related(out, motion, error);
+    kt_put_close(out, ']');
+    kt_put_open(out, "loops", '[');
+    for (int i = 0; i < picture->loop_count; i++)
+        if (is_named(error, picture->loops[i].name))
+            kt_put_integer(out, NULL, i);
+    kt_put_close(out, ']');
+    kt_put_close(out, '}');
+}
+
+static void put_head(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
+    const kt_picture *picture = motion->picture;
+    kt_put_text(out, "version", kt_version());
+    kt_put_text(out, "name", view->name);
+    kt_put_text(out, "method", view->method);
+    kt_put_integer(out, "frames", (long long)motion->count);
+    kt_put_vector(out, "centre", motion->centre);
+    kt_put_vector(out, "gravity", picture->gravity);
+    if (picture->is_planar)
+        kt_put_vector(out, "normal", picture->normal);
+    else
+        kt_put_null(out, "normal");
+    kt_put_number(out, "size", picture->size);
+    kt_put_number(out, "radius", picture->radius);
+    kt_put_boolean(out, "overlay", view->is_overlay);
+}
+
+static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
+    const kt_picture *picture = motion->picture;
+    kt_put_open(out, NULL, '{');
+    put_head(out, motion, view);
+    put_list(out, "bodies", motion, picture->body_count, put_body);
+    put_list(out, "solids", motion, picture->solid_count, put_solid);
+    put_list(out, "joints", motion, picture->joint_count, put_joint);
+    put_list(out, "loops", motion, picture->loop_count, put_loop);
+    put_list(out, "relations", motion, picture->relation_count, put_relation);
+    put_list(out, "effects", motion, picture->effect_count, put_effect);
+    put_list(out, "planes", motion, picture->plane_count, put_plane);
+    put_markers(out, motion, view);
+    put_columns(out, motion);
+    put_list(out, "arrows", motion, motion->force_count, put_force);
+    if (view->failed != NULL)
+        put_failure(out, motion, view->failed);
+    if (view->notes != NULL)
+        kt_put_tree(out, "notes", view->notes);
+    kt_put_close(out, '}');
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* Returns 0, or the errno. */
+static int write_page(const kt_motion *motion, const kt_json_writer *json, const char *path) {
+    errno = 0;
+    FILE *file = fopen(path, "w");
+    if (file == NULL)
+        return errno;
+    (void)setvbuf(file, NULL, _IONBF, 0); /* what is written is large already */
+    (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
+    (void)fwrite(json->text, 1, json->used, file);
+    (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
+    put_frames(motion, file);
+    (void)fwrite(kt_page_tail, 1, kt_page_tail_size, file);
+    const bool fine = fflush(file) == 0 && !ferror(file);
+    const int reason = fine ? 0 : errno != 0 ? errno : EIO;
+    return fclose(file) != 0 && reason == 0 ? errno : reason;
+}
+
+int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
+    if (motion->count == 0)
+        return KT_EXIT_DONE; /* there is nothing to see, and why was said */
+    kt_json_writer json = {0};
+    put_mechanism(&json, motion, view);
+    kt_output output;
+    int code = KT_EXIT_INTEGRATION;
+    if (json.is_short)
+        kt_say("there is not enough memory for the view");
+    else
+        code = kt_output_start(&output, path);
+    if (code < 0) {
+        const int reason = write_page(motion, &json, kt_output_path(&output));
+        if (reason != 0)
+            kt_say("%s cannot be written: %s", path, strerror(reason));
+        const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
+        code = reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+    }
+    free(json.text);
+    return code;
+}
+
+/* ---- the initial state ------------------------------------------------------------------------------------------- */
+
+/* Takes the given state and the assembled one, q and v being memory for one. *error tells how the assembly has
+ * ended. */
+static int take_start(kt_motion *motion, const kt_model *model, kt_data *data, double *q, double *v, kt_error *error) {
+    kt_model_initial(model, q, v);
+    if (kt_motion_take_state(motion, 0.0, q, v) != 0)
+        return -1;
+    if (kt_state_assemble(model, data, 0.0, q, v, error) == KT_ERROR_CONSTRAINT)
+        kt_assembly_reached(model, data, q);
+    return kt_motion_take_state(motion, 1.0, q, v);
+}
+
+int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    kt_run run = scene->run;
+    run.record = KT_RECORD_POSITION;
+    kt_columns columns;
+    const bool has_columns = kt_columns_list(&columns, model, &run, KT_RECORD_POSITION);
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    double *q = calloc(nq + nv + 1, sizeof *q);
+    kt_motion *motion = has_columns ? kt_motion_start(scene, &columns, 2, false) : NULL;
+    int code = KT_EXIT_INTEGRATION;
+    if (q == NULL || motion == NULL || kt_data_create(model, &data, &error) != KT_OK)
+        kt_say("there is not enough memory for the view");
+    else if (take_start(motion, model, data, q, q + nq, &error) == 0) {
+        const kt_view view = {
+            .name = name, .method = "initial state", .failed = error.code != KT_OK ? &error : NULL, .is_overlay = true};
+        code = kt_view_write(motion, &view, path);
+    }
+    kt_data_free(data);
+    kt_motion_free(motion);
+    kt_columns_free(&columns);
+    free(q);
+    return code;
+}

@@ -1,0 +1,27 @@
+/* A page that shows a motion: one HTML file that needs nothing else, neither a network nor other files. */
+#ifndef KT_COMMAND_VIEW_VIEW_H
+#define KT_COMMAND_VIEW_VIEW_H
+
+#include "view/motion.h"
+
+#include <jansson.h>
+
+/* What a page shows besides the motion. */
+typedef struct kt_view {
+    const char *name;       /* of the scene */
+    const char *method;     /* "dopri5, tolerance 1e-9" */
+    const kt_run *run;      /* its markers leave traces; NULL: none do */
+    json_t *notes;          /* list of texts, borrowed; NULL: none */
+    const kt_error *failed; /* why the run has ended early; NULL: it has not */
+    bool is_overlay;        /* two frames, to be seen over each other */
+} kt_view;
+
+/* Writes the page. Returns KT_EXIT_DONE, or an exit code after printing the error. */
+int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path);
+
+/* Writes a page of the initial state: the positions that the scene gives, pale, and over them those that assembly has
+ * found, or has reached before it failed. name: of the scene. Returns an exit code as above; why assembly fails is on
+ * the page alone. */
+int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path);
+
+#endif
