@@ -7,6 +7,8 @@
  */
 #include "scene/number.h"
 
+#include "algebra/angle.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,14 +78,6 @@ static bool is_inf_word(const char *text) {
     for (size_t i = 0; i <= length; i++)
         lower[i] = (char)(word[i] >= 'A' && word[i] <= 'Z' ? word[i] - 'A' + 'a' : word[i]);
     return is_one_of(lower, words);
-}
-
-double kt_radians(double degrees) {
-    static const double pi_high = 3.141592653589793116, pi_low = 1.2246467991473532e-16; /* pi = high + low */
-    double product = degrees * pi_high;
-    double error = fma(degrees, pi_high, -product) + degrees * pi_low;
-    double quotient = product / 180.0;
-    return quotient + (fma(-quotient, 180.0, product) + error) / 180.0;
 }
 
 /* A number that ends the text, or is followed by blanks and a unit. */

@@ -24,10 +24,6 @@ typedef enum kt_scalar {
  * subnormal or zero. */
 kt_scalar kt_scalar_classify(const char *text, double *value);
 
-/* Converts x degrees to radians: x pi / 180 with one rounding except at ties, so that 180 deg, 90 deg and 60 deg are
- * the doubles nearest to pi, pi/2 and pi/3. */
-double kt_radians(double degrees);
-
 /* Writes the shortest of %.15g, %.16g and %.17g that reads back to the same bits; `text` has KT_NUMBER_SIZE bytes. */
 enum { KT_NUMBER_SIZE = 32 };
 void kt_number_format(char *text, double value);

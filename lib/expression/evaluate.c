@@ -1,0 +1,239 @@
+/* Values of formulas, and their derivatives along a curve.
+ *
+ * An operation z = f(x, y) along a curve s has
+ *     z'  = f_x x' + f_y y'
+ *     z'' = f_x x'' + f_y y'' + f_xx x'^2 + 2 f_xy x' y' + f_yy y'^2.
+ * A partial derivative that is infinite where the argument does not change does not count: sqrt(0) has no slope, but a
+ * constant under the root has none to pass on.
+ */
+#include "expression/expression.h"
+
+#include <math.h>
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+/* The result of an operator; y is ignored by those of one argument. */
+static double value_of(kt_operator code, double x, double y) {
+    switch (code) {
+    case KT_OPERATOR_NEGATE:
+        return -x;
+    case KT_OPERATOR_ADD:
+        return x + y;
+    case KT_OPERATOR_SUBTRACT:
+        return x - y;
+    case KT_OPERATOR_MULTIPLY:
+        return x * y;
+    case KT_OPERATOR_DIVIDE:
+        return x / y;
+    case KT_OPERATOR_POWER:
+        return pow(x, y);
+    case KT_OPERATOR_LESS:
+        return x < y;
+    case KT_OPERATOR_LESS_EQUAL:
+        return x <= y;
+    case KT_OPERATOR_GREATER:
+        return x > y;
+    case KT_OPERATOR_GREATER_EQUAL:
+        return x >= y;
+    case KT_OPERATOR_EQUAL:
+        return x == y;
+    case KT_OPERATOR_NOT_EQUAL:
+        return x != y;
+    case KT_OPERATOR_SIN:
+        return sin(x);
+    case KT_OPERATOR_COS:
+        return cos(x);
+    case KT_OPERATOR_TAN:
+        return tan(x);
+    case KT_OPERATOR_ASIN:
+        return asin(x);
+    case KT_OPERATOR_ACOS:
+        return acos(x);
+    case KT_OPERATOR_ATAN:
+        return atan(x);
+    case KT_OPERATOR_ATAN2:
+        return atan2(x, y);
+    case KT_OPERATOR_SINH:
+        return sinh(x);
+    case KT_OPERATOR_COSH:
+        return cosh(x);
+    case KT_OPERATOR_TANH:
+        return tanh(x);
+    case KT_OPERATOR_EXP:
+        return exp(x);
+    case KT_OPERATOR_LOG:
+        return log(x);
+    case KT_OPERATOR_SQRT:
+        return sqrt(x);
+    case KT_OPERATOR_ABS:
+        return fabs(x);
+    case KT_OPERATOR_SIGN:
+        return (x > 0.0) - (x < 0.0);
+    case KT_OPERATOR_MIN:
+        return x <= y || isnan(x) ? x : y;
+    case KT_OPERATOR_MAX:
+        return x >= y || isnan(x) ? x : y;
+    case KT_OPERATOR_HYPOT:
+        return hypot(x, y);
+    case KT_OPERATOR_STEP:
+        return x >= 0.0;
+    case KT_OPERATOR_NUMBER:
+    case KT_OPERATOR_SYMBOL:
+    case KT_OPERATOR_CLAMP: /* read as max and min */
+        break;
+    }
+    return (double)NAN;
+}
+
+double kt_expression_evaluate(const kt_expression *expression, const double *values) {
+    double stack[KT_EXPRESSION_DEPTH_MAX] = {0.0};
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (code == KT_OPERATOR_NUMBER) {
+            stack[++top] = term->number;
+        } else if (code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = values[term->symbol];
+        } else if (kt_operator_is_binary(code)) {
+            top--;
+            stack[top] = value_of(code, stack[top], stack[top + 1]);
+        } else {
+            stack[top] = value_of(code, stack[top], 0.0);
+        }
+    }
+    return stack[0];
+}
+
+bool kt_expression_is_angle(const kt_expression *expression) { return expression->is_angle; }
+
+bool kt_expression_uses(const kt_expression *expression, int index) {
+    for (size_t i = 0; i < expression->count; i++)
+        if (expression->term[i].code == KT_OPERATOR_SYMBOL && expression->term[i].symbol == index)
+            return true;
+    return false;
+}
+
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* Partial derivatives of an operation; those by y are zero where there is one argument. */
+typedef struct kt_partials {
+    double x, y, xx, xy, yy;
+} kt_partials;
+
+/* x^y. At x = 0 a constant exponent of 0 or 1 leaves no infinite terms, and 0^y is 0 for all y > 0. */
+static kt_partials partials_of_power(double x, double y, double value) {
+    kt_partials f = {.x = y == 0.0 ? 0.0 : y * pow(x, y - 1.0),
+                     .xx = y == 0.0 || y == 1.0 ? 0.0 : y * (y - 1.0) * pow(x, y - 2.0)};
+    const double l = value != 0.0 ? log(x) : 0.0;
+    f.y = value * l;
+    f.yy = f.y * l;
+    f.xy = pow(x, y - 1.0) * (1.0 + y * l);
+    return f;
+}
+
+/* With r^2 = x^2 + y^2: that of the angle of (y, x), atan2(x, y), and of the length r. */
+static kt_partials partials_of_atan2(double x, double y) {
+    const double r2 = x * x + y * y, a = y / r2, b = x / r2;
+    return (kt_partials){.x = a, .y = -b, .xx = -2.0 * a * b, .xy = b * b - a * a, .yy = 2.0 * a * b};
+}
+
+static kt_partials partials_of_hypot(double x, double y, double r) {
+    const double a = x / r, b = y / r;
+    return (kt_partials){.x = a, .y = b, .xx = b * b / r, .xy = -a * b / r, .yy = a * a / r};
+}
+
+static kt_partials partials_of(kt_operator code, double x, double y, double value) {
+    const double square = value * value;
+    switch (code) {
+    case KT_OPERATOR_NEGATE:
+        return (kt_partials){.x = -1.0};
+    case KT_OPERATOR_ADD:
+        return (kt_partials){.x = 1.0, .y = 1.0};
+    case KT_OPERATOR_SUBTRACT:
+        return (kt_partials){.x = 1.0, .y = -1.0};
+    case KT_OPERATOR_MULTIPLY:
+        return (kt_partials){.x = y, .y = x, .xy = 1.0};
+    case KT_OPERATOR_DIVIDE:
+        return (kt_partials){.x = 1.0 / y, .y = -value / y, .xy = -1.0 / (y * y), .yy = 2.0 * value / (y * y)};
+    case KT_OPERATOR_POWER:
+        return partials_of_power(x, y, value);
+    case KT_OPERATOR_SIN:
+        return (kt_partials){.x = cos(x), .xx = -value};
+    case KT_OPERATOR_COS:
+        return (kt_partials){.x = -sin(x), .xx = -value};
+    case KT_OPERATOR_TAN:
+        return (kt_partials){.x = 1.0 + square, .xx = 2.0 * value * (1.0 + square)};
+    case KT_OPERATOR_ASIN:
+        return (kt_partials){.x = 1.0 / sqrt(1.0 - x * x), .xx = x / ((1.0 - x * x) * sqrt(1.0 - x * x))};
+    case KT_OPERATOR_ACOS:
+        return (kt_partials){.x = -1.0 / sqrt(1.0 - x * x), .xx = -x / ((1.0 - x * x) * sqrt(1.0 - x * x))};
+    case KT_OPERATOR_ATAN:
+        return (kt_partials){.x = 1.0 / (1.0 + x * x), .xx = -2.0 * x / ((1.0 + x * x) * (1.0 + x * x))};
+    case KT_OPERATOR_ATAN2:
+        return partials_of_atan2(x, y);
+    case KT_OPERATOR_SINH:
+        return (kt_partials){.x = cosh(x), .xx = value};
+    case KT_OPERATOR_COSH:
+        return (kt_partials){.x = sinh(x), .xx = value};
+    case KT_OPERATOR_TANH:
+        return (kt_partials){.x = 1.0 - square, .xx = -2.0 * value * (1.0 - square)};
+    case KT_OPERATOR_EXP:
+        return (kt_partials){.x = value, .xx = value};
+    case KT_OPERATOR_LOG:
+        return (kt_partials){.x = 1.0 / x, .xx = -1.0 / (x * x)};
+    case KT_OPERATOR_SQRT:
+        return (kt_partials){.x = 0.5 / value, .xx = -0.25 / (value * x)};
+    case KT_OPERATOR_ABS:
+        return (kt_partials){.x = (x > 0.0) - (x < 0.0)};
+    case KT_OPERATOR_MIN:
+    case KT_OPERATOR_MAX:
+        return value == x ? (kt_partials){.x = 1.0} : (kt_partials){.y = 1.0};
+    case KT_OPERATOR_HYPOT:
+        return partials_of_hypot(x, y, value);
+    default: /* constant on each side of a jump */
+        return (kt_partials){.x = 0.0};
+    }
+}
+
+/* A value with its first and second derivative along the curve. */
+typedef struct kt_taylor {
+    double v, d, dd;
+} kt_taylor;
+
+static double product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
+
+static kt_taylor apply(kt_operator code, kt_taylor x, kt_taylor y) {
+    const double value = value_of(code, x.v, y.v);
+    const kt_partials f = partials_of(code, x.v, y.v, value);
+    return (kt_taylor){
+        .v = value,
+        .d = product(f.x, x.d) + product(f.y, y.d),
+        .dd = product(f.x, x.dd) + product(f.y, y.dd) + product(f.xx, x.d * x.d) + 2.0 * product(f.xy, x.d * y.d) +
+              product(f.yy, y.d * y.d),
+    };
+}
+
+void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
+                          const double *second, double out[3]) {
+    kt_taylor stack[KT_EXPRESSION_DEPTH_MAX] = {{0.0, 0.0, 0.0}};
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        const int32_t k = term->symbol;
+        if (code == KT_OPERATOR_NUMBER) {
+            stack[++top] = (kt_taylor){.v = term->number};
+        } else if (code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
+        } else if (kt_operator_is_binary(code)) {
+            top--;
+            stack[top] = apply(code, stack[top], stack[top + 1]);
+        } else {
+            stack[top] = apply(code, stack[top], (kt_taylor){.v = 0.0});
+        }
+    }
+    out[0] = stack[0].v;
+    out[1] = stack[0].d;
+    out[2] = stack[0].dd;
+}

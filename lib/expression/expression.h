@@ -1,0 +1,65 @@
+/* A formula as a list of terms in postfix order: numbers and symbols are put on a stack, operators replace the one or two
+ * values on its top by their result. */
+#ifndef KT_EXPRESSION_EXPRESSION_H
+#define KT_EXPRESSION_EXPRESSION_H
+
+#include "kinetree/expression.h"
+
+#include <stdint.h>
+
+#define KT_FUNCTION_OPERATOR(id, name, least, most) KT_OPERATOR_##id,
+typedef enum kt_operator {
+    KT_OPERATOR_NUMBER = 0,
+    KT_OPERATOR_SYMBOL,
+    KT_OPERATOR_NEGATE,
+    KT_OPERATOR_ADD,
+    KT_OPERATOR_SUBTRACT,
+    KT_OPERATOR_MULTIPLY,
+    KT_OPERATOR_DIVIDE,
+    KT_OPERATOR_POWER,
+    KT_OPERATOR_LESS,
+    KT_OPERATOR_LESS_EQUAL,
+    KT_OPERATOR_GREATER,
+    KT_OPERATOR_GREATER_EQUAL,
+    KT_OPERATOR_EQUAL,
+    KT_OPERATOR_NOT_EQUAL,
+    KT_EXPRESSION_FUNCTION_LIST(KT_FUNCTION_OPERATOR)
+} kt_operator;
+
+typedef struct kt_expression_term {
+    double number;  /* KT_OPERATOR_NUMBER */
+    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index */
+    int32_t code;   /* kt_operator */
+} kt_expression_term;
+
+struct kt_expression {
+    size_t count;
+    bool is_angle;
+    kt_expression_term term[];
+};
+
+/* Whether an operator takes two values from the stack; else it takes one. */
+static inline bool kt_operator_is_binary(kt_operator code) {
+    switch (code) {
+    case KT_OPERATOR_ADD:
+    case KT_OPERATOR_SUBTRACT:
+    case KT_OPERATOR_MULTIPLY:
+    case KT_OPERATOR_DIVIDE:
+    case KT_OPERATOR_POWER:
+    case KT_OPERATOR_LESS:
+    case KT_OPERATOR_LESS_EQUAL:
+    case KT_OPERATOR_GREATER:
+    case KT_OPERATOR_GREATER_EQUAL:
+    case KT_OPERATOR_EQUAL:
+    case KT_OPERATOR_NOT_EQUAL:
+    case KT_OPERATOR_ATAN2:
+    case KT_OPERATOR_MIN:
+    case KT_OPERATOR_MAX:
+    case KT_OPERATOR_HYPOT:
+        return true;
+    default:
+        return false;
+    }
+}
+
+#endif

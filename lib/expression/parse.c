@@ -1,0 +1,443 @@
+/* Reads formulas by recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms in
+ * postfix order. A character yields one term at most, except for `a <op>` pairs that wait for their second value: so a
+ * text of n bytes has at most n terms. */
+#include "expression/expression.h"
+
+#include "algebra/angle.h"
+#include "base/names.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FUNCTION_NAME(id, name, least, most) {#name, KT_OPERATOR_##id, least, most},
+static const struct {
+    const char *name;
+    kt_operator code;
+    int least, most; /* number of arguments */
+} functions[] = {KT_EXPRESSION_FUNCTION_LIST(FUNCTION_NAME)};
+enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
+
+typedef struct kt_parser {
+    const char *text, *at; /* the whole, and the next character */
+    const kt_symbols *symbols;
+    kt_expression *to;
+    int height;       /* values on the stack */
+    int depth;        /* parentheses, signs and exponents within one another */
+    const char *spot; /* where the fault is */
+    kt_error *error;
+} kt_parser;
+
+static bool refuse(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
+
+static bool refuse(kt_parser *p, const char *spot, const char *format, ...) {
+    char text[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "column %d", (int)(spot - p->text) + 1);
+    (void)kt_error_set(p->error, KT_ERROR_SCENE, where, "%s", text);
+    p->spot = spot;
+    return false;
+}
+
+static bool put(kt_parser *p, kt_expression_term term) {
+    p->height += term.code == KT_OPERATOR_NUMBER || term.code == KT_OPERATOR_SYMBOL ? 1
+                 : kt_operator_is_binary((kt_operator)term.code)                    ? -1
+                                                                                    : 0;
+    if (p->height > KT_EXPRESSION_DEPTH_MAX)
+        return refuse(p, p->at, "more than %d values wait for their operator; compute a part of it as a parameter",
+                      KT_EXPRESSION_DEPTH_MAX);
+    p->to->term[p->to->count++] = term;
+    return true;
+}
+
+static bool put_operator(kt_parser *p, kt_operator code) { return put(p, (kt_expression_term){.code = code}); }
+
+/* ---- characters -------------------------------------------------------------------------------------------------- */
+
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+
+static void skip_blanks(kt_parser *p) {
+    while (*p->at == ' ' || *p->at == '\t' || *p->at == '\n' || *p->at == '\r')
+        p->at++;
+}
+
+/* Takes a character, and the blanks after it, if it comes next. */
+static bool take(kt_parser *p, char c) {
+    if (*p->at != c)
+        return false;
+    p->at++;
+    skip_blanks(p);
+    return true;
+}
+
+/* What stands at a place, for messages: a word, or a character. */
+static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
+    char word[KT_NAME_TEXT_SIZE] = "";
+    size_t length = 0;
+    if (*spot == '\0')
+        return "the end";
+    while (length + 1 < sizeof word && (is_letter(spot[length]) || is_digit(spot[length])))
+        length++;
+    while (length == 0 || ((unsigned char)spot[length] & 0xC0U) == 0x80U) /* a character of UTF-8 is not cut */
+        length++;
+    memcpy(word, spot, length < sizeof word ? length : sizeof word - 1);
+    (void)snprintf(text, KT_NAME_TEXT_SIZE, "%s", kt_name_quote(word).text);
+    return text;
+}
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+enum { NUMBER_MOST = 100 /* characters */ };
+
+/* The number from digits without a point and an exponent in proportion, so that no locale has a say. */
+static double convert(const char *digits, int length, long exponent) {
+    char text[NUMBER_MOST + 32];
+    (void)snprintf(text, sizeof text, "%.*se%ld", length, digits, exponent);
+    return strtod(text, NULL);
+}
+
+/* Reads digits, point and exponent; returns the end. */
+static const char *scan_number(const char *at, char *digits, int *count, long *exponent) {
+    *count = 0;
+    *exponent = 0;
+    for (bool fraction = false; is_digit(*at) || (*at == '.' && !fraction); at++) {
+        if (*at == '.') {
+            fraction = true;
+            continue;
+        }
+        if (*count < NUMBER_MOST)
+            digits[*count] = *at;
+        ++*count;
+        *exponent -= fraction;
+    }
+    if (*at != 'e' && *at != 'E')
+        return at;
+    const char *power = at[1] == '+' || at[1] == '-' ? at + 2 : at + 1;
+    if (!is_digit(*power))
+        return at;
+    long value = 0;
+    for (; is_digit(*power); power++)
+        value = value < 100000 ? 10 * value + (*power - '0') : value;
+    *exponent += at[1] == '-' ? -value : value;
+    return power;
+}
+
+/* A unit after a number. */
+static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
+    const char *spot = p->at;
+    char text[KT_NAME_TEXT_SIZE];
+    if (!is_letter(*spot))
+        return true;
+    const bool degrees = strncmp(spot, "deg", 3) == 0;
+    if ((degrees || strncmp(spot, "rad", 3) == 0) && !is_letter(spot[3]) && !is_digit(spot[3])) {
+        *value = degrees ? kt_radians(*value) : *value;
+        *is_angle = true;
+        p->at += 3;
+        skip_blanks(p);
+        return true;
+    }
+    return refuse(p, spot, "an operator is missing before %s; write * for a product, and numbers in SI units",
+                  found_at(spot, text));
+}
+
+static bool parse_number(kt_parser *p, bool *is_angle) {
+    char digits[NUMBER_MOST];
+    int count;
+    long exponent;
+    const char *spot = p->at;
+    p->at = scan_number(spot, digits, &count, &exponent);
+    if (count == 0)
+        return refuse(p, spot, "a digit is missing beside this point");
+    if (count > NUMBER_MOST)
+        return refuse(p, spot, "this number has more than %d digits; 17 are as many as count", NUMBER_MOST);
+    double value = convert(digits, count, exponent);
+    if (!isfinite(value))
+        return refuse(p, spot, "this number is too large; the largest is about 1.8e308");
+    skip_blanks(p);
+    return parse_unit(p, &value, is_angle) && put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = value});
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* The end of letters, digits, _, inner dots and [k]. */
+static const char *skip_name(const char *at) {
+    for (;;) {
+        if (is_letter(*at) || is_digit(*at) || (*at == '.' && (is_letter(at[1]) || is_digit(at[1])))) {
+            at++;
+        } else if (*at == '[' && is_digit(at[1])) {
+            const char *end = at + 1;
+            while (is_digit(*end))
+                end++;
+            if (*end != ']')
+                return at;
+            at = end + 1;
+        } else {
+            return at;
+        }
+    }
+}
+
+static bool find(const kt_parser *p, const char *from, const char *to, char name[KT_EXPRESSION_NAME_MAX + 1],
+                 kt_symbol *symbol) {
+    const size_t length = (size_t)(to - from);
+    *name = '\0';
+    if (length > KT_EXPRESSION_NAME_MAX)
+        return false;
+    memcpy(name, from, length);
+    name[length] = '\0';
+    return p->symbols != NULL && p->symbols->find != NULL && p->symbols->find(p->symbols->user, name, symbol);
+}
+
+/* Reports a name that is unknown, with the nearest known one. */
+static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    if (strlen(name) == 0)
+        return refuse(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
+    if (!is_function)
+        for (int k = 0; p->symbols != NULL && p->symbols->list != NULL && p->symbols->list(p->symbols->user, k) != NULL;
+             k++)
+            (void)kt_nearest_try(&nearest, p->symbols->list(p->symbols->user, k));
+    for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
+        (void)kt_nearest_try(&nearest, functions[k].name);
+    return refuse(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name", kt_name_quote(name).text,
+                  nearest.best != NULL ? "; did you mean '" : "", nearest.best != NULL ? nearest.best : "",
+                  nearest.best != NULL ? "'?" : "");
+}
+
+static bool parse_call(kt_parser *p, const char *spot, const char *name);
+
+/* A symbol, pi, or a function. Of names that go on with a hyphen the longest known one is taken. */
+static bool parse_name(kt_parser *p, bool *is_angle) {
+    const char *spot = p->at, *end = skip_name(spot);
+    char name[KT_EXPRESSION_NAME_MAX + 1], longer[KT_EXPRESSION_NAME_MAX + 1];
+    kt_symbol symbol = {.index = 0}, other;
+    bool known = find(p, spot, end, name, &symbol);
+    for (const char *next = end; *next == '-' && skip_name(next + 1) > next + 1;) {
+        next = skip_name(next + 1);
+        if (next - spot > KT_EXPRESSION_NAME_MAX)
+            break;
+        if (find(p, spot, next, longer, &other)) {
+            known = true;
+            symbol = other;
+            end = next;
+        }
+    }
+    p->at = end;
+    skip_blanks(p);
+    if (!known && *p->at == '(')
+        return parse_call(p, spot, name);
+    *is_angle = known && symbol.is_angle;
+    if (known)
+        return put(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
+    if (strcmp(name, "pi") == 0)
+        return put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
+    return refuse_name(p, spot, name, false);
+}
+
+/* ---- the grammar ------------------------------------------------------------------------------------------------- */
+
+static bool parse_comparison(kt_parser *p, bool *is_angle);
+
+/* Bounds the recursion: what a call of this has opened is closed by leave(). */
+static bool enter(kt_parser *p) {
+    if (++p->depth > KT_EXPRESSION_DEPTH_MAX)
+        return refuse(p, p->at, "more than %d parentheses, signs or powers within one another",
+                      KT_EXPRESSION_DEPTH_MAX);
+    return true;
+}
+
+static void leave(kt_parser *p) { p->depth--; }
+
+static bool parse_closing(kt_parser *p, const char *opened) {
+    char text[KT_NAME_TEXT_SIZE];
+    if (take(p, ')'))
+        return true;
+    return refuse(p, p->at, "a ')' is missing before %s, for the '(' in column %d", found_at(p->at, text),
+                  (int)(opened - p->text) + 1);
+}
+
+/* After the k-th argument: functions of many arguments are made of operators of two. */
+static bool put_function(kt_parser *p, kt_operator code, int k, int last) {
+    if (code == KT_OPERATOR_CLAMP)
+        return k == 0 || put_operator(p, k == 1 ? KT_OPERATOR_MAX : KT_OPERATOR_MIN);
+    if (code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX)
+        return k == 0 || put_operator(p, code);
+    return k < last || put_operator(p, code);
+}
+
+static bool parse_call(kt_parser *p, const char *spot, const char *name) {
+    int which = 0, count = 0;
+    bool is_angle;
+    while (which < FUNCTION_COUNT && strcmp(functions[which].name, name) != 0)
+        which++;
+    if (which == FUNCTION_COUNT)
+        return refuse_name(p, spot, name, true);
+    const char *opened = p->at;
+    if (!enter(p))
+        return false;
+    (void)take(p, '(');
+    do {
+        if (count == functions[which].most)
+            return refuse(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
+                          functions[which].most > 1 ? "s" : "");
+        if (!parse_comparison(p, &is_angle) ||
+            !put_function(p, functions[which].code, count, functions[which].least - 1))
+            return false;
+        count++;
+    } while (take(p, ','));
+    if (count < functions[which].least)
+        return refuse(p, p->at, "%s takes %s%d arguments; %d %s missing", name,
+                      functions[which].most > functions[which].least ? "at least " : "", functions[which].least,
+                      functions[which].least - count, functions[which].least - count > 1 ? "are" : "is");
+    leave(p);
+    return parse_closing(p, opened);
+}
+
+static bool parse_primary(kt_parser *p, bool *is_angle) {
+    char text[KT_NAME_TEXT_SIZE];
+    const char *spot = p->at;
+    *is_angle = false;
+    if (is_digit(*spot) || *spot == '.')
+        return parse_number(p, is_angle);
+    if (is_letter(*spot))
+        return parse_name(p, is_angle);
+    if (!take(p, '('))
+        return refuse(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
+    if (!enter(p) || !parse_comparison(p, is_angle))
+        return false;
+    leave(p);
+    return parse_closing(p, spot);
+}
+
+static bool parse_factor(kt_parser *p, bool *is_angle) {
+    bool exponent;
+    const bool negative = *p->at == '-';
+    if (take(p, '-') || take(p, '+')) {
+        if (!enter(p) || !parse_factor(p, is_angle))
+            return false;
+        leave(p);
+        return !negative || put_operator(p, KT_OPERATOR_NEGATE);
+    }
+    if (!parse_primary(p, is_angle))
+        return false;
+    if (p->at[0] == '*' && p->at[1] == '*')
+        return refuse(p, p->at, "write ^ for a power");
+    if (!take(p, '^'))
+        return true;
+    *is_angle = false;
+    if (!enter(p) || !parse_factor(p, &exponent))
+        return false;
+    leave(p);
+    return put_operator(p, KT_OPERATOR_POWER);
+}
+
+static bool parse_product(kt_parser *p, bool *is_angle) {
+    bool other;
+    if (!parse_factor(p, is_angle))
+        return false;
+    for (;;) {
+        const bool divides = *p->at == '/';
+        if (!take(p, '*') && !take(p, '/'))
+            return true;
+        if (!parse_factor(p, &other) || !put_operator(p, divides ? KT_OPERATOR_DIVIDE : KT_OPERATOR_MULTIPLY))
+            return false;
+        *is_angle = divides ? *is_angle && !other : *is_angle != other;
+    }
+}
+
+static bool parse_sum(kt_parser *p, bool *is_angle) {
+    bool other;
+    if (!parse_product(p, is_angle))
+        return false;
+    for (;;) {
+        const bool subtracts = *p->at == '-';
+        if (!take(p, '+') && !take(p, '-'))
+            return true;
+        if (!parse_product(p, &other) || !put_operator(p, subtracts ? KT_OPERATOR_SUBTRACT : KT_OPERATOR_ADD))
+            return false;
+        *is_angle = *is_angle || other;
+    }
+}
+
+static bool parse_comparison(kt_parser *p, bool *is_angle) {
+    static const struct {
+        const char *sign;
+        kt_operator code;
+    } signs[] = {{"<=", KT_OPERATOR_LESS_EQUAL}, {">=", KT_OPERATOR_GREATER_EQUAL}, {"==", KT_OPERATOR_EQUAL},
+                 {"!=", KT_OPERATOR_NOT_EQUAL},  {"<", KT_OPERATOR_LESS},           {">", KT_OPERATOR_GREATER}};
+    if (!parse_sum(p, is_angle))
+        return false;
+    for (size_t k = 0; k < sizeof signs / sizeof *signs; k++) {
+        const size_t length = strlen(signs[k].sign);
+        if (strncmp(p->at, signs[k].sign, length) != 0)
+            continue;
+        p->at += length;
+        skip_blanks(p);
+        if (!parse_sum(p, is_angle))
+            return false;
+        *is_angle = false;
+        return put_operator(p, signs[k].code);
+    }
+    return true;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+static bool parse_whole(kt_parser *p) {
+    char text[KT_NAME_TEXT_SIZE];
+    bool is_angle;
+    skip_blanks(p);
+    if (*p->at == '\0')
+        return refuse(p, p->at, "the formula is empty");
+    if (!parse_comparison(p, &is_angle))
+        return false;
+    p->to->is_angle = is_angle;
+    if (*p->at == '\0')
+        return true;
+    if (*p->at == ')')
+        return refuse(p, p->at, "this ')' closes no '('; remove it");
+    if (*p->at == '=')
+        return refuse(p, p->at, "write == to compare; a formula has no other =");
+    return refuse(p, p->at, "an operator is missing before %s", found_at(p->at, text));
+}
+
+/* One more term than the text has bytes: none is needed, but the size of an empty text is not 0. */
+size_t kt_expression_size(const char *text) {
+    if (text == NULL)
+        return 0;
+    const size_t length = strlen(text);
+    return sizeof(kt_expression) +
+           (length < KT_EXPRESSION_LENGTH_MAX ? length + 1 : KT_EXPRESSION_LENGTH_MAX) * sizeof(kt_expression_term);
+}
+
+kt_status kt_expression_parse(const char *text, const kt_symbols *symbols, void *memory, size_t size,
+                              const kt_expression **expression, int *column, kt_error *error) {
+    if (text == NULL || memory == NULL || expression == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "text, memory and expression cannot be NULL");
+    if (size < kt_expression_size(text) || (uintptr_t)memory % _Alignof(kt_expression) != 0)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL,
+                            "the formula takes %zu bytes, aligned as a double; %zu are given", kt_expression_size(text),
+                            size);
+    kt_parser p = {.text = text, .at = text, .symbols = symbols, .to = memory, .spot = text, .error = error};
+    *p.to = (kt_expression){.count = 0};
+    const bool is_long = strlen(text) > KT_EXPRESSION_LENGTH_MAX;
+    const bool done = is_long
+                          ? refuse(&p, text, "a formula has at most %d characters; compute a part of it as a parameter",
+                                   KT_EXPRESSION_LENGTH_MAX)
+                          : parse_whole(&p);
+    if (!done) {
+        if (column != NULL)
+            *column = (int)(p.spot - text) + 1;
+        return KT_ERROR_SCENE;
+    }
+    *expression = p.to;
+    return KT_OK;
+}

@@ -1,0 +1,232 @@
+/* Values and derivatives of formulas, against the same formulas written in C, in long double, and their differences. */
+#include "kinetree/expression.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdalign.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "check.h"
+
+typedef long double real;
+
+static real step_of(real x) { return x >= 0.0L; }
+static real sign_of(real x) { return (x > 0.0L) - (x < 0.0L); }
+static const real pi = 3.14159265358979323846264338327950288L;
+
+/* A formula of x and y, once for the library and once for the compiler. */
+#define FORMULAS(F)                                                                                                    \
+    F("1.5", 1.5L)                                                                                                     \
+    F("x", x)                                                                                                          \
+    F("-x^2", -(x * x))                                                                                                \
+    F("2^x^2/10", powl(2.0L, x *x) / 10.0L)                                                                            \
+    F("2^-x", powl(2.0L, -x))                                                                                          \
+    F("x - y - 1", x - y - 1.0L)                                                                                       \
+    F("x/y/2", x / y / 2.0L)                                                                                           \
+    F("x - (y - 1)", x - (y - 1.0L))                                                                                   \
+    F("x/(y/2)", x / (y / 2.0L))                                                                                       \
+    F("2*x + 3*y*x", 2.0L * x + 3.0L * y * x)                                                                          \
+    F("- - x + +y", x + y)                                                                                             \
+    F("sin(2*pi*x)*cos(y)", sinl(2.0L * pi * x) * cosl(y))                                                             \
+    F("tan(x) + asin(x/2) + acos(y/3) + atan(x*y)", tanl(x) + asinl(x / 2.0L) + acosl(y / 3.0L) + atanl(x * y))        \
+    F("sinh(x) - cosh(y) + tanh(x*y)", sinhl(x) - coshl(y) + tanhl(x * y))                                             \
+    F("exp(-x)*log(y) + sqrt(x + y)", expl(-x) * logl(y) + sqrtl(x + y))                                               \
+    F("atan2(y, x) + hypot(x, y)", atan2l(y, x) + hypotl(x, y))                                                        \
+    F("x^y", powl(x, y))                                                                                               \
+    F("x^3 + y^-2 + x^0.5 + y^0 + x^1", x *x *x + 1.0L / (y * y) + sqrtl(x) + 1.0L + x)                                \
+    F("abs(x - y) + sign(x - y) + step(y - x)", fabsl(x - y) + sign_of(x - y) + step_of(y - x))                        \
+    F("min(x, y, 0.9) * max(x, y)", fminl(fminl(x, y), 0.9L) * fmaxl(x, y))                                            \
+    F("clamp(3*x, 0.5, y)", fminl(fmaxl(3.0L * x, 0.5L), y))                                                           \
+    F("(x < y) + 2*(x <= y) + 4*(x > y)", (x < y) + 2 * (x <= y) + 4 * (x > y) + 0.0L)                                 \
+    F("(x >= y) + 2*(x == x) + 4*(x != x)", (x >= y) + 2.0L)                                                           \
+    F("30 deg + 1 rad*x", pi / 6.0L + x)                                                                               \
+    F("1e-3*x + .5e1*y + 2.E+0", 0.001L * x + 5.0L * y + 2.0L)                                                         \
+    F("  ( ( x ) )  ", x)
+
+#define WRITTEN(text, value) text,
+static const char *const texts[] = {FORMULAS(WRITTEN)};
+enum { COUNT = sizeof texts / sizeof *texts };
+
+#define CASE(text, value)                                                                                              \
+    if (k-- == 0)                                                                                                      \
+        return value;
+static real compiled(int k, real x, real y) {
+    FORMULAS(CASE)
+    return (real)NAN;
+}
+
+static bool find(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    *symbol = (kt_symbol){.index = name[0] == 'y'};
+    return strcmp(name, "x") == 0 || strcmp(name, "y") == 0;
+}
+static const kt_symbols symbols = {.find = find};
+
+static alignas(double) char memory[1 << 17];
+
+static const kt_expression *read_formula(const char *text) {
+    const kt_expression *formula = NULL;
+    kt_error error = {0};
+    if (kt_expression_parse(text, &symbols, memory, sizeof memory, &formula, NULL, &error) != KT_OK)
+        kt_note("'%s': %s: %s", text, error.where, error.message);
+    return formula;
+}
+
+static const double points[][2] = {{0.31, 0.72}, {0.72, 0.31}, {1.1, 1.3}, {1.3, 1.1}};
+enum { POINTS = sizeof points / sizeof *points };
+
+/* The functions of the C library err by a few units in the last place; a formula has at most eight operations. */
+KT_TEST(values_are_those_of_the_compiled_formulas) {
+    kt_worst worst = kt_worst_make("value");
+    for (int k = 0; k < COUNT; k++) {
+        const kt_expression *formula = read_formula(texts[k]);
+        for (int i = 0; formula != NULL && i < POINTS; i++) {
+            const real expected = compiled(k, points[i][0], points[i][1]);
+            kt_worst_near(&worst, kt_expression_evaluate(formula, points[i]), (double)expected,
+                          8.0 * DBL_EPSILON * fmax(1.0, (double)fabsl(expected)), "'%s' at %d", texts[k], i);
+        }
+        kt_check_true(texts[k], formula != NULL);
+    }
+    kt_check_worst(&worst);
+}
+
+/* x = a + u s + p s^2 / 2, y likewise. */
+static real along(int k, const double *a, real s) {
+    return compiled(k, a[0] + 0.7L * s - 0.15L * s * s, a[1] - 0.4L * s + 0.45L * s * s);
+}
+
+/* Differences of the eighth order in long double: of step 2e-3 they err by some 1e-18 / 2e-3^2 = 3e-13 in the second
+ * derivative by rounding, and by less by their order where no jump lies within. */
+static void differences(int k, const double *a, real out[3]) {
+    static const real first[] = {4.0L / 5.0L, -1.0L / 5.0L, 4.0L / 105.0L, -1.0L / 280.0L};
+    static const real second[] = {8.0L / 5.0L, -1.0L / 5.0L, 8.0L / 315.0L, -1.0L / 560.0L};
+    const real h = 2e-3L;
+    out[0] = along(k, a, 0.0L);
+    out[1] = 0.0L;
+    out[2] = -205.0L / 72.0L * out[0] / (h * h);
+    for (int i = 0; i < 4; i++) {
+        const real plus = along(k, a, (real)(i + 1) * h), minus = along(k, a, -(real)(i + 1) * h);
+        out[1] += first[i] * (plus - minus) / h;
+        out[2] += second[i] * (plus + minus) / (h * h);
+    }
+}
+
+KT_TEST(derivatives_along_a_curve_are_those_of_differences) {
+    static const double rates[] = {0.7, -0.4}, second[] = {-0.3, 0.9};
+    kt_worst value = kt_worst_make("value"), one = kt_worst_make("first"), two = kt_worst_make("second");
+    for (int k = 0; k < COUNT; k++) {
+        const kt_expression *formula = read_formula(texts[k]);
+        for (int i = 0; formula != NULL && i < POINTS; i++) {
+            double out[3];
+            real expected[3];
+            differences(k, points[i], expected);
+            kt_expression_taylor(formula, points[i], rates, second, out);
+            const double scale = fmax(1.0, (double)fabsl(expected[2]));
+            kt_worst_near(&value, out[0], kt_expression_evaluate(formula, points[i]), 0.0, "'%s' at %d", texts[k], i);
+            kt_worst_near(&one, out[1], (double)expected[1], 2e-13 * scale, "'%s' at %d", texts[k], i);
+            kt_worst_near(&two, out[2], (double)expected[2], 4e-12 * scale, "'%s' at %d", texts[k], i);
+        }
+    }
+    kt_check_worst(&value);
+    kt_check_worst(&one);
+    kt_check_worst(&two);
+}
+
+/* What does not change passes nothing on, however steep the function is there. */
+KT_TEST(steep_functions_of_constants_have_no_derivative) {
+    static const char *const steep[] = {"sqrt(0) + x", "0^0.5 + x",    "x*x^0 + 0^x*0",
+                                        "acos(1) + x", "log(0)*0 + x", "hypot(0, 0) + x"};
+    for (size_t k = 0; k < sizeof steep / sizeof *steep; k++) {
+        const double at[] = {2.0, 0.0}, rates[] = {1.0, 0.0};
+        double out[3] = {0.0, 0.0, 0.0};
+        const kt_expression *formula = read_formula(steep[k]);
+        if (formula != NULL)
+            kt_expression_taylor(formula, at, rates, NULL, out);
+        kt_check_near(steep[k], out[1], 1.0, DBL_EPSILON);
+        kt_check_near(steep[k], out[2], 0.0, DBL_EPSILON);
+    }
+}
+
+/* ---- random formulas --------------------------------------------------------------------------------------------- */
+
+typedef struct written {
+    char text[4000];
+    size_t length;
+} written;
+
+static void write(written *w, const char *part) {
+    const size_t length = strlen(part);
+    if (w->length + length < sizeof w->text) {
+        memcpy(w->text + w->length, part, length + 1);
+        w->length += length;
+    }
+}
+
+/* Strength of the operator that a formula has at its top. */
+enum { SUM = 1, PRODUCT, SIGN, POWER, PRIMARY };
+
+static double invent(kt_random *random, int depth, int strength, const double *at, written *w);
+
+/* One operator of two values, with parentheses only where its place asks for them, or now and then. */
+static double invent_pair(kt_random *random, int depth, int strength, const double *at, written *w) {
+    static const char signs[] = "+-*/^";
+    const int which = kt_random_int(random, 0, 4);
+    const int own = which < 2 ? SUM : which < 4 ? PRODUCT : POWER;
+    const bool encloses = own < strength || kt_random_int(random, 0, 4) == 0;
+    const char text[] = {kt_random_int(random, 0, 1) ? ' ' : signs[which], signs[which], '\0'};
+    if (encloses)
+        write(w, "(");
+    const double a = invent(random, depth - 1, own == POWER ? PRIMARY : own, at, w);
+    write(w, text[0] == ' ' ? text : text + 1);
+    const double b = own == POWER ? (write(w, "2"), 2.0) : invent(random, depth - 1, own + 1, at, w);
+    if (encloses)
+        write(w, ")");
+    return which == 0 ? a + b : which == 1 ? a - b : which == 2 ? a * b : which == 3 ? a / b : pow(a, b);
+}
+
+static double invent(kt_random *random, int depth, int strength, const double *at, written *w) {
+    char text[40];
+    const int which = depth > 0 ? kt_random_int(random, 0, 9) : 9;
+    if (which < 6)
+        return invent_pair(random, depth, strength, at, w);
+    if (which == 6) {
+        write(w, strength > SIGN ? "(-" : "-");
+        const double value = -invent(random, depth - 1, SIGN, at, w);
+        write(w, strength > SIGN ? ")" : "");
+        return value;
+    }
+    if (which < 9) {
+        write(w, which == 7 ? "sin(" : "tanh(");
+        const double value = invent(random, depth - 1, SUM, at, w);
+        write(w, ")");
+        return which == 7 ? sin(value) : tanh(value);
+    }
+    const int leaf = kt_random_int(random, 0, 2);
+    const double number = kt_random_uniform(random, 0.1, 3.0);
+    (void)snprintf(text, sizeof text, "%.17g", number);
+    write(w, leaf == 0 ? "x" : leaf == 1 ? "y" : text);
+    return leaf < 2 ? at[leaf] : number;
+}
+
+/* The same operations in the same order have the same bits. */
+KT_TEST(random_formulas_have_the_bits_of_their_operations) {
+    enum { FORMULAS_TRIED = 5000 };
+    kt_random random = kt_random_of_test();
+    long different = 0, unread = 0, operators = 0;
+    for (int k = 0; k < FORMULAS_TRIED; k++) {
+        const double at[] = {kt_random_uniform(&random, -2.0, 2.0), kt_random_uniform(&random, -2.0, 2.0)};
+        written w = {.length = 0};
+        const double expected = invent(&random, 6, SUM, at, &w);
+        const kt_expression *formula = w.length < sizeof w.text - 40 ? read_formula(w.text) : NULL;
+        const double observed = formula != NULL ? kt_expression_evaluate(formula, at) : 0.0;
+        unread += formula == NULL;
+        operators += (long)w.length;
+        const bool same = memcmp(&observed, &expected, sizeof observed) == 0 || (isnan(observed) && isnan(expected));
+        if (formula != NULL && !same && different++ == 0)
+            kt_note("%.17g, not %.17g: %s", observed, expected, w.text);
+    }
+    kt_check_equal_int("formulas that are not read", unread, 0);
+    kt_check_equal_int("formulas with other bits", different, 0);
+    kt_check_above("characters a formula", (double)operators / FORMULAS_TRIED, 50.0);
+}
