@@ -89,9 +89,9 @@ bool kt_speaks_utf8(int descriptor);
 
 /* ---- reading a scene --------------------------------------------------------------------------------------------- */
 
-/* Reads a scene ("-": standard input) and prints every error in it. Returns KT_EXIT_DONE, and then the caller releases
+/* Reads a scene ("-": standard input) with settings (NULL: none) and prints every error in it. Returns KT_EXIT_DONE, and then the caller releases
  * *scene with kt_scene_free, or an exit code. */
-int kt_read_scene(const char *path, kt_scene *scene);
+int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
 /* Reads a robot in URDF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf and where
  * standard input begins with '<'. Prints what the scene has left out. */
@@ -115,7 +115,7 @@ int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolut
 const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute);
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
-int kt_load_model(const char *path, kt_scene *scene, kt_model **model);
+int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
 
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL: not enough memory. */

@@ -7,10 +7,12 @@
  *
  * and then
  *
+ *     double time = 0.5, memory[64];
  *     const kt_symbols symbols = {.find = find};
+ *     const kt_expression *formula = NULL;
  *     status = kt_expression_parse("1 + t^2", &symbols, memory, sizeof memory, &formula, NULL, &error);
  *     if (status == KT_OK)
- *         value = kt_expression_evaluate(formula, &time);
+ *         printf("%g\n", kt_expression_evaluate(formula, &time));
  *
  * Grammar, weakest operators first:
  *     comparison   sum [(< | <= | > | >= | == | !=) sum]                   1 if it holds, else 0
@@ -98,8 +100,9 @@ KT_API KT_CHECKED kt_status kt_expression_parse(const char *text, const kt_symbo
  * angles. Products and ratios of angles, and what functions return, count as plain numbers. */
 KT_API bool kt_expression_is_angle(const kt_expression *expression);
 
-/* Whether any name of the formula has this index. O(length). */
-KT_API bool kt_expression_uses(const kt_expression *expression, int index);
+/* Writes the indices of the symbols that the formula uses, in the order of the text and once for each time, as far as
+ * there is room (indices may be NULL if room is 0). Returns how many there are. O(length). */
+KT_API size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *indices);
 
 /* The value, with values[k] for the symbol of index k; values may be NULL if no symbol is used. What is not defined is
  * NaN or infinite, as in C's math library. Allocates nothing. O(length). */

@@ -30,6 +30,9 @@
  *   length is unstretched at the start, after they have been closed.
  * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply; but if `integrator`
  *   is, run.integrator is NULL, and the method is chosen for the model (kt_run_method).
+ * - `parameters` is a mapping of names to numbers, angles or expressions of other parameters, in any order. Wherever a
+ *   number may stand, = and an expression (expression.h) of them may stand (`mass: =rho*area*L`), in quotes where it has a
+ *   comma, a bracket or a brace. It counts as an angle by its units: `=2*tilt` is no length.
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -53,6 +56,23 @@ typedef struct kt_scene_note {
     const char *what;  /* what, and how many */
 } kt_scene_note;
 
+/* A number of `parameters`. */
+typedef struct kt_scene_parameter {
+    const char *name; /* as expressions use it */
+    double value;     /* in SI units and radians */
+    bool is_set;      /* by a setting, not by the file */
+} kt_scene_parameter;
+
+/* How a file is read. */
+typedef struct kt_scene_options {
+    /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
+     * numbers of list items that lead to a value (L, bodies.crank.mass, bodies.crank.com[1], simulate.tolerance); VALUE
+     * is written as in a file. A key that the file does not have is added. They are checked as the file is, and a fault's
+     * `where` is then the setting itself. */
+    const char *const *settings;
+    int setting_count; /* length of settings */
+} kt_scene_options;
+
 /* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
     kt_description description; /* the mechanism */
@@ -63,7 +83,12 @@ typedef struct kt_scene {
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 
-    const kt_scene_note *notes;  /* what an import (import.h) has left out or changed, each kind once; NULL: nothing */
+    const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
+    int parameter_count;                  /* length of parameters */
+    const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */
+    int setting_count;                    /* length of settings */
+    const kt_scene_note *notes;  /* what an import (import.h) has left out or changed, each kind once, and parameters
+                                 * that nothing uses; NULL: nothing */
     int note_count;              /* length of notes */
     void *memory;                /* where the arrays and strings live; for kt_scene_free */
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
@@ -88,6 +113,13 @@ KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_
 KT_API KT_CHECKED kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene,
                                            kt_scene_report *report, void *user, kt_error *error);
 
+/* The same with options (NULL: none). */
+KT_API KT_CHECKED kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
+                                               kt_scene_report *report, void *user, kt_error *error);
+KT_API KT_CHECKED kt_status kt_scene_parse_with(const char *path, const char *text, size_t size,
+                                                const kt_scene_options *options, kt_scene *scene,
+                                                kt_scene_report *report, void *user, kt_error *error);
+
 /* Adds the position in the file to a fault that only kt_model_compile finds: error->where, "body 'crank'" or "loop
  * 'close'", becomes "FILE:LINE:COLUMN", and its former text begins the message. Returns false, with the error
  * untouched, if that is no body or loop of the scene, or if the scene was not read. Allocates nothing. O(bodies +
@@ -98,8 +130,8 @@ KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 KT_API void kt_scene_free(kt_scene *scene);
 
 /* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
- * many digits as are needed to read back the same bits. Reading what was written gives the same description and run to
- * the bit (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as
+ * many digits as are needed to read back the same bits. Parameters and expressions are written as the numbers that they
+ * are. Reading what was written gives the same description and run to the bit (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as
  * NULL), and writing that gives the same bytes. The scene is checked first, and nothing is written if it has a fault.
  * Errors: those of kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED, KT_ERROR_FILE (the stream
  * fails). */

@@ -107,11 +107,16 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
 
 bool kt_expression_is_angle(const kt_expression *expression) { return expression->is_angle; }
 
-bool kt_expression_uses(const kt_expression *expression, int index) {
-    for (size_t i = 0; i < expression->count; i++)
-        if (expression->term[i].code == KT_OPERATOR_SYMBOL && expression->term[i].symbol == index)
-            return true;
-    return false;
+size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *indices) {
+    size_t count = 0;
+    for (size_t i = 0; i < expression->count; i++) {
+        if (expression->term[i].code != KT_OPERATOR_SYMBOL)
+            continue;
+        if (count < room)
+            indices[count] = expression->term[i].symbol;
+        count++;
+    }
+    return count;
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */

@@ -256,12 +256,9 @@ static bool enter(kt_parser *p) {
 
 static void leave(kt_parser *p) { p->depth--; }
 
-static bool parse_closing(kt_parser *p, const char *opened) {
+static bool parse_closing(kt_parser *p) {
     char text[KT_NAME_TEXT_SIZE];
-    if (take(p, ')'))
-        return true;
-    return refuse(p, p->at, "a ')' is missing before %s, for the '(' in column %d", found_at(p->at, text),
-                  (int)(opened - p->text) + 1);
+    return take(p, ')') || refuse(p, p->at, "a ')' is missing before %s", found_at(p->at, text));
 }
 
 /* After the k-th argument: functions of many arguments are made of operators of two. */
@@ -280,7 +277,6 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
         which++;
     if (which == FUNCTION_COUNT)
         return refuse_name(p, spot, name, true);
-    const char *opened = p->at;
     if (!enter(p))
         return false;
     (void)take(p, '(');
@@ -298,7 +294,7 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
                       functions[which].most > functions[which].least ? "at least " : "", functions[which].least,
                       functions[which].least - count, functions[which].least - count > 1 ? "are" : "is");
     leave(p);
-    return parse_closing(p, opened);
+    return parse_closing(p);
 }
 
 static bool parse_primary(kt_parser *p, bool *is_angle) {
@@ -314,7 +310,7 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
     if (!enter(p) || !parse_comparison(p, is_angle))
         return false;
     leave(p);
-    return parse_closing(p, spot);
+    return parse_closing(p);
 }
 
 static bool parse_factor(kt_parser *p, bool *is_angle) {

@@ -88,6 +88,20 @@ static int compare_faults(const void *a, const void *b) {
     return x->order < y->order ? -1 : 1;
 }
 
+/* The beginning of a long file name is cut, since its end identifies the file better. */
+void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
+    enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
+    size_t length = strlen(path);
+    const char *dots = "";
+    if (length > PATH_MAX_SHOWN) {
+        path += length - PATH_MAX_SHOWN;
+        while (((unsigned char)*path & 0xC0U) == 0x80U) /* do not cut within a character */
+            path++;
+        dots = "...";
+    }
+    (void)snprintf(where, KT_WHERE_SIZE, "%s%s:%u:%u", dots, path, (unsigned)line, (unsigned)column);
+}
+
 void kt_fault_sort(kt_reader *r) {
     if (r->fault_count > 1)
         qsort(r->faults, r->fault_count, sizeof *r->faults, compare_faults);

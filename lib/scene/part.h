@@ -46,9 +46,6 @@ kt_status kt_format_parse(kt_format *format, const void *options, const char *pa
 kt_status kt_format_read(kt_format *format, const void *options, const char *path, kt_scene *scene,
                          kt_scene_report *report, void *user, kt_error *error);
 
-/* Writes "FILE:LINE:COLUMN". */
-void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
-
 /* Where the items of a scene stand in its file: for each the place that faults of its compilation are about. */
 typedef struct kt_mark {
     uint32_t line, column;

@@ -25,6 +25,8 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
+typedef struct kt_named_number kt_named_number;
+
 struct kt_reader {
     kt_pool keep;       /* what the scene holds in the end */
     kt_pool scratch;    /* nodes, messages */
@@ -39,6 +41,13 @@ struct kt_reader {
     bool names_are_known;              /* the name of every body could be read */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
     int joint_quantity;                /* kt_quantity of the position of the joint that the item acts in */
+
+    kt_named_number *parameters; /* of the file; see parameter.c */
+    double *parameter_values;    /* theirs, NaN where there is none: the values of expressions' symbols */
+    int parameter_count;
+    bool parameters_are_hidden;  /* they could not be read: what uses them is not told */
+    kt_names parameter_names;    /* to indices */
+    const char *const *settings; /* texts that have replaced values of the file */
 
     kt_node *root;
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes; /* as the arrays of the description */
@@ -63,6 +72,9 @@ bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *n
 /* Reports a fault by line and column, even if one has been reported there. */
 bool kt_fault_put(kt_reader *r, kt_status code, uint32_t line, uint32_t column, const char *format, ...)
     KT_PRINTF(5, 6);
+
+/* Writes "FILE:LINE:COLUMN". */
+void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
 
 /* Records that memory has run out. Returns false. */
 bool kt_reader_out_of_memory(kt_reader *r);

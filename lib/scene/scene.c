@@ -7,6 +7,7 @@
 
 #include "scene/file.h"
 #include "scene/number.h"
+#include "scene/parameter.h"
 #include "scene/part.h"
 
 #include <locale.h>
@@ -35,6 +36,16 @@ static void write_version(kt_emitter *e, const kt_field *field, const void *obje
 
 static const kt_kind kind_version = {.read = read_version, .write = write_version};
 
+/* Reads nothing: parameters are read before anything else is. They are written as the numbers that they stand for. */
+static bool same_parameters(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)object;
+    (void)standard;
+    return true;
+}
+
+static const kt_kind kind_parameters = {.read = read_version, .write = write_version, .same = same_parameters};
+
 #define LIMIT_NAME(id, name) #name,
 static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(LIMIT_NAME)};
 static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_COUNT, 0};
@@ -43,6 +54,7 @@ static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_
 static const kt_field fields[] = {
     {.key = "kinetree", .kind = &kind_version, .flags = KT_FIELD_REQUIRED},
     {.key = "name", .kind = &kt_kind_text, AT(description.name)},
+    {.key = "parameters", .kind = &kind_parameters},
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
@@ -73,18 +85,12 @@ static bool check_version(kt_reader *r, kt_node *root) {
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* The beginning of a long file name is cut, since its end identifies the file better. */
-void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column) {
-    enum { PATH_MAX_SHOWN = KT_WHERE_SIZE - 32 };
-    size_t length = strlen(path);
-    const char *dots = "";
-    if (length > PATH_MAX_SHOWN) {
-        path += length - PATH_MAX_SHOWN;
-        while (((unsigned char)*path & 0xC0U) == 0x80U) /* do not cut within a character */
-            path++;
-        dots = "...";
-    }
-    (void)snprintf(where, KT_WHERE_SIZE, "%s%s:%u:%u", dots, path, (unsigned)line, (unsigned)column);
+/* Where a fault is: in the file, or in a setting, whose text stands for it. */
+static void locate_fault(const kt_reader *r, const char *path, const kt_fault *fault, char where[KT_WHERE_SIZE]) {
+    if (fault->line < KT_SETTING_LINE)
+        kt_scene_where(where, path, fault->line, fault->column);
+    else
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->settings[fault->line - KT_SETTING_LINE]);
 }
 
 /* Reports all faults; the first is the call's error. */
@@ -94,18 +100,18 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
     kt_error one;
     for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
         const kt_fault *fault = &r->faults[i];
-        kt_scene_where(where, path, fault->line, fault->column);
+        locate_fault(r, path, fault, where);
         (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
         report(user, &one);
     }
     if (report != NULL && r->fault_dropped > 0) {
         const kt_fault *last = &r->faults[r->fault_count - 1];
-        kt_scene_where(where, path, last->line, last->column);
+        locate_fault(r, path, last, where);
         (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
                            r->fault_dropped);
         report(user, &one);
     }
-    kt_scene_where(where, path, r->faults[0].line, r->faults[0].column);
+    locate_fault(r, path, &r->faults[0], where);
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 
@@ -120,6 +126,8 @@ static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count,
     for (int i = 0; marks != NULL && i < count; i++) {
         const kt_node *node = kt_node_find(items[i], key);
         node = node != NULL ? node : items[i];
+        if (node->line >= KT_SETTING_LINE) /* marks are of the file */
+            node = items[i];
         marks[i] = (kt_mark){node->line, node->column};
     }
     return marks;
@@ -182,21 +190,22 @@ static void check_interval(kt_reader *r, const kt_run *run) {
 
 static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene) {
-    (void)options;
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
         return;
     if (r->root->kind != KT_NODE_MAP) {
         kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
         return;
     }
+    kt_settings_apply(r, options, &table);
     if (!check_version(r, r->root))
         return;
+    kt_parameters_read(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)
         kt_check_description(r, &scene->description);
-    if (!r->out_of_memory && r->fault_count == 0)
-        (void)mark_scene(r, path, scene);
+    if (!r->out_of_memory && r->fault_count == 0 && mark_scene(r, path, scene))
+        kt_parameters_finish(r, path, options, scene);
 }
 
 kt_scene kt_scene_default(void) {
@@ -255,13 +264,37 @@ kt_status kt_format_read(kt_format *format, const void *options, const char *pat
     return status;
 }
 
+static kt_status check_options(const kt_scene_options *options, kt_error *error) {
+    if (options == NULL)
+        return KT_OK;
+    if (options->setting_count < 0 || (options->setting_count > 0 && options->settings == NULL))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options", "settings must be an array of setting_count texts");
+    for (int k = 0; k < options->setting_count; k++)
+        if (options->settings[k] == NULL)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "options", "settings[%d] cannot be NULL", k);
+    return KT_OK;
+}
+
+kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, const kt_scene_options *options,
+                              kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    const kt_status status = check_options(options, error);
+    return status != KT_OK ? status
+                           : kt_format_parse(read_scene, options, path, text, size, scene, report, user, error);
+}
+
+kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
+                             kt_scene_report *report, void *user, kt_error *error) {
+    const kt_status status = check_options(options, error);
+    return status != KT_OK ? status : kt_format_read(read_scene, options, path, scene, report, user, error);
+}
+
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
                          void *user, kt_error *error) {
-    return kt_format_parse(read_scene, NULL, path, text, size, scene, report, user, error);
+    return kt_scene_parse_with(path, text, size, NULL, scene, report, user, error);
 }
 
 kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
-    return kt_format_read(read_scene, NULL, path, scene, report, user, error);
+    return kt_scene_read_with(path, NULL, scene, report, user, error);
 }
 
 void kt_scene_free(kt_scene *scene) {

@@ -1,6 +1,7 @@
 /* Numbers, vectors, axes, texts, words, mappings. */
 #include "scene/value.h"
 
+#include "scene/expression.h"
 #include "scene/number.h"
 
 #include <string.h>
@@ -38,8 +39,10 @@ static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, 
     else if (digit && strpbrk(text, "*/^()") == NULL)
         mend = "write the number alone, in SI units";
     else if (digit || strstr(text, "pi") != NULL)
-        mend = angle ? "expressions are not computed; write the number, or degrees such as '180 deg'"
-                     : "expressions are not computed; write the number";
+        mend = "an expression begins with '=': write = before it";
+    if (kt_is_parameter(r, text))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s, found %s; write =%s for the parameter",
+                           expected_number(quantity), quoted.text, text);
     if (mend == NULL)
         return kt_fault_expected(r, scope, node, expected_number(quantity));
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s, found %s; %s", expected_number(quantity),
@@ -59,6 +62,8 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
     double value = 0.0;
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, expected_number(quantity));
+    if (kt_is_expression(node))
+        return kt_read_expression(r, scope, node, angle, &value) && take_number(r, scope, node, quantity, value, out);
     const kt_scalar scalar = kt_scalar_classify(node->of.text, &value);
     if (scalar == KT_SCALAR_ANGLE && angle) /* a text to YAML, which may stand in quotes */
         return take_number(r, scope, node, quantity, value, out);

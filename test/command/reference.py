@@ -150,7 +150,7 @@ def main():
         check_fish(pathlib.Path(folder) / "kinetree.fish")
     for name in subcommands:
         part = re.search(rf"^    {name}\)\n(.*?)^        ;;", texts["zsh"], flags=re.S | re.M)
-        told = set(re.findall(r"'--([\w-]+)", part[1])) if part else set()
+        told = set(re.findall(r"'\*?--([\w-]+)", part[1])) if part else set()
         claim(f"every_option_is_in_the_completion_of_zsh: {name}", sorted(set(options[name]) - told))
         told = set(re.findall(rf"from {name}' -l ([\w-]+) ", texts["fish"]))
         claim(f"every_option_is_in_the_completion_of_fish: {name}", sorted(set(options[name]) - told))

@@ -57,7 +57,7 @@ KT_TEST(faults_have_a_column_and_a_remedy) {
         {"   ", 4, "empty"},
         {"1 +", 4, "missing before the end"},
         {"1 + * 2", 5, "missing before '*'"},
-        {"(1 + 2", 7, "a ')' is missing before the end, for the '(' in column 1"},
+        {"(1 + 2", 7, "a ')' is missing before the end"},
         {"1 + 2)", 6, "closes no '('"},
         {"2 length", 3, "write * for a product"},
         {"2length", 2, "write * for a product"},

@@ -26,7 +26,7 @@ from claims import claim, finish, note
 from folders import FOLDERS
 
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
-HEAD = "#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n"
+HEAD = "#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n"
 FRAGMENT = """
 kt_status fragment_{line}(const kt_model *model, kt_data *data, kt_simulation *simulation, double *q, double *v, double *a,
                           double *tau, double *y, size_t n, kt_integrator_callbacks callbacks,

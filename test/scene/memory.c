@@ -47,6 +47,11 @@ static char faults[] = "kinetree: 1\n"
                        "gravity: !!seq [0, 0]\n"
                        "bodies: [{mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}, {mas: 1}]\n";
 static char wrong[] = "kinetree: 1\nbodys: []\nbodies: [{name: a, mas: 1}, {name: a}]\ngravity: [0, 0]\n";
+/* Parameters, of which one is used by nothing, and settings. */
+static char computed[] = "kinetree: 1\n"
+                         "name: computed\n"
+                         "parameters: {L: =2*M, M: =N + 1, N: 3, O: 4}\n"
+                         "bodies: [{name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, =M/N]}]\n";
 static char no_yaml[] = "kinetree: 1\nname: [\n";
 
 /* What malloc has given out and not got back. Under the address sanitizer it is always zero, and leaks are reported at
@@ -108,9 +113,22 @@ static kt_status parse(void *user) {
     return status;
 }
 
+static kt_status parse_with_settings(void *user) {
+    static const char *const settings[] = {"N=5", "bodies.a.com=[=L, 0, 0]", "simulate.duration=3"};
+    const kt_scene_options options = {.settings = settings, .setting_count = 3};
+    const char *text = user;
+    kt_scene scene;
+    kt_error error = {KT_OK, "", ""};
+    kt_status status = kt_scene_parse_with("x", text, strlen(text), &options, &scene, NULL, NULL, &error);
+    if (status == KT_OK)
+        kt_scene_free(&scene);
+    return status;
+}
+
 KT_TEST(each_failing_allocation_is_an_error_of_reading) {
     touched = 0;
     check_calls("a right scene", parse, right, KT_OK, 20.0);
+    check_calls("parameters and settings", parse_with_settings, computed, KT_OK, 8.0);
     check_calls("a wrong scene", parse, wrong, KT_ERROR_SCENE, 20.0);
     check_calls("no YAML", parse, no_yaml, KT_ERROR_SCENE, 10.0);
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
@@ -144,6 +162,7 @@ KT_TEST(each_piece_can_fail_to_be_taken) {
     touched = 0;
     check_pieces(right, "name: ", KT_OK);
     check_pieces(lists, "name: ", KT_OK);
+    check_pieces(computed, "kinetree: 1\nname: ", KT_OK);
     check_pieces(faults, "name: &anchor ", KT_ERROR_SCENE);
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }

@@ -1,5 +1,6 @@
 /* Numbers: what is one, and that it survives. */
 #include "scene/number.h"
+#include "algebra/angle.h"
 
 #include <float.h>
 #include <locale.h>

@@ -56,6 +56,21 @@ static json_t *count_cost(const kt_outcome *outcome) {
                      outcome->cpu_seconds);
 }
 
+/* The numbers that the scene was computed with, where it has parameters or was given settings. */
+static void list_parameters(const kt_scene *scene, json_t *root) {
+    json_t *parameters = json_object(), *settings = json_array();
+    for (int i = 0; i < scene->parameter_count; i++)
+        json_object_set_new(parameters, scene->parameters[i].name, json_real(scene->parameters[i].value));
+    for (int i = 0; i < scene->setting_count; i++)
+        json_array_append_new(settings, kt_json_text(scene->settings[i]));
+    if (scene->parameter_count > 0)
+        json_object_set(root, "parameters", parameters);
+    if (scene->setting_count > 0)
+        json_object_set(root, "settings", settings);
+    json_decref(parameters);
+    json_decref(settings);
+}
+
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
@@ -92,6 +107,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
+    list_parameters(outcome->scene, root);
     json_object_set_new(root, "freedom",
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
                                   dof.rank, "minimal", dof.minimal));

@@ -24,10 +24,10 @@ static int fail(kt_status status, const kt_error *error) {
     return kt_exit_code(status);
 }
 
-int kt_small_motion_open(kt_small_motion *motion, const char *path) {
+int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings) {
     kt_error error = {0};
     memset(motion, 0, sizeof *motion);
-    const int code = kt_load_model(path, &motion->scene, &motion->model);
+    const int code = kt_load_model(path, settings, &motion->scene, &motion->model);
     if (code != KT_EXIT_DONE)
         return code;
     const kt_model *model = motion->model;

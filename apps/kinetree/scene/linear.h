@@ -3,6 +3,7 @@
 #ifndef KT_COMMAND_SCENE_LINEAR_H
 #define KT_COMMAND_SCENE_LINEAR_H
 
+#include "text/arguments.h"
 #include "text/json.h"
 
 #include "kinetree/analysis.h"
@@ -22,7 +23,7 @@ typedef struct kt_small_motion {
 
 /* Reads, compiles and assembles a scene. Returns KT_EXIT_DONE, or an exit code after printing the error;
  * kt_small_motion_close must be called in both cases. */
-int kt_small_motion_open(kt_small_motion *motion, const char *path);
+int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings);
 void kt_small_motion_close(kt_small_motion *motion);
 
 /* Returns whether a velocity of the initial state is not zero. */

@@ -76,7 +76,19 @@ static bool is_xml(const char *text, size_t size) {
     return i < size && text[i] == '<';
 }
 
-static int read_any(const char *path, bool is_robot, const kt_urdf_options *options, kt_scene *scene) {
+/* A robot has no parameters, and no keys of a scene. */
+static int refuse_settings(const char *path, const kt_settings *settings) {
+    if (settings == NULL || settings->count == 0)
+        return -1;
+    kt_say("%s: --set %s: a robot in URDF has no keys of a scene; write it as one by 'kinetree import' first", path,
+           settings->text[0]);
+    return KT_EXIT_USAGE;
+}
+
+static int read_any(const char *path, bool is_robot, const kt_urdf_options *options, const kt_settings *settings,
+                    kt_scene *scene) {
+    const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
+                                  .setting_count = settings != NULL ? settings->count : 0};
     kt_reported reported = {0};
     kt_error error = {0};
     kt_status status;
@@ -89,14 +101,20 @@ static int read_any(const char *path, bool is_robot, const kt_urdf_options *opti
             return KT_EXIT_SCENE;
         }
         static const char name[] = "(standard input)";
-        status = is_robot || is_xml(text, size)
-                     ? kt_urdf_parse(name, text, size, options, scene, report, &reported, &error)
-                     : kt_scene_parse(name, text, size, scene, report, &reported, &error);
+        is_robot = is_robot || is_xml(text, size);
+        if (is_robot && refuse_settings(name, settings) >= 0) {
+            free(text);
+            return KT_EXIT_USAGE;
+        }
+        status = is_robot ? kt_urdf_parse(name, text, size, options, scene, report, &reported, &error)
+                          : kt_scene_parse_with(name, text, size, &how, scene, report, &reported, &error);
         free(text);
+    } else if (is_robot && refuse_settings(path, settings) >= 0) {
+        return KT_EXIT_USAGE;
     } else if (is_robot) {
         status = kt_urdf_read(path, options, scene, report, &reported, &error);
     } else {
-        status = kt_scene_read(path, scene, report, &reported, &error);
+        status = kt_scene_read_with(path, &how, scene, report, &reported, &error);
     }
     if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
@@ -107,10 +125,12 @@ static int read_any(const char *path, bool is_robot, const kt_urdf_options *opti
     return kt_exit_code(status);
 }
 
-int kt_read_scene(const char *path, kt_scene *scene) { return read_any(path, is_urdf_name(path), NULL, scene); }
+int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene) {
+    return read_any(path, is_urdf_name(path), NULL, settings, scene);
+}
 
 int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene) {
-    return read_any(path, true, options, scene);
+    return read_any(path, true, options, NULL, scene);
 }
 
 typedef struct kt_reported_at {
@@ -169,8 +189,8 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     return kt_exit_code(status);
 }
 
-int kt_load_model(const char *path, kt_scene *scene, kt_model **model) {
-    int code = kt_read_scene(path, scene);
+int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {
+    int code = kt_read_scene(path, settings, scene);
     if (code != KT_EXIT_DONE)
         return code;
     code = kt_compile_scene(scene, model);

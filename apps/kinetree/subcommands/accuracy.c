@@ -18,6 +18,7 @@
 #define KT_AT(member) offsetof(kt_accuracy_arguments, member)
 
 static const kt_option option_table[] = {
+    KT_SET_OPTION(KT_AT(settings)),
     {"integrators", KT_OPTION_TEXT, KT_AT(integrator_list), "A,B", "these methods only; default: all", NULL},
     {"steps", KT_OPTION_TEXT, KT_AT(step_list), "H,...", "steps of methods without error estimate, s; default: found",
      NULL},
@@ -221,7 +222,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     kt_scene scene;
     kt_model *model = NULL;
     kt_reference_file reference = {0};
-    int code = kt_load_model(path, &scene, &model);
+    int code = kt_load_model(path, &arguments->settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;

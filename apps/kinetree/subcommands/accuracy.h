@@ -18,6 +18,7 @@ enum {
 typedef struct kt_accuracy_arguments {
     const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not given */
     double duration, budget;
+    kt_settings settings;
     const char *reference, *out, *plot, *plot_dark;
     bool prices, compare_sets, dark, quiet;
 

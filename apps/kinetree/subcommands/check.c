@@ -15,10 +15,12 @@
 #include <string.h>
 
 typedef struct kt_check_arguments {
+    kt_settings settings;
     const char *view;
 } kt_check_arguments;
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(kt_check_arguments, settings)),
     {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
      "a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
 };
@@ -271,10 +273,10 @@ static int view_start(const char *path, const kt_scene *scene, const kt_model *m
     return code;
 }
 
-static int check_scene(const char *path, const char *view) {
+static int check_scene(const char *path, const kt_settings *settings, const char *view) {
     kt_scene scene;
     kt_model *model = NULL;
-    int code = kt_load_model(path, &scene, &model);
+    int code = kt_load_model(path, settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     code = check_model(path, &scene, model);
@@ -303,7 +305,7 @@ int kt_command_check(int argc, char **argv) {
         return code;
     code = KT_EXIT_DONE;
     for (int i = 1; i <= operands; i++) {
-        const int one = check_scene(argv[i], arguments.view);
+        const int one = check_scene(argv[i], &arguments.settings, arguments.view);
         code = code == KT_EXIT_DONE ? one : code;
     }
     return kt_finish_output(code);

@@ -23,6 +23,7 @@ enum {
 };
 
 typedef struct kt_draw_arguments {
+    kt_settings settings;
     const char *out, *view, *at, *trace;
     long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
@@ -32,6 +33,7 @@ typedef struct kt_draw_arguments {
 #define KT_AT(member) offsetof(kt_draw_arguments, member)
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(kt_draw_arguments, settings)),
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "the picture, .svg or .png (default: NAME.svg)", NULL},
     {"view", KT_OPTION_TEXT, KT_AT(view), "VIEW",
      "x, y or z: the plane normal to it; iso; or AZIMUTH,ELEVATION in degrees, from the front to the right and up "
@@ -458,7 +460,7 @@ int kt_command_draw(int argc, char **argv) {
     motion m = {.state_count = 0};
     int bodies = 0;
     if (code < 0)
-        code = kt_load_model(argv[1], &m.scene, &m.model);
+        code = kt_load_model(argv[1], &arguments.settings, &m.scene, &m.model);
     if (m.model != NULL) {
         bodies = kt_model_body_count(m.model); /* the ground is one */
         m.name = title_of(&m, base);

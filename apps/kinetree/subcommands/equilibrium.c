@@ -13,11 +13,13 @@
 #include <string.h>
 
 typedef struct kt_equilibrium_arguments {
+    kt_settings settings;
     bool nearest, json;
     const char *scene;
 } kt_equilibrium_arguments;
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(kt_equilibrium_arguments, settings)),
     {"nearest", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, nearest), NULL,
      "the one nearest to the initial position, stable or not", NULL},
     {"scene", KT_OPTION_TEXT, offsetof(kt_equilibrium_arguments, scene), "FILE",
@@ -260,7 +262,7 @@ static int write_scene(const kt_small_motion *motion, const char *path) {
 }
 
 int kt_command_equilibrium(int argc, char **argv) {
-    kt_equilibrium_arguments arguments = {false, false, NULL};
+    kt_equilibrium_arguments arguments = {.nearest = false};
     kt_small_motion motion;
     kt_error error = {0};
     int operands;
@@ -271,7 +273,7 @@ int kt_command_equilibrium(int argc, char **argv) {
     code = kt_check_files("equilibrium", uses, 2);
     if (code >= 0)
         return code;
-    code = kt_small_motion_open(&motion, argv[1]);
+    code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
     if (code == KT_EXIT_DONE) {
         const kt_status status = kt_small_motion_settle(&motion, arguments.nearest, &error);
         if (status != KT_OK)

@@ -9,10 +9,12 @@
 #include <string.h>
 
 typedef struct kt_evaluate_arguments {
+    kt_settings settings;
     const char *acceleration, *out;
 } kt_evaluate_arguments;
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(kt_evaluate_arguments, settings)),
     {"acceleration", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, acceleration), "A1,A2,...",
      "inverse dynamics for these accelerations", NULL},
     {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "a file instead of standard output", NULL},
@@ -292,7 +294,7 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scen
 }
 
 int kt_command_evaluate(int argc, char **argv) {
-    kt_evaluate_arguments arguments = {NULL, NULL};
+    kt_evaluate_arguments arguments = {.out = NULL};
     kt_scene scene;
     kt_model *model = NULL;
     int operands;
@@ -302,7 +304,7 @@ int kt_command_evaluate(int argc, char **argv) {
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};
     if ((code = kt_check_files("evaluate", uses, 2)) >= 0)
         return code;
-    code = kt_load_model(argv[1], &scene, &model);
+    code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     code = evaluate(&arguments, &scene, model);

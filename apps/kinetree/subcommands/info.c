@@ -70,10 +70,12 @@ static int write_plan(const kt_model *model, const kt_plan_step *steps, int coun
 }
 
 typedef struct info_arguments {
+    kt_settings settings;
     bool plan, json;
 } info_arguments;
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(info_arguments, settings)),
     {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
      "what is computed at each evaluation, step and record, on how many items, and what the scene does without", NULL},
     {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "the plan as JSON", NULL},
@@ -286,7 +288,7 @@ int kt_command_info(int argc, char **argv) {
     kt_scene scene;
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
-    info_arguments arguments = {false, false};
+    info_arguments arguments = {.plan = false};
     int operands;
     int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, &operands);
     if (code >= 0)
@@ -295,7 +297,7 @@ int kt_command_info(int argc, char **argv) {
         kt_say("info: --json is for the plan; give --plan as well");
         return KT_EXIT_USAGE;
     }
-    code = kt_load_model(argv[1], &scene, &model);
+    code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     code = kt_compile_absolute(&scene, model, &absolute);

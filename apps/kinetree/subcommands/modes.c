@@ -77,6 +77,7 @@ static int kt_modes_draw(const kt_small_motion *motion, const char *state, const
 }
 
 typedef struct kt_modes_arguments {
+    kt_settings settings;
     int at; /* index of the choice; -1: not given */
     bool nearest, json, dark;
     long count;
@@ -86,6 +87,7 @@ typedef struct kt_modes_arguments {
 enum { AT_INITIAL = 0, AT_EQUILIBRIUM };
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(kt_modes_arguments, settings)),
     {"at", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, at), "STATE",
      "the state they are about; default: where the scene comes to rest, or its initial state if it moves",
      "initial|equilibrium"},
@@ -407,7 +409,7 @@ int kt_command_modes(int argc, char **argv) {
     if ((code = kt_check_files("modes", uses, 2)) >= 0 ||
         (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
         return code;
-    code = kt_small_motion_open(&motion, argv[1]);
+    code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
     if (code == KT_EXIT_DONE)
         code = choose_state(&motion, &arguments);
     if (code == KT_EXIT_DONE)

@@ -588,7 +588,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         return KT_EXIT_USAGE;
     }
     const char *path = argv[1];
-    code = kt_read_scene(path, &scene);
+    code = kt_read_scene(path, &arguments.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
     char *base = kt_base_name(path);

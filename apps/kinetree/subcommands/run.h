@@ -24,6 +24,7 @@ typedef struct kt_run_arguments {
     const char *out, *summary, *plot, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
     bool unprojected, dark, quiet;
+    kt_settings settings;
 } kt_run_arguments;
 
 /* The subcommands that run a scene. */

@@ -11,6 +11,7 @@
 #define KT_AT(member) offsetof(kt_run_arguments, member)
 
 static const kt_option options[] = {
+    KT_SET_OPTION(KT_AT(settings)),
     {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
     {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
      "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},

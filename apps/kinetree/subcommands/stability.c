@@ -17,6 +17,7 @@
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
 typedef struct arguments {
+    kt_settings settings;
     double step, duration;
     long samples;
     const char *integrator, *plot;
@@ -24,6 +25,7 @@ typedef struct arguments {
 } arguments;
 
 static const kt_option options[] = {
+    KT_SET_OPTION(offsetof(arguments, settings)),
     {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "ask about this step, seconds", NULL},
     {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "the method to draw; default: the scene's",
      NULL},
@@ -379,7 +381,7 @@ int kt_command_stability(int argc, char **argv) {
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};
     if ((code = kt_check_files("stability", uses, 2)) >= 0)
         return code;
-    code = kt_load_model(argv[1], &scene, &model);
+    code = kt_load_model(argv[1], &given.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     char *base = kt_base_name(argv[1]);

@@ -12,8 +12,16 @@ typedef enum kt_option_type {
     KT_OPTION_POSITIVE, /* a number above zero; double */
     KT_OPTION_ANGLE,    /* a finite number, in degrees if followed by "deg"; double, rad */
     KT_OPTION_COUNT,    /* a whole number, zero or more; long */
+    KT_OPTION_SETTING,  /* PATH=VALUE, any number of times; kt_settings */
     KT_OPTION_CHOICE,   /* one of the words of `choices`; int, its index among them */
 } kt_option_type;
+
+/* Values that replace those of the scene: kt_scene_options. */
+enum { KT_SETTINGS_MAX = 256 };
+typedef struct kt_settings {
+    const char *text[KT_SETTINGS_MAX];
+    int count;
+} kt_settings;
 
 typedef struct kt_option {
     const char *name; /* without the dashes */
@@ -23,6 +31,13 @@ typedef struct kt_option {
     const char *help;
     const char *choices; /* "qr|partition|svd" */
 } kt_option;
+
+/* --set, of a subcommand that reads a scene; `at` is the offset of the kt_settings. */
+#define KT_SET_OPTION(at)                                                                                              \
+    {                                                                                                                  \
+        "set", KT_OPTION_SETTING, at, "PATH=VALUE",                                                                    \
+            "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be given again", NULL                         \
+    }
 
 typedef struct kt_usage {
     const char *command;  /* "run" */

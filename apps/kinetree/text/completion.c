@@ -131,7 +131,8 @@ static void print_bash(const kt_overview *all) {
 
 static void put_zsh_option(const kt_subcommand *subcommand, const kt_option *option) {
     (void)subcommand;
-    printf(" \\\n            '--%s%s[", option->name, option->type != KT_OPTION_FLAG ? "=" : "");
+    printf(" \\\n            '%s--%s%s[", option->type == KT_OPTION_SETTING ? "*" : "", option->name,
+           option->type != KT_OPTION_FLAG ? "=" : "");
     put_quoted(option->help, "[]:\\", "'\\''");
     putchar(']');
     if (option->type == KT_OPTION_CHOICE) {

@@ -1,0 +1,39 @@
+/* Expressions of parameters where a scene has a number: "=0.01*L^2". */
+#ifndef KT_SCENE_EXPRESSION_H
+#define KT_SCENE_EXPRESSION_H
+
+#include "kinetree/expression.h"
+#include "scene/reader.h"
+
+/* A parameter of the scene. */
+struct kt_named_number {
+    const char *name;
+    kt_node *key, *node;
+    const kt_expression *expression; /* NULL: a number, or faulty */
+    double value;
+    size_t use; /* of its expression: first index in `uses`, which has use_count of them */
+    int use_count;
+    int missing; /* parameters that its expression uses and whose values are not yet known */
+    bool is_known, is_angle;
+    bool is_used; /* by anything */
+};
+
+/* Whether there is a parameter of this name. */
+bool kt_is_parameter(const kt_reader *r, const char *name);
+
+/* Whether a scalar is an expression: '=' begins it. */
+bool kt_is_expression(const kt_node *node);
+
+/* Reads the expression of a node, which lives as long as the reading; NULL after reporting a fault. */
+const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node);
+
+/* Evaluates an expression of parameters that have values; reports a value that is not finite, and then leaves *out
+ * untouched and returns false. */
+bool kt_expression_value(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,
+                         double *out);
+
+/* Reads and evaluates an expression; reports what is wrong with it, `angle` saying whether it may be an angle, and then
+ * leaves *out untouched and returns false. */
+bool kt_read_expression(kt_reader *r, const kt_scope *scope, kt_node *node, bool angle, double *out);
+
+#endif

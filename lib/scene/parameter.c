@@ -1,0 +1,298 @@
+/* Parameters: numbers with names, each a number or an expression of the others, in any order.
+ *
+ * All expressions are read first; then each is evaluated as soon as all that it uses are (Kahn 1962, Communications of the
+ * ACM 5: topological sorting). What is left depends on itself, or on a parameter that does.
+ */
+#include "scene/parameter.h"
+
+#include "scene/expression.h"
+#include "scene/number.h"
+#include "scene/part.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- the section ------------------------------------------------------------------------------------------------- */
+
+static bool is_reserved(const char *name) {
+#define FUNCTION_NAME(id, function, least, most) #function,
+    static const char *const words[] = {"t", "pi", "deg", "rad", KT_EXPRESSION_FUNCTION_LIST(FUNCTION_NAME)};
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (strcmp(name, words[k]) == 0)
+            return true;
+    return false;
+}
+
+static void check_name(kt_reader *r, const kt_scope *outer, int k) {
+    kt_named_number *parameter = &r->parameters[k];
+    if (!kt_name_is_valid(parameter->name) || strchr(parameter->name, '-') != NULL)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
+                          "%s is no name of a parameter; take letters, digits and _, and begin with a letter or _",
+                          kt_name_quote(parameter->name).text);
+    else if (is_reserved(parameter->name))
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
+                          "'%s' has a meaning of its own in expressions; take another name", parameter->name);
+    const int first = kt_names_add(&r->parameter_names, 0, parameter->name, k);
+    if (first >= 0)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
+                          "the parameter '%s' is there already, in line %u; remove one of them", parameter->name,
+                          (unsigned)r->parameters[first].key->line);
+}
+
+static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
+    const size_t count = map->count;
+    void *slots = kt_pool_take(&r->scratch, kt_names_size(count), 1);
+    r->parameters = kt_pool_take(&r->scratch, count + 1, sizeof *r->parameters);
+    r->parameter_values = kt_pool_take(&r->scratch, count + 1, sizeof *r->parameter_values);
+    if (slots == NULL || r->parameters == NULL || r->parameter_values == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_names_init(&r->parameter_names, count, slots);
+    for (kt_node *key = map->of.first; key != NULL; key = key->next->next) {
+        if (key->kind != KT_NODE_TEXT) {
+            (void)kt_fault_expected(r, scope, key, "the name of a parameter");
+            continue;
+        }
+        r->parameters[r->parameter_count] =
+            (kt_named_number){.name = key->of.text, .key = key, .node = key->next, .value = (double)NAN};
+        r->parameter_values[r->parameter_count] = (double)NAN;
+        check_name(r, scope, r->parameter_count++);
+    }
+    return true;
+}
+
+static void set_value(kt_reader *r, kt_named_number *parameter, double value) {
+    parameter->value = value;
+    parameter->is_known = true;
+    r->parameter_values[parameter - r->parameters] = value;
+}
+
+/* A number or an angle; whether it is one or the other is known from its text. */
+static void read_plain(kt_reader *r, const kt_scope *scope, kt_named_number *parameter) {
+    double value = 0.0;
+    if (parameter->node->kind == KT_NODE_TEXT)
+        parameter->is_angle = kt_scalar_classify(parameter->node->of.text, &value) == KT_SCALAR_ANGLE;
+    if (kt_read_number(r, scope, parameter->node, parameter->is_angle ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER, &value))
+        set_value(r, parameter, value);
+}
+
+/* ---- the order of evaluation ------------------------------------------------------------------------------------- */
+
+/* Who uses whom: the parameters that expression k uses are uses[parameter.use + i]; those whose expressions use
+ * parameter k are users[first_user[k]] to users[first_user[k + 1] - 1]. */
+typedef struct kt_uses {
+    int *uses, *users;
+    size_t *first_user;
+} kt_uses;
+
+static bool list_uses(kt_reader *r, kt_uses *u) {
+    const int count = r->parameter_count;
+    size_t total = 0;
+    for (int k = 0; k < count; k++) {
+        kt_named_number *parameter = &r->parameters[k];
+        parameter->use = total;
+        if (parameter->expression != NULL)
+            parameter->use_count = (int)kt_expression_symbols(parameter->expression, 0, NULL);
+        total += (size_t)parameter->use_count;
+    }
+    u->uses = kt_pool_take(&r->scratch, total + 1, sizeof *u->uses);
+    u->users = kt_pool_take(&r->scratch, total + 1, sizeof *u->users);
+    u->first_user = kt_pool_take(&r->scratch, (size_t)count + 2, sizeof *u->first_user);
+    if (u->uses == NULL || u->users == NULL || u->first_user == NULL)
+        return kt_reader_out_of_memory(r);
+    for (int k = 0; k < count; k++)
+        if (r->parameters[k].expression != NULL)
+            (void)kt_expression_symbols(r->parameters[k].expression, (size_t)r->parameters[k].use_count,
+                                        u->uses + r->parameters[k].use);
+    for (size_t i = 0; i < total; i++)
+        u->first_user[u->uses[i] + 2]++;
+    for (int k = 0; k < count; k++)
+        u->first_user[k + 2] += u->first_user[k + 1];
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < r->parameters[k].use_count; i++)
+            u->users[u->first_user[u->uses[r->parameters[k].use + (size_t)i] + 1]++] = k;
+    return true;
+}
+
+/* Evaluates a parameter whose expression is computable. */
+static void compute(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
+    const kt_scope scope = {.outer = outer, .key = parameter->name};
+    double value = 0.0;
+    if (parameter->expression != NULL && kt_expression_value(r, &scope, parameter->node, parameter->expression, &value))
+        set_value(r, parameter, value);
+}
+
+/* The units of an expression follow from those of what it uses, so that it is read again once these are known. */
+static void settle_units(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
+    const kt_scope scope = {.outer = outer, .key = parameter->name};
+    parameter->expression = kt_expression_of_node(r, &scope, parameter->node);
+    parameter->is_angle = parameter->expression != NULL && kt_expression_is_angle(parameter->expression);
+}
+
+static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
+    const int count = r->parameter_count;
+    int *ready = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *ready), ready_count = 0;
+    if (ready == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        r->parameters[k].missing = r->parameters[k].use_count;
+        if (r->parameters[k].missing == 0)
+            ready[ready_count++] = k;
+    }
+    for (int i = 0; i < ready_count; i++) {
+        kt_named_number *parameter = &r->parameters[ready[i]];
+        if (parameter->use_count > 0)
+            settle_units(r, scope, parameter);
+        if (!parameter->is_known)
+            compute(r, scope, parameter);
+        if (!parameter->is_known)
+            continue; /* a fault of it has been reported; what uses it is left out */
+        for (size_t j = u->first_user[ready[i]]; j < u->first_user[ready[i] + 1]; j++)
+            if (--r->parameters[u->users[j]].missing == 0)
+                ready[ready_count++] = u->users[j];
+    }
+}
+
+/* ---- circles ----------------------------------------------------------------------------------------------------- */
+
+/* Whether a parameter waits for others, none of which is faulty by itself. */
+static bool is_waiting(const kt_named_number *parameter) {
+    return !parameter->is_known && parameter->expression != NULL && !kt_node_is_faulty(parameter->node);
+}
+
+/* The first parameter that an expression waits for; -1: none. */
+static int next_waiting(const kt_reader *r, const kt_uses *u, int k) {
+    const kt_named_number *parameter = &r->parameters[k];
+    for (int i = 0; i < parameter->use_count; i++)
+        if (is_waiting(&r->parameters[u->uses[parameter->use + (size_t)i]]))
+            return u->uses[parameter->use + (size_t)i];
+    return -1;
+}
+
+/* Reports a circle at its parameter `first`. */
+static void report_circle(kt_reader *r, const kt_scope *outer, const kt_uses *u, int first) {
+    const kt_scope scope = {.outer = outer, .key = r->parameters[first].name};
+    kt_phrase phrase = {.length = 0};
+    int k = first, shown = 0;
+    do {
+        if (shown++ < 8)
+            kt_phrase_add(&phrase, "%s -> ", r->parameters[k].name);
+        k = next_waiting(r, u, k);
+    } while (k != first);
+    kt_phrase_add(&phrase, "%s%s", shown > 8 ? "... -> " : "", r->parameters[first].name);
+    (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, r->parameters[first].node,
+                      "the parameter depends on itself: %s; give one of them a number", phrase.text);
+}
+
+/* From each parameter along what it waits for: a walk that comes back to a parameter of its own has found a circle. `missing`
+ * is no longer needed, and numbers the walks. */
+static void report_circles(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
+    for (int k = 0; k < r->parameter_count; k++)
+        r->parameters[k].missing = -1;
+    for (int walk = 0; walk < r->parameter_count; walk++) {
+        int k = walk;
+        while (k >= 0 && is_waiting(&r->parameters[k]) && r->parameters[k].missing < 0) {
+            r->parameters[k].missing = walk;
+            k = next_waiting(r, u, k);
+        }
+        if (k >= 0 && is_waiting(&r->parameters[k]) && r->parameters[k].missing == walk)
+            report_circle(r, scope, u, k);
+    }
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+void kt_parameters_read(kt_reader *r) {
+    const kt_scope scope = {.key = "parameters"};
+    kt_uses uses = {.uses = NULL};
+    kt_node *map = kt_node_find(r->root, "parameters");
+    if (map == NULL)
+        return;
+    if (map->kind != KT_NODE_MAP) {
+        (void)kt_fault_expected(r, &scope, map, "a mapping of names to numbers (L: 1.2)");
+        r->parameters_are_hidden = true;
+        return;
+    }
+    if (!list_parameters(r, &scope, map))
+        return;
+    for (int k = 0; k < r->parameter_count && !r->out_of_memory; k++) {
+        const kt_scope here = {.outer = &scope, .key = r->parameters[k].name};
+        if (kt_is_expression(r->parameters[k].node))
+            r->parameters[k].expression = kt_expression_of_node(r, &here, r->parameters[k].node);
+        else
+            read_plain(r, &here, &r->parameters[k]);
+    }
+    if (r->out_of_memory || !list_uses(r, &uses))
+        return;
+    compute_all(r, &scope, &uses);
+    report_circles(r, &scope, &uses);
+}
+
+/* A parameter that nothing uses is noted: it was probably meant to be. */
+static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
+    int count = 0;
+    for (int k = 0; k < r->parameter_count; k++)
+        count += !r->parameters[k].is_used;
+    kt_scene_note *notes = count > 0 ? kt_pool_take(&r->keep, (size_t)count, sizeof *notes) : NULL;
+    for (int k = 0; notes != NULL && k < r->parameter_count; k++) {
+        const kt_named_number *parameter = &r->parameters[k];
+        if (parameter->is_used)
+            continue;
+        char where[KT_WHERE_SIZE];
+        kt_phrase what = {.length = 0};
+        kt_scene_where(where, path, parameter->key->line, parameter->key->column);
+        kt_phrase_add(&what, "nothing uses the parameter '%s'; write =%s where it is meant", parameter->name,
+                      parameter->name);
+        notes[scene->note_count++] = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
+                                                     .what = kt_pool_text(&r->keep, what.text, what.length)};
+        if (notes[scene->note_count - 1].where == NULL || notes[scene->note_count - 1].what == NULL)
+            notes = NULL;
+    }
+    if (count > 0 && notes == NULL)
+        (void)kt_reader_out_of_memory(r);
+    scene->notes = notes;
+}
+
+static void keep_parameters(kt_reader *r, const char *path, kt_scene *scene) {
+    kt_scene_parameter *parameters = kt_pool_take(&r->keep, (size_t)r->parameter_count, sizeof *parameters);
+    for (int k = 0; parameters != NULL && k < r->parameter_count; k++) {
+        const kt_named_number *from = &r->parameters[k];
+        parameters[k] = (kt_scene_parameter){.name = kt_pool_text(&r->keep, from->name, strlen(from->name)),
+                                             .value = from->value,
+                                             .is_set = from->node->line >= KT_SETTING_LINE};
+        if (parameters[k].name == NULL)
+            parameters = NULL;
+    }
+    if (parameters == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    scene->parameters = parameters;
+    scene->parameter_count = r->parameter_count;
+    note_unused(r, path, scene);
+}
+
+static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scene *scene) {
+    const int count = options->setting_count;
+    const char **settings = kt_pool_take(&r->keep, (size_t)count, sizeof *settings);
+    for (int k = 0; settings != NULL && k < count; k++) {
+        settings[k] = kt_pool_text(&r->keep, options->settings[k], strlen(options->settings[k]));
+        if (settings[k] == NULL)
+            settings = NULL;
+    }
+    if (settings == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    scene->settings = settings;
+    scene->setting_count = count;
+}
+
+void kt_parameters_finish(kt_reader *r, const char *path, const kt_scene_options *options, kt_scene *scene) {
+    if (r->parameter_count > 0)
+        keep_parameters(r, path, scene);
+    if (options != NULL && options->setting_count > 0)
+        keep_settings(r, options, scene);
+}

@@ -1,0 +1,66 @@
+/* The reader of formulas, for any text: it says what is wrong and where, or reads a formula whose value and derivatives
+ * agree with each other, in no more memory than it has asked for. */
+#include "kinetree/expression.h"
+#include "fuzz.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const names[] = {"x", "y", "left-arm", "position.ball[2]", "tilt"};
+enum { NAMES = sizeof names / sizeof *names };
+
+static bool find(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    for (int k = 0; k < NAMES; k++) {
+        if (strcmp(name, names[k]) != 0)
+            continue;
+        *symbol = (kt_symbol){.index = k, .is_angle = k == NAMES - 1};
+        return true;
+    }
+    return false;
+}
+
+static const char *list(void *user, int k) {
+    (void)user;
+    return k < NAMES ? names[k] : NULL;
+}
+
+static void evaluate(const kt_expression *formula) {
+    static const double values[NAMES] = {0.7, -1.3, 2.0, 0.0, 0.5}, still[NAMES] = {0.0};
+    double out[3];
+    int used[4] = {0};
+    const double value = kt_expression_evaluate(formula, values);
+    kt_expression_taylor(formula, values, still, NULL, out);
+    kt_fuzz_must(memcmp(&value, &out[0], sizeof value) == 0 || (isnan(value) && isnan(out[0])),
+                 "value %.17g and Taylor's %.17g are one", value, out[0]);
+    kt_fuzz_must(out[1] == 0.0 && out[2] == 0.0, "what rests has no derivatives: %g, %g", out[1], out[2]);
+    kt_expression_taylor(formula, values, values, values, out);
+    const size_t count = kt_expression_symbols(formula, 4, used);
+    for (size_t k = 0; k < count && k < 4; k++)
+        kt_fuzz_must(used[k] >= 0 && used[k] < NAMES, "symbol %d exists", used[k]);
+    (void)kt_expression_is_angle(formula);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const kt_symbols symbols = {.find = find, .list = list};
+    char *text = malloc(size + 1);
+    memcpy(text, data, size);
+    text[size] = '\0';
+    const size_t bytes = kt_expression_size(text), length = strlen(text);
+    char *memory = malloc(bytes);
+    const kt_expression *formula = NULL;
+    int column = 0;
+    kt_error error = {KT_OK, "", ""};
+    const kt_status status = kt_expression_parse(text, &symbols, memory, bytes, &formula, &column, &error);
+    if (status == KT_OK) {
+        evaluate(formula);
+    } else {
+        kt_fuzz_must(status == KT_ERROR_SCENE && error.code == status, "it is no formula: %d", (int)status);
+        kt_fuzz_must(column >= 1 && (size_t)column <= length + 1, "column %d is in the text", column);
+        kt_fuzz_must(error.message[0] != '\0' && formula == NULL, "a message, and no formula");
+    }
+    free(memory);
+    free(text);
+    return 0;
+}
