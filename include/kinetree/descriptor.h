@@ -49,18 +49,18 @@ typedef enum kt_key_range {
 
 /* One key. */
 typedef struct kt_key {
-    const char *name;     /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
-    kt_key_kind kind;     /* what it holds */
-    size_t offset;        /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
-    const char *unit;     /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
-    const char *help;     /* what it is, without the unit */
+    const char *name; /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
+    kt_key_kind kind; /* what it holds */
+    size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
+    const char *unit; /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
+    const char *help; /* what it is, without the unit; NULL in a library for a machine without an operating system */
     const char *standard; /* its default in words; NULL: the value that the struct's _default has */
     const char *also;     /* another name that is read for it; NULL: none */
     kt_key_range range;   /* of its numbers */
     bool needed;          /* it has no default */
 } kt_key;
 
-/* One type. Formula and example are NULL in a library for a machine without an operating system. */
+/* One type. Help, formula and example are NULL in a library for a machine without an operating system. */
 typedef struct kt_descriptor {
     const char *name;    /* in scene files */
     const char *help;    /* what it is, in a line */

@@ -101,9 +101,10 @@ typedef struct kt_rosenbrock kt_rosenbrock;
  * integrator), and hand it to kt_integrator_init, which calls kt_method_check and refuses a table whose order
  * conditions fail. */
 typedef struct kt_method {
-    const char *name;   /* as in scene files: "rk4" */
-    const char *title;  /* for people: "Runge-Kutta 4, Kutta 1901" */
-    const char *source; /* where the coefficients are published */
+    const char *name; /* as in scene files: "rk4" */
+    const char *
+        title; /* for people: "Runge-Kutta 4, Kutta 1901"; NULL in a library for a machine without an operating system */
+    const char *source; /* where the coefficients are published; likewise */
 
     /* NULL: explicit, as a caller's own table must be. For a stabilised method the stages follow from a recurrence, and
      * a step takes as many of them, up to KT_STABILISED_STAGES_MAX, as the fastest decay of the right-hand side needs;

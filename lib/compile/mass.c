@@ -18,33 +18,37 @@
 /* A sphere has a rotation, although the rotation has no effect: an invalid one is still a fault, since a scene file
  * could not contain it. */
 static const kt_key point_keys[] = {
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "where it is, body frame", .needed = false},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("where it is, body frame"), .needed = false},
 };
 static const kt_key rod_keys[] = {
-    {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", "one end, body frame", .needed = false},
-    {"shape.to", KT_KEY_VECTOR, offsetof(kt_shape, to), "m", "the other end", .needed = true},
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r; 0: slender", .range = KT_RANGE_NOT_NEGATIVE},
+    {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", KT_WORDS("one end, body frame"), .needed = false},
+    {"shape.to", KT_KEY_VECTOR, offsetof(kt_shape, to), "m", KT_WORDS("the other end"), .needed = true},
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r; 0: slender"),
+     .range = KT_RANGE_NOT_NEGATIVE},
 };
 static const kt_key box_keys[] = {
-    {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m", "a, b, c, the lengths of its edges along x, y, z",
-     .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m",
+     KT_WORDS("a, b, c, the lengths of its edges along x, y, z"), .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
     {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     "of the axes of the solid against those of the body", .needed = false},
+     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
 };
 static const kt_key sphere_keys[] = {
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r", .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r"), .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
     {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     "of the axes of the solid against those of the body", .needed = false},
+     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
 };
 static const kt_key cylinder_keys[] = {
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r", .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.length", KT_KEY_NUMBER, offsetof(kt_shape, length), "m", "l", .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", "in the axes of the solid", .needed = false},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", "the centre, body frame", .needed = false},
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r"), .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"shape.length", KT_KEY_NUMBER, offsetof(kt_shape, length), "m", KT_WORDS("l"), .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", KT_WORDS("in the axes of the solid"), .needed = false},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
     {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     "of the axes of the solid against those of the body", .needed = false},
+     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
 };
 
 /* KT_SHAPE_NONE has no name in scene files, and no descriptor. */
@@ -52,7 +56,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_POINT] =
         {
             .name = "point",
-            .help = "a point mass",
+            .help = KT_WORDS("a point mass"),
             .formula = KT_WORDS("I = 0"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: bob\n"
@@ -65,7 +69,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_ROD] =
         {
             .name = "rod",
-            .help = "a rod between two points",
+            .help = KT_WORDS("a rod between two points"),
             .formula = KT_WORDS("that of the cylinder from one end to the other"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: rod\n"
@@ -78,7 +82,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_BOX] =
         {
             .name = "box",
-            .help = "a box with edges along its axes",
+            .help = KT_WORDS("a box with edges along its axes"),
             .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: solid\n"
@@ -91,7 +95,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_SPHERE] =
         {
             .name = "sphere",
-            .help = "a ball",
+            .help = KT_WORDS("a ball"),
             .formula = KT_WORDS("I = 2/5 m r^2"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: solid\n"
@@ -104,7 +108,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_CYLINDER] =
         {
             .name = "cylinder",
-            .help = "a cylinder about its axis",
+            .help = KT_WORDS("a cylinder about its axis"),
             .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: solid\n"

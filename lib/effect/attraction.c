@@ -55,11 +55,11 @@ const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_effect),
-    {"strength", KT_KEY_NUMBER, KT_EFFECT_AT(strength), "N m^2", "S; less than 0: repulsion", .needed = true},
+    {"strength", KT_KEY_NUMBER, KT_EFFECT_AT(strength), "N m^2", KT_WORDS("S; less than 0: repulsion"), .needed = true},
 };
 const kt_descriptor kt_effect_attraction_descriptor = {
     .name = "attraction",
-    .help = "attraction of two points by the inverse square of their distance",
+    .help = KT_WORDS("attraction of two points by the inverse square of their distance"),
     .formula = KT_WORDS("force = S / d^2    d: distance of the ends"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: moon\n"

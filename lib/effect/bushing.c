@@ -100,13 +100,13 @@ const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_effect),
     {"stiffness", KT_KEY_SIX, KT_EFFECT_AT(stiffnesses), "N/m, N m/rad",
-     "K, Kr: along and about x, y, z of the first end", "zeros", .range = KT_RANGE_NOT_NEGATIVE},
-    {"damping", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad", "C, Cr: likewise", "zeros",
+     KT_WORDS("K, Kr: along and about x, y, z of the first end"), "zeros", .range = KT_RANGE_NOT_NEGATIVE},
+    {"damping", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad", KT_WORDS("C, Cr: likewise"), "zeros",
      .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_bushing_descriptor = {
     .name = "bushing",
-    .help = "springs and dampers in all six directions between two frames",
+    .help = KT_WORDS("springs and dampers in all six directions between two frames"),
     .formula =
         KT_WORDS("force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
                  "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'"),

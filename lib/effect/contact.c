@@ -149,24 +149,25 @@ const kt_effect_kind KT_EFFECT(kt_effect_contact) = {
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the centre of the sphere", .needed = true},
-    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", "r; 0: a point", .range = KT_RANGE_NOT_NEGATIVE},
-    {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", "a frame in the plane", .needed = true},
-    {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "", "n, the normal of the plane, in that frame, out of the half-space",
-     .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", "k", .range = KT_RANGE_POSITIVE,
+    {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the centre of the sphere"), .needed = true},
+    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", KT_WORDS("r; 0: a point"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", KT_WORDS("a frame in the plane"), .needed = true},
+    {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
+     KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_WORDS("k"), .range = KT_RANGE_POSITIVE,
      .needed = true},
-    {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", "m, 1 or more; 1.5 is that of Hertz", .needed = false},
+    {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", KT_WORDS("m, 1 or more; 1.5 is that of Hertz"),
+     .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
-     "c; an impact at a slow v comes back with v - c v^2", .range = KT_RANGE_NOT_NEGATIVE},
-    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "", "mu, the coefficient of friction",
+     KT_WORDS("c; an impact at a slow v comes back with v - c v^2"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "", KT_WORDS("mu, the coefficient of friction"),
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", "v0, the speed of slip over which friction builds up",
+    {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", KT_WORDS("v0, the speed of slip over which friction builds up"),
      .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
-    .help = "contact of a sphere with a half-space (Hunt and Crossley), with friction",
+    .help = KT_WORDS("contact of a sphere with a half-space (Hunt and Crossley), with friction"),
     .formula = KT_WORDS(
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
         "x: depth of the sphere's lowest point;  s: slip velocity there"),

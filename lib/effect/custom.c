@@ -1,7 +1,7 @@
 /* A caller's own effect: its record has callbacks. They can fail, so the sum of the effects calls them (effects.c). */
 #include "effect/effect.h"
 
-static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the end", .needed = true}};
+static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the end"), .needed = true}};
 static const kt_key two_keys[] = {KT_BETWEEN_KEY(kt_effect)};
 static const kt_descriptor one_end = {.name = "custom", .keys = one_key, .key_count = 1};
 static const kt_descriptor two_ends = {.name = "custom", .keys = two_keys, .key_count = 1};

@@ -37,15 +37,15 @@ const kt_effect_kind KT_EFFECT(kt_effect_drag) = {
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"on", KT_KEY_BODY, KT_EFFECT_AT(between[0]), "", "the body, or BODY.MARKER", .needed = true},
-    {"at", KT_KEY_POINT, KT_EFFECT_AT(between[0].at), "m", "the point, body frame; or a marker of the body",
+    {"on", KT_KEY_BODY, KT_EFFECT_AT(between[0]), "", KT_WORDS("the body, or BODY.MARKER"), .needed = true},
+    {"at", KT_KEY_POINT, KT_EFFECT_AT(between[0].at), "m", KT_WORDS("the point, body frame; or a marker of the body"),
      "the body's origin", .needed = false},
-    {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", "c1", .range = KT_RANGE_NOT_NEGATIVE},
-    {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", "c2", .range = KT_RANGE_NOT_NEGATIVE},
+    {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", KT_WORDS("c1"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", KT_WORDS("c2"), .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_drag_descriptor = {
     .name = "drag",
-    .help = "resistance of a medium at rest to the motion of a point",
+    .help = KT_WORDS("resistance of a medium at rest to the motion of a point"),
     .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,

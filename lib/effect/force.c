@@ -32,14 +32,15 @@ const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energ
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the point", .needed = true},
-    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", "f: three numbers or functions of time", .needed = true},
-    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", "`world` or `body`: whose axes the components are along", "world",
-     .needed = false},
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point"), .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", KT_WORDS("f: three numbers or functions of time"),
+     .needed = true},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", KT_WORDS("`world` or `body`: whose axes the components are along"),
+     "world", .needed = false},
 };
 const kt_descriptor kt_effect_force_descriptor = {
     .name = "force",
-    .help = "a force on a point of a body",
+    .help = KT_WORDS("a force on a point of a body"),
     .formula = KT_WORDS("force = f(t)"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - type: force\n"
                                         "    at: box.corner\n"

@@ -26,12 +26,12 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE,
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE,
      .needed = true},
 };
 const kt_descriptor kt_effect_joint_damper_descriptor = {
     .name = "joint_damper",
-    .help = "a linear damper in a joint",
+    .help = KT_WORDS("a linear damper in a joint"),
     .formula = KT_WORDS("force = -c v"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_damper, joint: arm, damping: 0.1}\n"),
     KT_DESCRIPTOR_KEYS,

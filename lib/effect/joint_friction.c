@@ -57,18 +57,19 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", "C, friction in motion", .range = KT_RANGE_NOT_NEGATIVE},
-    {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
-    {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", "S, friction at rest, not less than coulomb",
+    {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", KT_WORDS("C, friction in motion"),
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", KT_WORDS("S, friction at rest, not less than coulomb"),
      "that of `coulomb`", .range = KT_RANGE_NOT_NEGATIVE},
     {"stribeck", KT_KEY_NUMBER, KT_EFFECT_AT(stribeck), "rad/s|m/s",
-     "vs, the speed over which static friction falls to coulomb", .range = KT_RANGE_POSITIVE},
+     KT_WORDS("vs, the speed over which static friction falls to coulomb"), .range = KT_RANGE_POSITIVE},
     {"smoothing", KT_KEY_NUMBER, KT_EFFECT_AT(smoothing), "rad/s|m/s",
-     "v0, the speed over which the force changes its sign", .range = KT_RANGE_POSITIVE},
+     KT_WORDS("v0, the speed over which the force changes its sign"), .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_effect_joint_friction_descriptor = {
     .name = "joint_friction",
-    .help = "dry and viscous friction in a joint, with Stribeck's curve",
+    .help = KT_WORDS("dry and viscous friction in a joint, with Stribeck's curve"),
     .formula = KT_WORDS("force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_friction\n"
                                        "    joint: arm\n"

@@ -62,17 +62,17 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", "the lower stop; at least one of both is needed", "none",
-     .needed = false},
-    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", "the upper stop", "none", .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_POSITIVE,
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; at least one of both is needed"),
+     "none", .needed = false},
+    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", KT_WORDS("the upper stop"), "none", .needed = false},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k"), .range = KT_RANGE_POSITIVE,
      .needed = true},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
-     "c; the damping force grows from zero with the excess", .range = KT_RANGE_NOT_NEGATIVE},
+     KT_WORDS("c; the damping force grows from zero with the excess"), .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",
-    .help = "elastic stops of a joint",
+    .help = KT_WORDS("elastic stops of a joint"),
     .formula = KT_WORDS(
         "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_limit\n"

@@ -43,14 +43,14 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energeti
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_NOT_NEGATIVE},
-    {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m", "r, the position without force, a function of time", "0",
-     .needed = false},
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m",
+     KT_WORDS("r, the position without force, a function of time"), "0", .needed = false},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_joint_spring_descriptor = {
     .name = "joint_spring",
-    .help = "a spring and a damper in a joint",
+    .help = KT_WORDS("a spring and a damper in a joint"),
     .formula = KT_WORDS("force = -k (q - r) - c v"),
     .example =
         KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n"),

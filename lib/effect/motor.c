@@ -34,11 +34,11 @@ const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energ
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", "f", .also = "force", .needed = true},
+    {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", KT_WORDS("f"), .also = "force", .needed = true},
 };
 const kt_descriptor kt_effect_motor_descriptor = {
     .name = "motor",
-    .help = "a torque or force in a joint as a function of time",
+    .help = KT_WORDS("a torque or force in a joint as a function of time"),
     .formula = KT_WORDS("force = f(t)"),
     .example =
         KT_WORDS(KT_EXAMPLE_ARM "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n"),

@@ -80,17 +80,18 @@ const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.check = check,
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
-    {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", "r, the position to reach, a function of time",
+    {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", KT_WORDS("r, the position to reach, a function of time"),
      .needed = true},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k; it or damping is needed",
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k; it or damping is needed"),
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c, of r' - v",
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c, of r' - v"),
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", "L, the largest force", "none", .range = KT_RANGE_POSITIVE},
+    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", KT_WORDS("L, the largest force"), "none",
+     .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_effect_servo_descriptor = {
     .name = "servo",
-    .help = "a drive that follows a target position in a joint, with a limited force",
+    .help = KT_WORDS("a drive that follows a target position in a joint, with a limited force"),
     .formula = KT_WORDS("u = k (r - q) + c (r' - v)\n"
                         "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: servo\n"

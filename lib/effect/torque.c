@@ -32,14 +32,15 @@ const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_ener
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the body", .needed = true},
-    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", "m: three numbers or functions of time", .needed = true},
-    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", "`world` or `body`: whose axes the components are along", "world",
-     .needed = false},
+    {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the body"), .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", KT_WORDS("m: three numbers or functions of time"),
+     .needed = true},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", KT_WORDS("`world` or `body`: whose axes the components are along"),
+     "world", .needed = false},
 };
 const kt_descriptor kt_effect_torque_descriptor = {
     .name = "torque",
-    .help = "a torque on a body",
+    .help = KT_WORDS("a torque on a body"),
     .formula = KT_WORDS("moment = m(t)"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n"),
     KT_DESCRIPTOR_KEYS,

@@ -19,10 +19,11 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of rotation and translation", .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of rotation and translation"), .needed = false},
     KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], angle and length", .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS("[q1, q2], angle and length"),
+     .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("their rates"), .needed = false},
     KT_JOINT_ARMATURE_KEY("[kg m^2, kg]"),
 };
 
@@ -30,7 +31,7 @@ const kt_joint_kind kt_joint_cylindrical = {
     .descriptor =
         {
             .name = "cylindrical",
-            .help = "rotation about an axis and translation along it",
+            .help = KT_WORDS("rotation about an axis and translation along it"),
             .formula = KT_WORDS("R = exp(q1 [axis]),  p = q2 axis"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: box\n"

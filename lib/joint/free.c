@@ -28,9 +28,9 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 static const kt_key keys[] = {
     KT_JOINT_FRAME_KEYS,
     {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "",
-     "{position: p, orientation: a rotation, as the quaternion q}", .needed = false},
+     KT_WORDS("{position: p, orientation: a rotation, as the quaternion q}"), .needed = false},
     {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "",
-     "{linear: p' in the joint frame, angular: w in the body frame}", .needed = false},
+     KT_WORDS("{linear: p' in the joint frame, angular: w in the body frame}"), .needed = false},
     KT_JOINT_ARMATURE_KEY("kg, kg m^2"),
 };
 
@@ -38,7 +38,7 @@ const kt_joint_kind kt_joint_free = {
     .descriptor =
         {
             .name = "free",
-            .help = "all six degrees of freedom",
+            .help = KT_WORDS("all six degrees of freedom"),
             .formula = KT_WORDS("R = R(q),  p    q' = q (0, w) / 2"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: box\n"

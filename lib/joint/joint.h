@@ -53,17 +53,23 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
 
 /* Keys that every joint has: where the joint frame is on the parent. */
 #define KT_JOINT_FRAME_KEYS                                                                                            \
-    {"joint.at",     KT_KEY_VECTOR, KT_JOINT_AT(at), "m", "origin of the joint frame, in the parent's body frame",     \
+    {"joint.at",                                                                                                       \
+     KT_KEY_VECTOR,                                                                                                    \
+     KT_JOINT_AT(at),                                                                                                  \
+     "m",                                                                                                              \
+     KT_WORDS("origin of the joint frame, in the parent's body frame"),                                                \
      .needed = false},                                                                                                 \
     {                                                                                                                  \
-        "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", "of the joint frame, likewise", .needed = false  \
+        "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", KT_WORDS("of the joint frame, likewise"),        \
+            .needed = false                                                                                            \
     }
 
 /* The key of the rotor inertias of a joint; the unit is that of each degree of freedom. */
 #define KT_JOINT_ARMATURE_KEY(unit)                                                                                    \
     {                                                                                                                  \
         "joint.armature", KT_KEY_ARMATURE, KT_JOINT_AT(armature), unit,                                                \
-            "a, rotor inertia reflected to each degree of freedom", .range = KT_RANGE_NOT_NEGATIVE, .needed = false    \
+            KT_WORDS("a, rotor inertia reflected to each degree of freedom"), .range = KT_RANGE_NOT_NEGATIVE,          \
+                                                                              .needed = false                          \
     }
 
 /* The index of the quaternion among the positions of a joint; -1 if it has none. */

@@ -24,11 +24,11 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "the normal of the plane", .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("the normal of the plane"), .needed = false},
     KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2, q3], along e1, along e2, and the angle",
-     .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "",
+     KT_WORDS("[q1, q2, q3], along e1, along e2, and the angle"), .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("their rates"), .needed = false},
     KT_JOINT_ARMATURE_KEY("[kg, kg, kg m^2]"),
 };
 
@@ -36,7 +36,7 @@ const kt_joint_kind kt_joint_planar = {
     .descriptor =
         {
             .name = "planar",
-            .help = "translations in a plane and a rotation about its normal",
+            .help = KT_WORDS("translations in a plane and a rotation about its normal"),
             .formula = KT_WORDS(
                 "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
                 "z;  y, z for x;  z, x for y"),

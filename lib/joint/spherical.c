@@ -23,8 +23,9 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 
 static const kt_key keys[] = {
     KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "a rotation, as the quaternion q", .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "w, angular velocity in the body frame",
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS("a rotation, as the quaternion q"),
+     .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("w, angular velocity in the body frame"),
      .needed = false},
     KT_JOINT_ARMATURE_KEY("kg m^2"),
 };
@@ -33,7 +34,7 @@ const kt_joint_kind kt_joint_spherical = {
     .descriptor =
         {
             .name = "spherical",
-            .help = "every rotation about the origin of the joint frame",
+            .help = KT_WORDS("every rotation about the origin of the joint frame"),
             .formula = KT_WORDS("R = R(q),  p = 0    q' = q (0, w) / 2"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: box\n"

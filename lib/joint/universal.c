@@ -63,12 +63,12 @@ static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const do
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the first rotation", .needed = false},
-    {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", "of the second rotation, carried along by the first",
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the first rotation"), .needed = false},
+    {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", KT_WORDS("of the second rotation, carried along by the first"),
      "the axis after 'axis'", .needed = false},
     KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", "[q1, q2], the angles", .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", "their rates", .needed = false},
+    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS("[q1, q2], the angles"), .needed = false},
+    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("their rates"), .needed = false},
     KT_JOINT_ARMATURE_KEY("kg m^2"),
 };
 
@@ -76,7 +76,7 @@ const kt_joint_kind kt_joint_universal = {
     .descriptor =
         {
             .name = "universal",
-            .help = "rotation about an axis, then about a second one: Cardan joint",
+            .help = KT_WORDS("rotation about an axis, then about a second one: Cardan joint"),
             .formula =
                 KT_WORDS("R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z"),
             .example = KT_WORDS("bodies:\n"

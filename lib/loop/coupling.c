@@ -13,13 +13,13 @@ const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "", "c_i, a mapping of joints of one coordinate to numbers",
-     .needed = true},
-    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", "what the terms add up to", .needed = false},
+    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "",
+     KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), .needed = true},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what the terms add up to"), .needed = false},
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",
-    .help = "joint positions in a linear relation: gears, pulleys, joints that follow others",
+    .help = KT_WORDS("joint positions in a linear relation: gears, pulleys, joints that follow others"),
     .formula = KT_WORDS("sum of c_i q_i = offset"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: pinion\n"

@@ -19,11 +19,11 @@ const kt_loop_kind KT_KERNEL(kt_loop_cylindrical) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
 };
 const kt_descriptor kt_loop_cylindrical_descriptor = {
     .name = "cylindrical",
-    .help = "a rotation about the axis and a translation along it are left free",
+    .help = KT_WORDS("a rotation about the axis and a translation along it are left free"),
     .formula = KT_WORDS("the equations of inline and of coaxial"),
     .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: cylindrical, between: [world, box], axis: x}\n"),
     KT_DESCRIPTOR_KEYS,

@@ -38,12 +38,12 @@ const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluat
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", "L, a number or a function of time",
+    {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),
      "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_loop_distance_descriptor = {
     .name = "distance",
-    .help = "the two points keep a distance",
+    .help = KT_WORDS("the two points keep a distance"),
     .formula = KT_WORDS("|d| = L(t)    d: from the first point to the second"),
     .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: distance, between: [world, box.corner]}\n"),
     KT_DESCRIPTOR_KEYS,

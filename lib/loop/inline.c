@@ -17,11 +17,11 @@ const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate,
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the line, in the frame of the first end", .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("the line, in the frame of the first end"), .needed = false},
 };
 const kt_descriptor kt_loop_inline_descriptor = {
     .name = "inline",
-    .help = "the second point stays on a line through the first",
+    .help = KT_WORDS("the second point stays on a line through the first"),
     .formula = KT_WORDS(
         "e_x . d = 0,  e_y . d = 0    e_x, e_y, e_z = axis: axes of the first end;  d: from its point to the second"),
     .example = KT_WORDS("bodies:\n"

@@ -14,11 +14,11 @@ const kt_loop_kind KT_KERNEL(kt_loop_motion) = {.relate = relate};
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_loop, "the joint whose motion is given, of one coordinate"),
-    {"position", KT_KEY_FUNCTION, KT_LOOP_AT(function), "rad|m", "f, a function of time", .needed = true},
+    {"position", KT_KEY_FUNCTION, KT_LOOP_AT(function), "rad|m", KT_WORDS("f, a function of time"), .needed = true},
 };
 const kt_descriptor kt_loop_motion_descriptor = {
     .name = "motion",
-    .help = "the position of a joint is a function of time",
+    .help = KT_WORDS("the position of a joint is a function of time"),
     .formula = KT_WORDS("q = f(t)"),
     .example = KT_WORDS(
         "bodies:\n"

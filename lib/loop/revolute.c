@@ -19,11 +19,11 @@ const kt_loop_kind KT_KERNEL(kt_loop_revolute) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
 };
 const kt_descriptor kt_loop_revolute_descriptor = {
     .name = "revolute",
-    .help = "a rotation about the axis is left free",
+    .help = KT_WORDS("a rotation about the axis is left free"),
     .formula = KT_WORDS("the equations of spherical and of coaxial"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: crank\n"

@@ -73,17 +73,18 @@ const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"wheel", KT_KEY_END, KT_LOOP_AT(between[0]), "", "the centre of the wheel, a thin disc", .needed = true},
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the axle, in the frame of the wheel", .needed = false},
-    {"radius", KT_KEY_NUMBER, KT_LOOP_AT(radius), "m", "rho", .range = KT_RANGE_POSITIVE, .needed = true},
-    {"on", KT_KEY_END, KT_LOOP_AT(between[1]), "", "a frame in the plane that it rolls on", .needed = true},
-    {"normal", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "n, the normal of the plane, in that frame", .needed = false},
-    {"holonomic", KT_KEY_FLAG, KT_LOOP_AT(holonomic), "", "whether the wheel is kept on the plane, the third equation",
-     "true", .needed = false},
+    {"wheel", KT_KEY_END, KT_LOOP_AT(between[0]), "", KT_WORDS("the centre of the wheel, a thin disc"), .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("the axle, in the frame of the wheel"), .needed = false},
+    {"radius", KT_KEY_NUMBER, KT_LOOP_AT(radius), "m", KT_WORDS("rho"), .range = KT_RANGE_POSITIVE, .needed = true},
+    {"on", KT_KEY_END, KT_LOOP_AT(between[1]), "", KT_WORDS("a frame in the plane that it rolls on"), .needed = true},
+    {"normal", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", KT_WORDS("n, the normal of the plane, in that frame"),
+     .needed = false},
+    {"holonomic", KT_KEY_FLAG, KT_LOOP_AT(holonomic), "",
+     KT_WORDS("whether the wheel is kept on the plane, the third equation"), "true", .needed = false},
 };
 const kt_descriptor kt_loop_rolling_descriptor = {
     .name = "rolling",
-    .help = "a wheel rolls on a plane without slip",
+    .help = KT_WORDS("a wheel rolls on a plane without slip"),
     .formula = KT_WORDS(
         "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
         "in the plane\n"

@@ -50,13 +50,13 @@ const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate};
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
-    {"pitch", KT_KEY_NUMBER, KT_LOOP_AT(pitch), "m/rad", "advance along the axis for each radian",
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
+    {"pitch", KT_KEY_NUMBER, KT_LOOP_AT(pitch), "m/rad", KT_WORDS("advance along the axis for each radian"),
      .range = KT_RANGE_ANY, .needed = true},
 };
 const kt_descriptor kt_loop_screw_descriptor = {
     .name = "screw",
-    .help = "a rotation about the axis, and a translation along it in proportion, are left free",
+    .help = KT_WORDS("a rotation about the axis, and a translation along it in proportion, are left free"),
     .formula = KT_WORDS(
         "the equations of inline and of coaxial, and\n"
         "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "

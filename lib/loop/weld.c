@@ -24,7 +24,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_weld_descriptor = {
     .name = "weld",
-    .help = "both ends are one rigid part",
+    .help = KT_WORDS("both ends are one rigid part"),
     .formula = KT_WORDS("the equations of spherical and of parallel"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: left\n"

@@ -8,6 +8,7 @@
 #define KT_MODEL_DESCRIBE_H
 
 #include "base/isa.h"
+#include "base/words.h"
 #include "kinetree/descriptor.h"
 
 #include <stddef.h>
@@ -22,21 +23,14 @@
 #define KT_DESCRIBES 1
 #endif
 
-/* Formulas and examples are for people: they are NULL in a build for a machine without an operating system. */
-#ifdef KT_NO_WORDS
-#define KT_WORDS(text) NULL
-#else
-#define KT_WORDS(text) text
-#endif
-
 /* Members of a descriptor: the array `keys` of its file. */
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 
 /* Keys that several types have. */
 #define KT_BETWEEN_KEY(object)                                                                                         \
-    { "between", KT_KEY_ENDS, offsetof(object, between), "", "the two ends, on two bodies", .needed = true }
+    { "between", KT_KEY_ENDS, offsetof(object, between), "", KT_WORDS("the two ends, on two bodies"), .needed = true }
 #define KT_JOINT_KEY(object, words)                                                                                    \
-    { "joint", KT_KEY_JOINT, offsetof(object, joint), "", words, .needed = true }
+    { "joint", KT_KEY_JOINT, offsetof(object, joint), "", KT_WORDS(words), .needed = true }
 
 /* Whether a key of the type refers to the member at this offset; false if the type does not exist (NULL). */
 bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);

@@ -310,26 +310,27 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
 /* The unit y stands for that of the function's value. */
 #define AT(member) offsetof(kt_function, member)
 static const kt_key constant_keys[] = {
-    {"value", KT_KEY_NUMBER, AT(value), "y", "a; the number alone stands for the function", .needed = true},
+    {"value", KT_KEY_NUMBER, AT(value), "y", KT_WORDS("a; the number alone stands for the function"), .needed = true},
 };
 static const kt_key sine_keys[] = {
-    {"amplitude", KT_KEY_NUMBER, AT(amplitude), "y", "A", .needed = true},
-    {"frequency", KT_KEY_NUMBER, AT(frequency), "Hz", "f", .range = KT_RANGE_NOT_NEGATIVE, .needed = true},
-    {"phase", KT_KEY_NUMBER, AT(phase), "rad", "phi", .needed = false},
-    {"offset", KT_KEY_NUMBER, AT(offset), "y", "y0", .needed = false},
+    {"amplitude", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A"), .needed = true},
+    {"frequency", KT_KEY_NUMBER, AT(frequency), "Hz", KT_WORDS("f"), .range = KT_RANGE_NOT_NEGATIVE, .needed = true},
+    {"phase", KT_KEY_NUMBER, AT(phase), "rad", KT_WORDS("phi"), .needed = false},
+    {"offset", KT_KEY_NUMBER, AT(offset), "y", KT_WORDS("y0"), .needed = false},
 };
 static const kt_key ramp_keys[] = {
-    {"from", KT_KEY_NUMBER, AT(from), "y", "a, the value until `start`", .needed = true},
-    {"to", KT_KEY_NUMBER, AT(to), "y", "b, the value from `end` on", .needed = true},
-    {"start", KT_KEY_NUMBER, AT(start), "s", "t0", .needed = true},
-    {"end", KT_KEY_NUMBER, AT(end), "s", "t1, later than `start`", .needed = true},
+    {"from", KT_KEY_NUMBER, AT(from), "y", KT_WORDS("a, the value until `start`"), .needed = true},
+    {"to", KT_KEY_NUMBER, AT(to), "y", KT_WORDS("b, the value from `end` on"), .needed = true},
+    {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
+    {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
 };
 static const kt_key polynomial_keys[] = {
-    {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", "[c0, c1, c2, ...]", .needed = true},
+    {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", KT_WORDS("[c0, c1, c2, ...]"), .needed = true},
 };
 static const kt_key table_keys[] = {
-    {"table", KT_KEY_ROWS, AT(numbers), "s, y", "[[t0, y0], [t1, y1], ...] with increasing times", .needed = true},
-    {"interpolation", KT_KEY_METHOD, AT(interpolation), "", "`linear`, `cubic` or `monotone`", "linear",
+    {"table", KT_KEY_ROWS, AT(numbers), "s, y", KT_WORDS("[[t0, y0], [t1, y1], ...] with increasing times"),
+     .needed = true},
+    {"interpolation", KT_KEY_METHOD, AT(interpolation), "", KT_WORDS("`linear`, `cubic` or `monotone`"), "linear",
      .needed = false},
 };
 #undef AT
@@ -345,7 +346,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_CONSTANT] =
         {
             .name = "constant",
-            .help = "the same value at all times",
+            .help = KT_WORDS("the same value at all times"),
             .formula = KT_WORDS("y = a"),
             .example = KT_WORDS(MOTOR("1.5")),
             .keys = constant_keys,
@@ -354,7 +355,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_SINE] =
         {
             .name = "sine",
-            .help = "a harmonic oscillation about an offset",
+            .help = KT_WORDS("a harmonic oscillation about an offset"),
             .formula = KT_WORDS("y = y0 + A sin(2 pi f t + phi)"),
             .example = KT_WORDS(MOTOR("{sine: {amplitude: 1, frequency: 0.5, phase: 90 deg, offset: 1.5}}")),
             .keys = sine_keys,
@@ -363,7 +364,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_RAMP] =
         {
             .name = "ramp",
-            .help = "from one value to another, with continuous slope",
+            .help = KT_WORDS("from one value to another, with continuous slope"),
             .formula = KT_WORDS(
                 "y = a + (b - a) s^2 (3 - 2 s),  s = (t - t0) / (t1 - t0), from 0 to 1;  y'' jumps at t0 and t1"),
             .example = KT_WORDS(MOTOR("{ramp: {from: 0, to: 2, start: 0.2, end: 0.6}}")),
@@ -373,7 +374,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_POLYNOMIAL] =
         {
             .name = "polynomial",
-            .help = "a polynomial of time",
+            .help = KT_WORDS("a polynomial of time"),
             .formula = KT_WORDS("y = c0 + c1 t + c2 t^2 + ..."),
             .example = KT_WORDS(MOTOR("{polynomial: [0, 3, -3]}")),
             .keys = polynomial_keys,
@@ -382,12 +383,12 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_TABLE] =
         {
             .name = "table",
-            .help = "interpolation between rows; before the first and after the last their values",
-            .formula =
+            .help = KT_WORDS("interpolation between rows; before the first and after the last their values"),
+            .formula = KT_WORDS(
                 "linear:    straight lines; the slope jumps at rows, so not for motions\n"
                 "cubic:     the natural spline, with continuous y, y', y''; it overshoots: rows of 0, 0, 90, 90\n"
                 "           degrees, 1 s apart, give -11.5 to 101.5 degrees\n"
-                "monotone:  cubics with continuous y, y' that stay between the values of neighbouring rows",
+                "monotone:  cubics with continuous y, y' that stay between the values of neighbouring rows"),
             .example = KT_WORDS(MOTOR("{table: [[0, 0], [0.3, 2], [1, 1]], interpolation: monotone}")),
             .keys = table_keys,
             .key_count = 2,

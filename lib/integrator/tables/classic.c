@@ -12,8 +12,8 @@ static const double one[] = {1.0};
 
 const kt_method kt_method_euler = {
     .name = "euler",
-    .title = "Explicit Euler",
-    .source = HNW,
+    .title = KT_WORDS("Explicit Euler"),
+    .source = KT_WORDS(HNW),
     .stages = 1,
     .order = 1,
     .a = zero, /* no entry */
@@ -27,8 +27,8 @@ static const double midpoint_c[] = {0.0, 1.0 / 2.0};
 
 const kt_method kt_method_midpoint = {
     .name = "midpoint",
-    .title = "Explicit midpoint rule, Runge 1895",
-    .source = HNW,
+    .title = KT_WORDS("Explicit midpoint rule, Runge 1895"),
+    .source = KT_WORDS(HNW),
     .stages = 2,
     .order = 2,
     .a = midpoint_a,
@@ -43,8 +43,8 @@ static const double heun_e[] = {-1.0 / 2.0, 1.0 / 2.0}; /* against b = (1, 0) */
 
 const kt_method kt_method_heun = {
     .name = "heun",
-    .title = "Heun 2(1), 1900: explicit trapezoidal rule, Euler embedded",
-    .source = HNW,
+    .title = KT_WORDS("Heun 2(1), 1900: explicit trapezoidal rule, Euler embedded"),
+    .source = KT_WORDS(HNW),
     .stages = 2,
     .order = 2,
     .embedded_order = 1,
@@ -60,8 +60,8 @@ static const double ralston_c[] = {0.0, 2.0 / 3.0};
 
 const kt_method kt_method_ralston = {
     .name = "ralston",
-    .title = "Ralston 2, 1962",
-    .source = "A. Ralston, Math. Comp. 16 (1962) 431",
+    .title = KT_WORDS("Ralston 2, 1962"),
+    .source = KT_WORDS("A. Ralston, Math. Comp. 16 (1962) 431"),
     .stages = 2,
     .order = 2,
     .a = ralston_a,
@@ -78,8 +78,8 @@ static const double kutta3_c[] = {0.0, 1.0 / 2.0, 1.0};
 
 const kt_method kt_method_kutta3 = {
     .name = "kutta3",
-    .title = "Kutta 3, 1901",
-    .source = "W. Kutta, Z. Math. Phys. 46 (1901) 435",
+    .title = KT_WORDS("Kutta 3, 1901"),
+    .source = KT_WORDS("W. Kutta, Z. Math. Phys. 46 (1901) 435"),
     .stages = 3,
     .order = 3,
     .a = kutta3_a,
@@ -97,8 +97,8 @@ static const double rk4_c[] = {0.0, 1.0 / 2.0, 1.0 / 2.0, 1.0};
 
 const kt_method kt_method_rk4 = {
     .name = "rk4",
-    .title = "The classical Runge-Kutta 4, Kutta 1901",
-    .source = HNW,
+    .title = KT_WORDS("The classical Runge-Kutta 4, Kutta 1901"),
+    .source = KT_WORDS(HNW),
     .stages = 4,
     .order = 4,
     .a = rk4_a,
@@ -116,8 +116,8 @@ static const double rk38_c[] = {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
 
 const kt_method kt_method_rk38 = {
     .name = "rk38",
-    .title = "The 3/8 rule, Kutta 1901",
-    .source = HNW,
+    .title = KT_WORDS("The 3/8 rule, Kutta 1901"),
+    .source = KT_WORDS(HNW),
     .stages = 4,
     .order = 4,
     .a = rk38_a,
