@@ -38,6 +38,7 @@ static void expect_picture(const char *name, bool is_dark) {
     kt_check_above("shapes", count_of(svg, "<path"), 5.0);
     kt_check_below("bytes", (double)strlen(svg), 60000.0);
     kt_check_equal_int("letters drawn as shapes", count_of(svg, "glyph"), 0);
+    kt_check_equal_int("properties at their defaults", count_of(svg, "-opacity") + count_of(svg, "miterlimit"), 0);
     if (is_dark)
         kt_check_below("lightness of the page", kt_page_lightness(svg), 0.2);
     else
@@ -210,6 +211,25 @@ KT_TEST(loops_that_cannot_be_closed_are_shown_open) {
     const char *svg = kt_read_file("open.svg");
     kt_check_contains("words", svg, "as given: loops are open, in red");
     kt_check_contains("red", svg, "#d91a1a");
+}
+
+/* At 1e17 m positions are rounded to 16 m; a ball of some decimetres was drawn as a circle of 1e8 units, for ever. */
+KT_TEST(a_mechanism_far_from_the_origin_is_drawn_as_finely_as_its_positions_are_known) {
+    static const char *const places[] = {"[1.3, 0.2, 1.0e+17]", "[1.0e+17, 0, 0]", "[-1.0e+30, 1.0e+30, 1.0e+30]"};
+    for (int i = 0; i < 3; i++) {
+        char text[400];
+        snprintf(
+            text, sizeof text,
+            "kinetree: 1\ngravity: [1, 7, 4]\nbodies: [{name: b, joint: {type: planar, axis: y, at: %s, position: "
+            "[-2, 0.3, 2]},\n mass: 1, com: [0.7, 0.05, 0.3], inertia: [1, 1, 1], markers: {m: [0.4, -0.5, 1.3]}}]\n",
+            places[i]);
+        kt_write_file("far.yaml", text);
+        kt_expect(0, "far.svg shows nothing finer than ", "timeout 20 $K draw far.yaml");
+        expect_picture("far.svg", false);
+    }
+    kt_write_file("pair.yaml", pair);
+    const kt_ran ran = kt_shell("$K draw pair.yaml 2>&1");
+    kt_check_equal_int("words of a mechanism at hand", count_of(ran.out, "finer"), 0);
 }
 
 KT_TEST(a_picture_without_bodies_is_told) {

@@ -32,6 +32,10 @@ typedef struct kt_drawing {
     const char *title, *subtitle;
 } kt_drawing;
 
+/* 0, or for a mechanism so far from the origin that the rounding of its positions would be seen: what they are rounded
+ * to, m. Nothing finer is shown then. */
+double kt_drawing_grain(const kt_drawing *drawing);
+
 /* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
  * kt_plot_check. */
 int kt_drawing_write(const kt_drawing *drawing, const char *path);

@@ -47,7 +47,7 @@ void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double widt
 void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to) {
     const kt_spot along = kt_spot_direction(from, to);
     const double length = kt_spot_distance(from, to), step = 6.0;
-    const int count = (int)fmax(round(length / step), 2.0);
+    const int count = (int)fmin(fmax(round(length / step), 2.0), 1000.0);
     const kt_colour colour = kt_sheet_faded(sheet, sheet->palette->quiet);
     kt_paint_line(sheet, from, to, 1.4, colour);
     for (int i = 0; i < count; i++) {

@@ -27,7 +27,8 @@ typedef struct layout {
     double scale;
     int columns, rows;
     double cell_width, cell_height;
-    int height; /* of the page */
+    int height;   /* of the page */
+    double grain; /* of places far from the origin, where it would be seen; else 0 */
 } layout;
 
 static void widen(layout *l, kt_vec3 p) {
@@ -83,6 +84,18 @@ static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses
         }
 }
 
+/* Far from the origin places are rounded: a unit of the page is not less than what they are rounded to. */
+static void keep_above_grain(layout *l) {
+    const double far = fmax(fmax(fabs(l->left), fabs(l->right)), fmax(fabs(l->bottom), fabs(l->top)));
+    const double grain = DBL_EPSILON * far, least = WIDTH * grain;
+    const double lacking = least - fmax(l->right - l->left, l->top - l->bottom);
+    if (!(lacking > 0.0))
+        return;
+    l->grain = grain;
+    l->left -= 0.5 * lacking;
+    l->right += 0.5 * lacking;
+}
+
 /* The number of columns with which states become largest. */
 static void arrange(layout *l, int cells) {
     const double width = fmax(l->right - l->left, 1e-9 * (l->top - l->bottom)),
@@ -122,6 +135,7 @@ static layout lay_out(const kt_drawing *d) {
         l.right += 0.5 * d->picture->size;
         l.left -= 0.5 * d->picture->size;
     }
+    keep_above_grain(&l);
     arrange(&l, d->is_strobe ? 1 : d->state_count);
     return l;
 }
@@ -313,6 +327,8 @@ static void paint(cairo_t *c, const void *what) {
     cairo_set_font_size(c, kt_text_size);
     paint_gravity(&sheet, (kt_spot){WIDTH - 52.0, 38.0});
 }
+
+double kt_drawing_grain(const kt_drawing *drawing) { return lay_out(drawing).grain; }
 
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;

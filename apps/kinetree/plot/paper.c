@@ -220,15 +220,28 @@ static const char *skip_move(const char *text) {
     return *end == 'M' ? end - 1 : *end == '"' ? end : text;
 }
 
-/* Returns the length of a property that has its default value, 0 if the text is none. The miter limit is safe to omit:
- * mitres that long do not occur. */
+/* Length of a text that another one begins with, else 0. */
+static size_t length_at(const char *text, const char *part) {
+    const size_t length = strlen(part);
+    return strncmp(text, part, length) == 0 ? length : 0;
+}
+
+/* Returns the length of a property that has its default value, 0 if the text is none: `name:value;` within a style, as
+ * cairo wrote it before 1.17.6, or ` name="value"`. The miter limit is safe to omit: mitres that long do not occur. */
 static size_t default_length(const char *text) {
-    static const char *const defaults[] = {"stroke-linecap:butt;", "stroke-opacity:1;", "stroke-miterlimit:10;",
-                                           "fill-rule:nonzero;",   "fill-opacity:1;",   "stop-opacity:1;"};
-    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++)
-        if (strncmp(text, defaults[i], strlen(defaults[i])) == 0)
-            return strlen(defaults[i]);
-    return 0;
+    static const char *const defaults[][2] = {
+        {"stroke-linecap:butt;", " stroke-linecap=\"butt\""},
+        {"stroke-opacity:1;", " stroke-opacity=\"1\""},
+        {"stroke-miterlimit:10;", " stroke-miterlimit=\"10\""},
+        {"stroke-width:1;", " stroke-width=\"1\""},
+        {"fill-rule:nonzero;", " fill-rule=\"nonzero\""},
+        {"fill-opacity:1;", " fill-opacity=\"1\""},
+        {"stop-opacity:1;", " stop-opacity=\"1\""},
+    };
+    size_t length = 0;
+    for (size_t i = 0; length == 0 && i < 2 * sizeof defaults / sizeof defaults[0]; i++)
+        length = length_at(text, defaults[i / 2][i % 2]);
+    return length;
 }
 
 /* Writes a colour in shorter form, rgb(100%,50%,0%) as #ff8000. Returns the length of the text; 0 if it is none. */

@@ -315,6 +315,11 @@ static int write_small(motion *m, const kt_draw_arguments *arguments, const char
     drawing->subtitle = NULL; /* its memory ends here */
     if (code != KT_EXIT_DONE)
         return code;
+    if (kt_drawing_grain(drawing) > 0.0)
+        kt_say(
+            "%s shows nothing finer than %.2g m, to which positions are rounded so far from the origin; describe the "
+            "mechanism nearer to it",
+            path, kt_drawing_grain(drawing));
     if (drawing->is_plain)
         kt_say("%s shows %d of %d states in flat colours, the earlier ones without symbols and edges, to have %d kB "
                "(%d kB at most); a .png shows all",
