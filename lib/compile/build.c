@@ -49,7 +49,7 @@ static bool is_world(const char *name) { return !name || strcmp(name, "world") =
 
 static int parent_index(const build *b, int i) {
     const char *parent = b->description->bodies[i].parent;
-    return is_world(parent) ? -1 : kt_names_find(&b->names, 0, parent);
+    return is_world(parent) ? -1 : kt_names_find(&b->names, KT_NAMES_OF_BODIES, parent);
 }
 
 /* Orders the bodies: each one follows those of its ancestors that are not yet in `order`. O(n), since every body enters
@@ -405,19 +405,35 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     return status;
 }
 
+/* Names that loops refer to: of bodies, and where there are loops, of markers. */
+static size_t name_count(const kt_description *d) {
+    size_t count = (size_t)d->body_count;
+    for (int i = 0; i < d->body_count && d->loop_count > 0; i++)
+        count += (size_t)d->bodies[i].marker_count;
+    return count;
+}
+
+static void add_names(kt_names *names, const kt_description *d) {
+    for (int i = 0; i < d->body_count; i++) {
+        (void)kt_names_add(names, KT_NAMES_OF_BODIES, d->bodies[i].name, i);
+        for (int k = 0; k < d->bodies[i].marker_count && d->loop_count > 0; k++)
+            (void)kt_names_add(names, i, d->bodies[i].markers[k].name, k);
+    }
+}
+
 /* Builds the model; the description, and what is to be done, are in b. */
 static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
     const kt_description *d = b->description;
-    const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, table = kt_names_size(n);
+    const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, names = name_count(d);
+    const size_t table = kt_names_size(names);
     const size_t bytes = place_arrays(NULL, NULL, n, loops, table);
     void *memory = kt_arena_allocate(bytes, "compiling the description", error);
     if (!memory)
         return KT_ERROR_MEMORY;
     memset(memory, 0, bytes);
     (void)place_arrays(b, memory, n, loops, table);
-    kt_names_init(&b->names, n, b->table);
-    for (size_t i = 0; i < n; i++)
-        (void)kt_names_add(&b->names, 0, d->bodies[i].name, (int)i);
+    kt_names_init(&b->names, names, b->table);
+    add_names(&b->names, d);
     const kt_status status = compile(b, options, error);
     kt_aligned_release(memory);
     return status;

@@ -19,10 +19,13 @@ typedef struct kt_body_plane {
     int32_t known;     /* of that tree: from which joints its normal is known (planar.c) */
 } kt_body_plane;
 
+/* The scope of the names of bodies; that of the markers of a body is its index in the description. */
+enum { KT_NAMES_OF_BODIES = -1 };
+
 /* A description whose bodies have been put in order. */
 typedef struct kt_ordered {
     const kt_description *description;
-    const kt_names *names;  /* to indices in the description */
+    const kt_names *names;  /* of bodies, and of markers where there are loops, to indices in the description */
     const int32_t *body_of; /* from these to bodies */
     size_t count;           /* of bodies, without the ground */
 } kt_ordered;

@@ -19,7 +19,7 @@ enum { GROUND = 0, SPATIAL = -1 };
 
 /* Returns the body of a name; a missing name is the world. Names have been checked. */
 static int32_t body_named(const kt_ordered *o, const char *name) {
-    const int i = !name || strcmp(name, "world") == 0 ? -1 : kt_names_find(o->names, 0, name);
+    const int i = !name || strcmp(name, "world") == 0 ? -1 : kt_names_find(o->names, KT_NAMES_OF_BODIES, name);
     return i < 0 ? GROUND : o->body_of[i];
 }
 
@@ -63,11 +63,8 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
 static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b) {
     if (!end->marker)
         return end->at;
-    const kt_body *body = &o->description->bodies[b->source];
-    for (int k = 0; k < body->marker_count; k++)
-        if (strcmp(body->markers[k].name, end->marker) == 0)
-            return body->markers[k].at;
-    return end->at;
+    const int marker = kt_names_find(o->names, b->source, end->marker);
+    return marker < 0 ? end->at : o->description->bodies[b->source].markers[marker].at;
 }
 
 /* Finds the pose of an end in the plane's basis at q = 0: its axes, and its height along n (in position.z); adds its

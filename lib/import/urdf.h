@@ -25,6 +25,7 @@ typedef struct kt_urdf_link {
     const kt_element *element;
     const char *body; /* its name in the scene; NULL: it is the world */
     int carrier;      /* the joint that has it as child; -1: none */
+    int namesakes;    /* links whose bodies would have its body's name, and have a number added to theirs */
 } kt_urdf_link;
 
 /* What is left out, or changed, how often, and where first. */
@@ -42,7 +43,7 @@ typedef struct kt_urdf {
     const kt_urdf_options *options;
     const kt_element *robot;
     const char *path;
-    kt_urdf_link *links;
+    kt_urdf_link *links; /* and one more, for the namesakes of the world */
     kt_urdf_joint *joints;
     int link_count, joint_count;
     kt_names names;

@@ -219,6 +219,12 @@ int kt_urdf_root(kt_urdf *u) {
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */
 
+/* Gives a link its body's name. Returns the link that has the name already, or -1 if it was free; the link beyond the
+ * last stands for the world. */
+static int claim_name(kt_urdf *u, const char *name, int index) {
+    return strcmp(name, "world") == 0 ? u->link_count : kt_names_add(&u->names, BODIES, name, index);
+}
+
 /* A link's name with '_' in place of what a scene's names cannot have, and a number where that is taken. */
 static const char *make_name(kt_urdf *u, int index) {
     const char *link = kt_xml_attribute(u->links[index].element, "name");
@@ -237,8 +243,11 @@ static const char *make_name(kt_urdf *u, int index) {
             name[i] = '_';
     }
     at += length;
-    for (int n = 2; strcmp(name, "world") == 0 || kt_names_add(&u->names, BODIES, name, index) >= 0; n++)
-        (void)snprintf(name + at, 16, "_%d", n);
+    const int owner = claim_name(u, name, index);
+    if (owner >= 0) /* numbers go on where those of the last namesake ended: each is tried once */
+        do
+            (void)snprintf(name + at, 16, "_%d", ++u->links[owner].namesakes + 1);
+        while (claim_name(u, name, index) >= 0);
     if (strcmp(name, link) != 0)
         kt_urdf_count(&u->renamed, u->links[index].element);
     return name;

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
 
@@ -382,4 +383,61 @@ KT_TEST(robot_of_many_links_is_read) {
         kt_scene_free(&scene);
     }
     free(text);
+}
+
+/* The less processor time of two for a robot of `count` links: with one name, or with names that become one. */
+static double time_to_read(bool is_one_name, int count) {
+    char *text = malloc((size_t)count * 200 + 100);
+    double least = HUGE_VAL;
+    for (int n = 0; n < 2 && text != NULL; n++) {
+        kt_scene scene;
+        char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
+        for (int i = 0; i < count; i++) {
+            char name[20] = "a"; /* 17 places that are neither letter nor digit, as the bits of i say */
+            for (int k = 0; k < 17 && !is_one_name; k++)
+                name[k] = i >> k & 1 ? '.' : '/';
+            at += sprintf(
+                at, "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
+                name, i, name);
+        }
+        (void)sprintf(at, "</robot>");
+        const clock_t start = clock();
+        const kt_status status = parse(text, NULL, &scene);
+        least = fmin(least, (double)(clock() - start) / CLOCKS_PER_SEC);
+        kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
+        if (status == KT_OK) {
+            char number[20];
+            (void)snprintf(number, sizeof number, "_%d", count);
+            kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
+            kt_scene_free(&scene);
+        }
+    }
+    free(text);
+    return least;
+}
+
+/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
+KT_TEST(names_that_collide_take_linear_time) {
+    kt_check_below("equal names", time_to_read(true, 40000) / time_to_read(true, 10000), 9.0);
+    kt_check_below("names that become equal", time_to_read(false, 40000) / time_to_read(false, 10000), 9.0);
+}
+
+/* In the order of the file; numbers of a name go on where its last one ended. */
+KT_TEST(names_that_collide_get_numbers) {
+    static const char *const names[][2] = {{"a b", "a_b"},      {"a.b", "a_b_2"},     {"a_b_2", "a_b_2_2"},
+                                           {"a/b", "a_b_3"},    {"a_b.2", "a_b_2_3"}, {"world", "world_2"},
+                                           {"wor.ld", "wor_ld"}};
+    char text[4000] = "<robot name='r'><link name='base'/>";
+    kt_scene scene;
+    for (int i = 0; i < 7; i++)
+        (void)snprintf(
+            text + strlen(text), sizeof text - strlen(text),
+            "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
+            names[i][0], i, names[i][0]);
+    (void)snprintf(text + strlen(text), sizeof text - strlen(text), "</robot>");
+    if (!parse_right(text, NULL, &scene))
+        return;
+    for (int i = 0; i < 7; i++)
+        kt_check_text(names[i][0], scene.description.bodies[i + 1].name, names[i][1]);
+    kt_scene_free(&scene);
 }

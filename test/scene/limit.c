@@ -1,4 +1,5 @@
 /* Files that are no scenes, and scenes that are too much: a clear word, in bounded time and memory. */
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,6 +7,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "check.h"
@@ -294,4 +296,61 @@ KT_TEST(chain_of_100000_bodies_is_read) {
     }
     free(written);
     kt_scene_free(&scene);
+}
+
+/* Repeated names of markers; repeated terms; loops between the last markers of two bodies. */
+typedef enum many { MARKERS, TERMS, LOOPS } many;
+
+static void describe_many(growing *g, many what, int count) {
+    static const char *const ends[] = {"a", "b"};
+    add(g, "kinetree: 1\nbodies:\n");
+    for (int k = 0; k < 2; k++) {
+        add(g, "  - name: %s\n    joint: {type: revolute, at: [%d, 0, 0]}\n    mass: 1\n    inertia: [1, 1, 1]\n",
+            ends[k], 2 * k);
+        add(g, what == TERMS ? "" : "    markers:\n");
+        for (int i = 0; i < count && what != TERMS; i++)
+            add(g, "      m%d: [%d, 0, %d]\n", what == LOOPS ? i : 0, 1 - 2 * k, i);
+    }
+    add(g, what == TERMS   ? "loops:\n  - name: l\n    type: coupling\n    coefficients:\n"
+           : what == LOOPS ? "loops:\n"
+                           : "");
+    for (int i = 0; i < count && what == TERMS; i++)
+        add(g, "      a: %d\n", i);
+    for (int i = 0; i < count && what == LOOPS; i++)
+        add(g, "  - {name: l%d, type: inplane, axis: x, between: [a.m%d, b.m%d]}\n", i, i, i);
+}
+
+/* Compiles what is read. Returns the status of the first call that fails. */
+static kt_status read_and_compile(const char *text) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_error error = {KT_OK, "", ""};
+    kt_status status = kt_collect_parse(&faults, text, &scene);
+    if (status != KT_OK)
+        return status;
+    status = kt_model_compile(&scene.description, NULL, &model, &error);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return status;
+}
+
+/* The less processor time of two. */
+static double time_to_compile(many what, int count) {
+    double least = HUGE_VAL;
+    growing g = {0};
+    describe_many(&g, what, count);
+    for (int n = 0; n < 2; n++) {
+        const clock_t start = clock();
+        kt_check_equal_int("status", read_and_compile(g.text), what == LOOPS ? KT_OK : KT_ERROR_MODEL);
+        least = fmin(least, (double)(clock() - start) / CLOCKS_PER_SEC);
+    }
+    free(g.text);
+    return least;
+}
+
+/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
+KT_TEST(names_that_stand_many_times_take_linear_time) {
+    static const char *const names[] = {"markers", "terms", "loops between markers"};
+    for (int i = 0; i < 3; i++)
+        kt_check_below(names[i], time_to_compile((many)i, 40000) / time_to_compile((many)i, 10000), 9.0);
 }
