@@ -79,6 +79,7 @@ typedef struct kt_simulation_sizes {
     size_t user_nq, user_nv;
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
+    bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv */
