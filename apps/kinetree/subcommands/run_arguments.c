@@ -247,20 +247,15 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
+/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance, one of which may be 0. */
 static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
-    const char *text = arguments->tolerance;
-    char *end;
-    double relative = strtod(text, &end), absolute = relative;
-    bool is_right = end != text;
-    if (is_right && *end == ',') {
-        const char *second = end + 1;
-        absolute = strtod(second, &end);
-        is_right = end != second;
-    }
-    if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
-        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, not '%s'", arguments->command,
-               text);
+    double tolerance[2] = {0.0, 0.0};
+    const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);
+    const double relative = tolerance[0], absolute = count == 1 ? relative : tolerance[1];
+    if (count < 1 || count > 2 || relative < 0.0 || absolute < 0.0 || relative + absolute == 0.0) {
+        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, of which one may be 0, not "
+               "'%s'",
+               arguments->command, arguments->tolerance);
         return KT_EXIT_USAGE;
     }
     run->step = 0.0;
