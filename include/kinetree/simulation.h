@@ -417,9 +417,15 @@ KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 /* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
-/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. Errors:
- * KT_ERROR_ARGUMENT for a block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the
- * simulation is then as before. */
+/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. What they depend on is
+ * compared: the structure of the model (names, order and types of bodies, loops and effects, but not the values of
+ * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, and the
+ * library's version. Errors: KT_ERROR_ARGUMENT naming what differs, or for a block that is no checkpoint,
+ * KT_ERROR_NOT_FINITE; the simulation is then as before.
+ *
+ * A simulation with another step, tolerance or method takes over the state alone, by kt_simulation_set_state with the
+ * time, the positions and the velocities of the first: its steps and records are laid anew from that time. That is how a
+ * controller looks ahead with coarser steps. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus
