@@ -8,6 +8,7 @@
  * block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
  * may go on with others.
  */
+#include "base/sum.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
@@ -43,32 +44,24 @@ typedef struct kt_checkpoint_head {
 
 static const char checkpoint_kind[16] = "kinetree state";
 
-/* FNV-1a hash, 64 bits (Fowler, Noll, Vo). */
-static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
-    const unsigned char *byte = bytes;
-    for (size_t i = 0; i < size; i++)
-        sum = (sum ^ byte[i]) * 0x100000001b3U;
-    return sum;
-}
-
 static uint64_t sum_of_text(uint64_t sum, const char *text) {
-    return text != NULL ? sum_of(sum, text, strlen(text) + 1) : sum;
+    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
 /* Names, order and types of bodies, loops and effects, and the library's version, which the layout belongs to. */
 static uint64_t sum_of_model(const kt_model *model) {
-    uint64_t sum = sum_of_text(0xcbf29ce484222325U, kt_version());
+    uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const int numbers[] = {kt_body_parent(model, body), at.q, at.nq, at.v, at.nv};
-        sum = sum_of(sum_of_text(sum, kt_body_name(model, body)), numbers, sizeof numbers);
+        sum = kt_sum_add(sum_of_text(sum, kt_body_name(model, body)), numbers, sizeof numbers);
     }
     for (int loop = 0; loop < kt_loop_count(model); loop++) {
         const int type = (int)kt_loop_type_of(model, loop);
-        sum = sum_of(sum_of_text(sum, kt_loop_name(model, loop)), &type, sizeof type);
+        sum = kt_sum_add(sum_of_text(sum, kt_loop_name(model, loop)), &type, sizeof type);
     }
     for (size_t i = 0; i < model->n.effect; i++)
-        sum = sum_of(sum, &model->effect[i].type, sizeof model->effect[i].type);
+        sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
     return sum;
 }
 
