@@ -55,7 +55,11 @@ extern "C" {
     X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
     X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
     X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
-    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */
+    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */                                           \
+    X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
+    X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
+    X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
+    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)
 
 /* The bits of the quantities that are recorded. */
 enum {
@@ -355,7 +359,8 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
                                               kt_error *error);
 
 /* Sensor values: writes a record of the current time, under the torques and wrenches that the next step will have. It
- * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and
+ * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION or
+ * KT_RECORD_MARKER_ACCELERATION, wrenches in joints and
  * loops with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the positions,
  * velocities and (with either) accelerations of points, which kt_point_position and its like read from record->data.
  * Its index is -1. All that it points to belongs to the simulation and is valid until the next call that takes a

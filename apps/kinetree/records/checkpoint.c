@@ -1,5 +1,5 @@
 /* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state and that of the watch on
- * modes, the warnings so far as JSON, and a checksum over all of it.
+ * modes, the extremes of all columns, the warnings so far as JSON, and a checksum over all of it.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
  * computed from the scene as it would be written now, without and with the options of the command line applied, and from
@@ -30,6 +30,7 @@ typedef struct kt_progress_so_far {
     kt_energy_watch energy;
     kt_residual constraint;
     kt_stability_watch stability;
+    uint64_t extremes; /* columns */
     uint64_t warnings; /* bytes of their text */
 } kt_progress_so_far;
 
@@ -39,7 +40,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 4";
+static const char checkpoint_kind[16] = "kinetree run 5";
 
 enum { WARNINGS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
@@ -140,7 +141,7 @@ static bool put(int file, const void *bytes, size_t size, uint64_t *sum) {
 }
 
 static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                        const char *warnings) {
+                        const kt_extremes *extremes, const char *warnings) {
     kt_checkpoint_head head;
     uint64_t sum = KT_SUM_START, unused = 0;
     memset(&head, 0, sizeof head);
@@ -150,17 +151,18 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
     head.run = checkpoint->run;
     head.size = checkpoint->size + checkpoint->mode_size;
     return put(file, &head, sizeof head, &sum) && put(file, so_far, sizeof *so_far, &sum) &&
-           put(file, checkpoint->block, head.size, &sum) && put(file, warnings, so_far->warnings, &sum) &&
-           put(file, &sum, sizeof sum, &unused);
+           put(file, checkpoint->block, head.size, &sum) &&
+           put(file, extremes->column, extremes->count * sizeof *extremes->column, &sum) &&
+           put(file, warnings, so_far->warnings, &sum) && put(file, &sum, sizeof sum, &unused);
 }
 
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name. */
 static bool write_beside(const char *beside, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                         const char *warnings) {
+                         const kt_extremes *extremes, const char *warnings) {
     const int file = kt_open_locked(beside, O_WRONLY | O_CREAT);
     if (file < 0)
         return false;
-    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, warnings) && fsync(file) == 0 &&
+    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, warnings) && fsync(file) == 0 &&
         rename(beside, checkpoint->path) == 0) {
         (void)close(checkpoint->lock);
         checkpoint->lock = file;
@@ -189,13 +191,14 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
     return true;
 }
 
-static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const char *warnings) {
+static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
+                       const char *warnings) {
     const size_t room = strlen(checkpoint->path) + sizeof ".new";
     char *beside = malloc(room);
     if (beside == NULL)
         return say_no_memory();
     snprintf(beside, room, "%s.new", checkpoint->path);
-    const bool fine = write_beside(beside, checkpoint, so_far, warnings);
+    const bool fine = write_beside(beside, checkpoint, so_far, extremes, warnings);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
     free(beside);
@@ -219,11 +222,12 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
                                       .energy = outcome->energy,
                                       .constraint = outcome->constraint,
                                       .stability = outcome->stability,
+                                      .extremes = outcome->extremes.count,
                                       .warnings = strlen(warnings)};
         kt_simulation_save(outcome->simulation, checkpoint->block);
         if (checkpoint->modes != NULL)
             kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
-        fine = write_file(checkpoint, &so_far, warnings);
+        fine = write_file(checkpoint, &so_far, &outcome->extremes, warnings);
     }
     free(warnings);
     checkpoint->last = kt_clock();
@@ -242,8 +246,9 @@ static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
 /* What a checkpoint file holds, and where it is wrong. */
 typedef struct kt_checkpoint_content {
     kt_progress_so_far so_far;
-    char *warnings;  /* their text */
-    char wrong[480]; /* empty: nothing is */
+    kt_extreme *extremes; /* of all columns */
+    char *warnings;       /* their text */
+    char wrong[480];      /* empty: nothing is */
 } kt_checkpoint_content;
 
 static void refuse(kt_checkpoint_content *content, const char *what) {
@@ -266,8 +271,8 @@ static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head
     return content->wrong[0] == '\0';
 }
 
-/* Reads a checkpoint into *content and the block. */
-static void read_parts(FILE *file, const kt_checkpoint *checkpoint, kt_checkpoint_content *content) {
+/* Reads a checkpoint of a run with so many columns into *content and the block. */
+static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t columns, kt_checkpoint_content *content) {
     kt_checkpoint_head head;
     kt_progress_so_far *so_far = &content->so_far;
     uint64_t sum = KT_SUM_START, given = 0, unused = 0;
@@ -279,7 +284,10 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, kt_checkpoin
     if (!check_head(checkpoint, &head, content))
         return;
     bool fine = take(file, so_far, sizeof *so_far, &sum) && take(file, checkpoint->block, head.size, &sum) &&
-                so_far->warnings < WARNINGS_MOST && (content->warnings = calloc(1, so_far->warnings + 1)) != NULL;
+                so_far->extremes == columns && so_far->warnings < WARNINGS_MOST &&
+                (content->extremes = calloc(columns + 1, sizeof *content->extremes)) != NULL &&
+                take(file, content->extremes, columns * sizeof *content->extremes, &sum) &&
+                (content->warnings = calloc(1, so_far->warnings + 1)) != NULL;
     fine = fine && take(file, content->warnings, so_far->warnings, &sum) && take(file, &given, sizeof given, &unused) &&
            fgetc(file) == EOF;
     if (!fine)
@@ -309,6 +317,7 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         outcome->cpu_seconds = so_far->cpu_seconds;
         outcome->corrected_since = so_far->corrected_since;
         outcome->stability = so_far->stability;
+        memcpy(outcome->extremes.column, content->extremes, outcome->extremes.count * sizeof *content->extremes);
     }
     json_decref(warnings);
 }
@@ -322,11 +331,12 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
         kt_say("checkpoint %s cannot be read: %s", path, is_other ? "it is not a file" : strerror(errno));
         return KT_EXIT_USAGE;
     }
-    read_parts(file, checkpoint, &content);
+    read_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);
     if (content.wrong[0] == '\0')
         apply(checkpoint, &content, outcome);
     free(content.warnings);
+    free(content.extremes);
     if (content.wrong[0] == '\0')
         return -1;
     kt_say("checkpoint %s: %s", path, content.wrong);

@@ -90,6 +90,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
     const double *values = kt_columns_evaluate(sinks->columns, record);
+    kt_extremes_add(&sinks->outcome->extremes, record->time, values);
     if (kt_csv_write(sinks->csv, values) != 0 || (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
         (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
@@ -316,9 +317,11 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
 }
 
 /* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
-static bool start_results(const kt_outcome *outcome, const kt_result_names *names, unsigned record,
-                          kt_results *results) {
+static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
     if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
+        return false;
+    outcome->columns = &results->columns;
+    if (!kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(outcome->model, outcome->run);
@@ -402,6 +405,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
+    kt_extremes_free(&outcome->extremes);
     kt_columns_free(&results.columns);
     return code;
 }

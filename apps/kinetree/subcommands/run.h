@@ -4,6 +4,7 @@
 
 #include "advice/warnings.h"
 #include "records/columns.h"
+#include "records/extremes.h"
 #include "records/lines.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -109,6 +110,8 @@ typedef struct kt_outcome {
     kt_stability_watch stability; /* watches adaptive explicit steps */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
+    const kt_columns *columns;    /* of the records; NULL: not listed yet */
+    kt_extremes extremes;         /* of these columns, at all records */
     json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
     kt_error

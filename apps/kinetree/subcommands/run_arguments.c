@@ -20,7 +20,10 @@ static const kt_option options[] = {
     {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier, momentum, orientation, "
+     "marker "
+     "velocity, marker acceleration",
+     NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
