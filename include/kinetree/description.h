@@ -273,6 +273,12 @@ typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end 
 typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,
                                            kt_effect_balance *balance);
 
+/* A query for the corners of a caller's own force: returns the first time after t at which the force, or a derivative
+ * of it, jumps, or at which it begins or ends to act; HUGE_VAL (or any time that is not after t) if there is none.
+ * Steps of adaptive methods end there, and the force is evaluated just before and just after that time. A function of
+ * its arguments alone, as the force is. */
+typedef double kt_corner_callback(void *user, double t);
+
 /* Whose axes the components of a force or torque are along. */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
 
@@ -331,6 +337,7 @@ typedef struct kt_effect {
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
     int end_count;                               /* custom: 1 or 2; */
     kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */
+    kt_corner_callback *corner;                  /* custom: when its force has corners; NULL: never */
     void *user;                                  /* custom: handed to the callback; must outlive the model */
 } kt_effect;
 

@@ -55,11 +55,7 @@ extern "C" {
     X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
     X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
     X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
-    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */                                           \
-    X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
-    X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
-    X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
-    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)
+    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */
 
 /* The bits of the quantities that are recorded. */
 enum {
@@ -80,6 +76,7 @@ typedef struct kt_run {
     const char *integrator;        /* a name that kt_method_find knows; NULL: chosen for the model (kt_run_method) */
     double step;                   /* s; > 0: fixed step, and the tolerances are not read */
     double relative, absolute;     /* tolerances of an adaptive method, of the numbers of q and v */
+    double max_step;               /* s; the longest step of an adaptive method; 0: no limit but those of features */
     double rho;                    /* two-step: the spectral radius at infinity, 0 to 1; others do not read it */
     kt_metric metric;              /* this and plan are for kt_model_options: a simulation uses those that its model was
                                    compiled with */
@@ -98,10 +95,10 @@ KT_API kt_run kt_run_default(void);
 #define KT_DURATION_LEAST 1e-280
 
 /* Checks the times and tolerances of a run: they are finite and not negative, the duration is 0 or not below
- * KT_DURATION_LEAST, a step is not lost in the rounding of the times that it leads to, there are no more records than
+ * KT_DURATION_LEAST, a step (or max_step) is not lost in the rounding of the times that it leads to, there are no more records than
  * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
  * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors:
- * KT_ERROR_ARGUMENT, with error->where "duration", "step", "interval", "tolerance" or "rho". Cost: a few
+ * KT_ERROR_ARGUMENT, with error->where "duration", "step", "max_step", "interval", "tolerance" or "rho". Cost: a few
  * comparisons. */
 KT_API KT_CHECKED kt_status kt_run_check(const kt_run *run, kt_error *error);
 
@@ -212,7 +209,7 @@ typedef struct kt_transformation {
 typedef struct kt_simulation_options {
     const kt_method *method; /* the caller's method instead of run->integrator; NULL: none */
     double initial_step;     /* s, adaptive; 0: estimated */
-    double max_step;         /* s, adaptive; 0: no limit */
+    double max_step;         /* s, adaptive; 0: no limit but that of the run */
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
     bool unprojected; /* no projection, so that loops drift open: to measure the cost and the benefit of projection */
@@ -222,7 +219,9 @@ typedef struct kt_simulation_options {
                                          state */
     kt_projection
         *projection; /* the caller's projection onto the loops; NULL: the engine's. Not called if unprojected */
-    void *user;      /* for both */
+    kt_corner_callback *corner; /* when the caller's equations, or forces that it sets, have corners, at which adaptive
+                                   steps end; NULL: never */
+    void *user;                 /* for these three */
     const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
                                                 model must; NULL: the simulation's own model is integrated */
 } kt_simulation_options;
@@ -359,8 +358,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
                                               kt_error *error);
 
 /* Sensor values: writes a record of the current time, under the torques and wrenches that the next step will have. It
- * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION or
- * KT_RECORD_MARKER_ACCELERATION, wrenches in joints and
+ * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and
  * loops with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the positions,
  * velocities and (with either) accelerations of points, which kt_point_position and its like read from record->data.
  * Its index is -1. All that it points to belongs to the simulation and is valid until the next call that takes a
@@ -422,15 +420,9 @@ KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 /* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
-/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. What they depend on is
- * compared: the structure of the model (names, order and types of bodies, loops and effects, but not the values of
- * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, and the
- * library's version. Errors: KT_ERROR_ARGUMENT naming what differs, or for a block that is no checkpoint,
- * KT_ERROR_NOT_FINITE; the simulation is then as before.
- *
- * A simulation with another step, tolerance or method takes over the state alone, by kt_simulation_set_state with the
- * time, the positions and the velocities of the first: its steps and records are laid anew from that time. That is how a
- * controller looks ahead with coarser steps. */
+/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. Errors:
+ * KT_ERROR_ARGUMENT for a block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the
+ * simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus

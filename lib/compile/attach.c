@@ -208,6 +208,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         r->in_body = effect->frame == KT_FRAME_BODY;
         r->wrench = effect->wrench;
         r->joint_force = effect->joint_force;
+        r->corner = effect->corner;
         r->user = effect->user;
         if (effect->name) {
             const size_t size = strlen(effect->name) + 1;

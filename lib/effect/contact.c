@@ -144,8 +144,23 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_contact) = {
-    .check = check, .energetics = energetics, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+#if KT_HAS_GAP
+/* -x, and how the sphere's centre moves in the frame of the plane. */
+static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
+    const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point);
+    const kt_vec3 u =
+        kt_vec3_sub(kt_vec3_sub(end[0].velocity, end[1].velocity), kt_vec3_cross(end[1].omega, from_plane));
+    return (kt_gap){.distance = kt_vec3_dot(end[1].axes.z, from_plane) - effect->radius,
+                    .velocity = kt_mat3_apply_transposed(end[1].axes, u),
+                    .turn = kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = check,
+                                                     .energetics = energetics,
+                                                     .wrench = evaluate_wrench,
+                                                     .gap = KT_GAP(find_gap),
+                                                     .slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -50,6 +50,13 @@ typedef struct kt_effect_slopes {
     kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
 } kt_effect_slopes;
 
+/* How far an effect is from acting that acts on one side of a boundary alone: a contact, a stop. */
+typedef struct kt_gap {
+    double distance;  /* m or rad; below 0: it acts */
+    kt_vec3 velocity; /* of what approaches the boundary, in its axes: d(distance)/dt is the z component */
+    double turn;      /* rad/s; at which these axes turn relative to what approaches */
+} kt_gap;
+
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
  * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
  * time it reads follows from them. */
@@ -77,6 +84,11 @@ typedef struct kt_effect_kind {
     void (*rise)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                  kt_wrench *wrench);
     double (*joint_rise)(const kt_effect_record *effect, const double *numbers, double q, double v, double t);
+    /* Of effects that act on one side of a boundary alone; NULL: all others. */
+    kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
+    kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
+    /* The highest derivative of its functions of time that the force depends on; 0: their values alone. */
+    int derivatives;
 } kt_effect_kind;
 
 /* a b' */
@@ -92,6 +104,15 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #else
 #define KT_HAS_SLOPES 1
 #define KT_SLOPES(function) function
+#endif
+
+/* The same for what derivatives do not need. */
+#ifdef KT_DUAL
+#define KT_HAS_GAP 0
+#define KT_GAP(function) NULL
+#else
+#define KT_HAS_GAP 1
+#define KT_GAP(function) function
 #endif
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
@@ -148,6 +169,12 @@ extern const kt_effect_kind KT_EFFECT(kt_effect_custom);
 
 static inline const kt_effect_kind *kt_effect_kind_of(int type) {
     return type == KT_EFFECT_CUSTOM ? &KT_EFFECT(kt_effect_custom) : KT_EFFECT(kt_effect_kinds)[type];
+}
+
+/* Whether effects of this type have a gap. */
+static inline bool kt_effect_has_gap(int type) {
+    const kt_effect_kind *kind = kt_effect_kind_of(type);
+    return kind->gap != NULL || kind->joint_gap != NULL;
 }
 
 #endif

@@ -56,8 +56,19 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {
-    .check = check, .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
+#if KT_HAS_GAP
+/* Of the nearer stop. */
+static kt_gap find_gap(const kt_effect_record *effect, double q, double v) {
+    const bool upper = effect->upper - q <= q - effect->lower;
+    return (kt_gap){.distance = upper ? effect->upper - q : q - effect->lower, .velocity = {0.0, 0.0, upper ? -v : v}};
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check,
+                                                         .energetics = energetics,
+                                                         .joint_force = evaluate_force,
+                                                         .joint_gap = KT_GAP(find_gap),
+                                                         .joint_slopes = KT_SLOPES(write_slopes)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -71,7 +71,8 @@ static double find_rise(const kt_effect_record *effect, const double *numbers, d
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.check = check,
+const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
+                                                   .check = check,
                                                    .energetics = energetics,
                                                    .joint_force = evaluate_force,
                                                    .joint_slopes = KT_SLOPES(write_slopes),

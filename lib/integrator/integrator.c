@@ -231,6 +231,23 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     return KT_OK;
 }
 
+void kt_integrator_retreat(kt_integrator *it, double step) {
+    kt_integrator_memory *m = &it->memory;
+    if (!m->has_previous)
+        return;
+    m->advanced = fmax(0.0, m->advanced - fabs(m->last_step));
+    m->t = m->previous_t;
+    m->next_step = step;
+    m->last_step = 0.0;
+    m->last_error = (double)NAN;
+    m->control_error = KT_CONTROL_ERROR_FLOOR;
+    m->has_previous = false;
+    m->counts.steps--;
+    m->counts.rejected++;
+    forget_history(it);
+    set_state(it, it->previous_y);
+}
+
 /* ---- within the last step ---------------------------------------------------------------------------------------- */
 
 kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
@@ -315,6 +332,10 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
         memmove(it->previous_y, previous_y, n * sizeof *y);
     it->started = true;
     return KT_OK;
+}
+
+const double *kt_integrator_previous_state(const kt_integrator *it) {
+    return it->memory.has_previous ? it->previous_y : it->y;
 }
 
 double kt_integrator_time(const kt_integrator *it) { return it->memory.t; }

@@ -142,6 +142,14 @@ struct kt_integrator {
 /* For tests: fills all scratch with a byte and marks it as unknown. No bit of later results changes. */
 void kt_integrator_poison(kt_integrator *it, unsigned char byte);
 
+/* Takes the last accepted step back, if its beginning is known: the state is that where it began, the step counts as
+ * rejected, and the next one is proposed with the length `step`. As by kt_integrator_jump slopes and history are
+ * forgotten. */
+void kt_integrator_retreat(kt_integrator *it, double step);
+
+/* The state where the last step began, n values; where it is not known, the present one. */
+const double *kt_integrator_previous_state(const kt_integrator *it);
+
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
 
 typedef enum kt_try_result {
@@ -318,10 +326,9 @@ double kt_control_rejected(const kt_integrator *it, double error);
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
 /* Adaptive steps: a motion that advances, over so many tries, by less than KT_PROGRESS of its time per try makes no
- * progress; nor does one that advances by less than KT_PROGRESS_LASTING over so many such windows of tries in a row. */
+ * progress. */
 #define KT_PROGRESS 1e-10
-#define KT_PROGRESS_LASTING 1e-9
-enum { KT_PROGRESS_TRIES = 10000, KT_PROGRESS_WINDOWS = 5 };
+enum { KT_PROGRESS_TRIES = 10000 };
 
 /* err_last of the step size control before the first step, and its lower bound (Hairer's DOPRI5). */
 #define KT_CONTROL_ERROR_FLOOR 1e-4

@@ -140,6 +140,51 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
+/* ---- gaps -------------------------------------------------------------------------------------------------------- */
+
+size_t kt_gap_count(const kt_model *model) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (kt_effect_has_gap(model->batch[i].type))
+            count += (size_t)model->batch[i].count;
+    return count;
+}
+
+static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect_record *effect, const double *q,
+                     const double *v) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    const kt_link *link = &model->link[effect->link[0]];
+    kt_effect_end end[2];
+    if (kind->joint_gap != NULL)
+        return kind->joint_gap(effect, q[link->q], v[link->v]);
+    find_ends(data, effect, end);
+    return kind->gap(effect, end);
+}
+
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, kt_gap *gaps) {
+    size_t k = 0;
+    if (model->n.force_link > 0)
+        kt_force_frames_sweep(model, data, q, v);
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_batch *batch = &model->batch[i];
+        if (kt_effect_has_gap(batch->type))
+            for (int32_t j = batch->first; j < batch->first + batch->count; j++)
+                gaps[k++] = gap_of(model, data, &model->effect[j], q, v);
+    }
+}
+
+const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k) {
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_batch *batch = &model->batch[i];
+        if (!kt_effect_has_gap(batch->type))
+            continue;
+        if (k < (size_t)batch->count)
+            return &model->effect[(size_t)batch->first + k];
+        k -= (size_t)batch->count;
+    }
+    return NULL;
+}
+
 /* Whether there are effects on joints, or effects with ends. */
 KT_INLINE bool has_joint_force_callback(const kt_model *model) {
     return model->n.effect > 0 && model->batch[0].ends == 0;

@@ -3,6 +3,7 @@
 #define KT_MECHANISM_EVALUATE_H
 
 #include "closure/project.h"
+#include "effect/effect.h"
 #include "kinetree/mechanism.h"
 
 /* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
@@ -31,6 +32,13 @@ KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, 
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, const double **tau, const kt_wrench **external,
                                         kt_power *power, kt_error *error);
+
+/* Gaps of the effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches: their
+ * number; all of them in the state (q, v); and the effect of one. Only the motion of links that carry forces is written
+ * to data. O(effects). */
+size_t kt_gap_count(const kt_model *model);
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, kt_gap *gaps);
+const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k);
 
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);

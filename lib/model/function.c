@@ -35,6 +35,7 @@
 
 #include "model/describe.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 
@@ -252,6 +253,19 @@ static void evaluate_polynomial(const double *c, int count, double t, double out
     set(out, p, d1, 2.0 * d2);
 }
 
+/* The row with t_row <= t < t_(row + 1), or the nearest one that begins a piece; a NaN ends in some row. */
+static int find_row(const double *rows, int count, double t) {
+    int low = 0, high = count - 1;
+    while (high - low > 1) {
+        const int middle = low + (high - low) / 2;
+        if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
+            high = middle;
+        else
+            low = middle;
+    }
+    return low;
+}
+
 static void evaluate_table(const double *rows, int count, double t, double out[3]) {
     const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     if (t < rows[ROW_T]) {
@@ -262,15 +276,7 @@ static void evaluate_table(const double *rows, int count, double t, double out[3
         set(out, last[ROW_Y], 0.0, 0.0);
         return;
     }
-    int low = 0, high = count - 1; /* t_low <= t < t_high; a NaN ends in some row, and the result is NaN */
-    while (high - low > 1) {
-        const int middle = low + (high - low) / 2;
-        if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
-            high = middle;
-        else
-            low = middle;
-    }
-    const double *row = rows + (size_t)low * ROW_SIZE;
+    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
     const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
     set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
     if (t == last[ROW_T]) /* exactly the value that follows */
@@ -303,6 +309,62 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
         break;
     }
     }
+}
+
+/* ---- corners ----------------------------------------------------------------------------------------------------- */
+
+/* Derivatives of a table's pieces that differ by no more than this part of their size are equal but for rounding. */
+static const double equal = 64.0 * DBL_EPSILON;
+
+/* The lowest derivative that jumps at row k; 0: none. On both sides of the rows the table rests. */
+static int jump_at_row(const double *rows, int count, int k) {
+    const double *row = rows + (size_t)k * ROW_SIZE, *before = row - ROW_SIZE;
+    double left[3] = {0.0, 0.0, 0.0}, right[3] = {0.0, 0.0, 0.0}, size[3] = {0.0, 0.0, 0.0};
+    if (k > 0) {
+        const double h = row[ROW_T] - before[ROW_T], b = before[ROW_B], c = before[ROW_C], d = before[ROW_D];
+        left[0] = b + h * (2.0 * c + 3.0 * h * d);
+        left[1] = 2.0 * c + 6.0 * h * d;
+        left[2] = 6.0 * d;
+        size[0] = fabs(b) + h * (2.0 * fabs(c) + 3.0 * h * fabs(d));
+        size[1] = 2.0 * fabs(c) + 6.0 * h * fabs(d);
+        size[2] = 6.0 * fabs(d);
+    }
+    if (k + 1 < count) {
+        right[0] = row[ROW_B];
+        right[1] = 2.0 * row[ROW_C];
+        right[2] = 6.0 * row[ROW_D];
+    }
+    for (int i = 0; i < 3; i++)
+        if (fabs(right[i] - left[i]) > equal * (size[i] + fabs(right[i])))
+            return i + 1;
+    return 0;
+}
+
+bool kt_curve_has_corners(const kt_curve *curve) {
+    return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
+}
+
+static kt_corner next_row(const double *rows, int count, double t) {
+    for (int k = t < rows[ROW_T] ? 0 : find_row(rows, count, t) + 1; k < count; k++) {
+        const int order = jump_at_row(rows, count, k);
+        if (order > 0 && rows[(size_t)k * ROW_SIZE + ROW_T] > t)
+            return (kt_corner){rows[(size_t)k * ROW_SIZE + ROW_T], order};
+    }
+    return (kt_corner){HUGE_VAL, 0};
+}
+
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t) {
+    if (!kt_curve_has_corners(curve))
+        return (kt_corner){HUGE_VAL, 0};
+    if (curve->type == KT_FUNCTION_TABLE)
+        return next_row(numbers + curve->first, curve->count, t);
+    return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
+}
+
+double kt_curve_longest_step(const kt_curve *curve) {
+    static const double quarter_turn = 1.5707963267948966192313216916398;
+    const bool is_sine = curve->type == KT_FUNCTION_SINE && curve->b != 0.0 && curve->c != 0.0;
+    return is_sine ? quarter_turn / fabs(curve->c) : HUGE_VAL;
 }
 
 /* ---- descriptors ------------------------------------------------------------------------------------------------- */

@@ -4,6 +4,7 @@
 
 #include "kinetree/model.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
@@ -34,5 +35,22 @@ static inline bool kt_curve_rests(const kt_curve *curve) {
 /* out = value, first and second derivative at time t. O(1); for a polynomial O(degree), for a table O(log rows). A
  * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
+
+/* A corner: a time at which a derivative jumps. */
+typedef struct kt_corner {
+    double time; /* HUGE_VAL: there is none */
+    int order;   /* the lowest derivative that jumps: 1 the slope; above 2: a higher one */
+} kt_corner;
+
+/* Whether the function has corners: a ramp's start and end, and rows of a table at which its pieces differ. Between two
+ * corners it is one polynomial or one sine. */
+bool kt_curve_has_corners(const kt_curve *curve);
+
+/* The first corner after t. O(1); of a table O(log rows), and 1 for each row without a corner. */
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t);
+
+/* The longest step whose stages cannot miss what the function does between two corners: a quarter of a sine's period;
+ * HUGE_VAL for all others, which are polynomials there. */
+double kt_curve_longest_step(const kt_curve *curve);
 
 #endif

@@ -124,6 +124,7 @@ static const kt_field simulate_fields[] = {
     {.key = "integrator", .kind = &kind_integrator, AT(run)},
     {.key = "step", .kind = &kt_kind_positive, AT(run.step)},
     {.key = "tolerance", .kind = &kind_tolerance, AT(run)},
+    {.key = "max_step", .kind = &kt_kind_positive, AT(run.max_step)},
     {.key = "rho", .kind = &kt_kind_number, AT(run.rho)},
     {.key = "formulation", .kind = &kt_kind_choice, AT(formulation), .detail = &formulations},
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
@@ -145,6 +146,12 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
     if (step != NULL && tolerance != NULL) {
         kt_fault_at(r, KT_ERROR_SCENE, scope, tolerance,
                     "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out");
+        return;
+    }
+    kt_node *most = kt_node_find(node, "max_step");
+    if (step != NULL && most != NULL) {
+        kt_fault_at(r, KT_ERROR_SCENE, scope, most,
+                    "'step' is for a fixed step and 'max_step' bounds adaptive ones; leave one of them out");
         return;
     }
     if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))

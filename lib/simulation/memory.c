@@ -1,5 +1,6 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -63,6 +64,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
+    size->gap = kt_gap_count(model);
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
@@ -105,13 +107,23 @@ static void find_quaternions(kt_simulation *simulation) {
     }
 }
 
+/* The least of what the run, the caller and the functions of time allow; 0: no limit. */
+static double longest_step(const kt_simulation_request *settings) {
+    double longest = kt_simulation_longest_step(settings->model);
+    if (settings->run.max_step > 0.0)
+        longest = fmin(longest, settings->run.max_step);
+    if (settings->options.max_step > 0.0)
+        longest = fmin(longest, settings->options.max_step);
+    return isfinite(longest) ? longest : 0.0;
+}
+
 static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_integrator_options options = kt_integrator_options_default();
     options.step = settings->run.step;
     options.relative_tolerance = settings->run.relative;
     options.absolute_tolerance = settings->run.absolute;
     options.initial_step = settings->options.initial_step;
-    options.max_step = settings->options.max_step;
+    options.max_step = longest_step(settings);
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
     options.positions = simulation->size.nq;
@@ -130,9 +142,8 @@ static void set_records(kt_simulation *simulation, const kt_simulation_request *
     simulation->duration = settings->run.duration;
     simulation->interval = settings->run.interval > 0.0 ? settings->run.interval : settings->run.duration / 1000.0;
     simulation->record = settings->record;
-    simulation->kinematics =
-        settings->options.kinematics || settings->run.marker_count > 0 ||
-        (settings->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS | KT_RECORD_KINEMATICS)) != 0;
+    simulation->kinematics = settings->options.kinematics || settings->run.marker_count > 0 ||
+                             (settings->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS)) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 
@@ -169,6 +180,13 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
     simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
+    simulation->corners.own = settings->options.corner;
+    simulation->corners.any =
+        !(settings->run.step > 0.0) && (settings->options.corner != NULL || kt_simulation_has_corners(settings->model));
+    kt_simulation_forget_corners(simulation);
+    simulation->watches_gaps = !(settings->run.step > 0.0) && simulation->size.gap > 0;
+    simulation->ends_unseen = !kt_simulation_sees_end(settings->method);
+    simulation->gap_time = (double)NAN;
     find_quaternions(simulation);
     set_records(simulation, settings);
     status = init_integrator(simulation, settings, error);

@@ -85,7 +85,7 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
 
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     simulation->cached = KT_CACHED_NOTHING;
     if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
                                                 simulation->external, simulation->a, error) != 0)
@@ -112,7 +112,10 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
     if (status == KT_OK) {
-        status = evaluate_record(simulation, &record, &from);
+        if (simulation->size.gap > 0)
+            status = kt_simulation_check_gaps(simulation, record.time, &from);
+        if (status == KT_OK)
+            status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)
             simulation->cause = from; /* it names the body */
     }
@@ -173,6 +176,8 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     const double *slope;
     kt_status status = kt_simulation_inputs_commit(simulation, from);
+    if (status == KT_OK && simulation->corners.any)
+        status = kt_simulation_pass_corner(simulation, from);
     if (status == KT_OK)
         status = kt_integrator_derivative(simulation->integrator, &slope, from);
     if (status != KT_OK)
@@ -196,7 +201,7 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
 }
 
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)

@@ -32,6 +32,19 @@ static kt_status check_step(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
+/* It bounds the steps that a method chooses; a fixed one does not read it. */
+static kt_status check_max_step(const kt_run *run, kt_error *error) {
+    if (!not_negative(run->max_step))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step", "%g s: must be above zero, or zero for no limit",
+                            run->max_step);
+    if (run->step == 0.0 && run->max_step > 0.0 && run->max_step <= least_step(run->duration))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step",
+                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
+                            "duration",
+                            run->max_step, run->duration, least_step(run->duration));
+    return KT_OK;
+}
+
 static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     if (run->step > 0.0)
         return KT_OK;
@@ -121,7 +134,9 @@ kt_status kt_run_check(const kt_run *run, kt_error *error) {
     if (run->interval > 0.0 && run->duration / run->interval > 9007199254740992.0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
                             run->interval);
-    const kt_status status = check_step(run, error);
+    kt_status status = check_step(run, error);
+    if (status == KT_OK)
+        status = check_max_step(run, error);
     return status == KT_OK ? check_tolerances(run, error) : status;
 }
 

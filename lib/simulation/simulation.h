@@ -3,6 +3,7 @@
 #define KT_SIMULATION_SIMULATION_H
 
 #include "base/arena.h"
+#include "effect/effect.h"
 #include "kinetree/simulation.h"
 #include "model/model.h"
 
@@ -38,8 +39,22 @@ typedef enum kt_cached {
     KT_CACHED_EVALUATION, /* everything from the evaluation that gave `slope`, if that is the slope of the present state */
 } kt_cached;
 
+/* Corners of functions of time and of a caller's own forces (corner.c): those next to the present time, in s. */
+typedef struct kt_corners {
+    bool any;                /* steps end at corners */
+    kt_corner_callback *own; /* those of the caller's equations; NULL: none */
+    double from, next;       /* between these there is none */
+    bool jumps;              /* the accelerations jump at `next` */
+    double begin, after;     /* for a step that begins where they jump: its first slope is that of the time `after` */
+    double end, before;      /* for a step that ends where they jump: its last slope is that of the time `before` */
+} kt_corners;
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
+    X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
+    X(kt_gap, gap_end, size->gap, "scratch: where a step ends")                                                        \
+    X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
+    X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
@@ -77,9 +92,9 @@ typedef struct kt_simulation_sizes {
     size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
+    size_t gap; /* effects that act on one side of a boundary */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
-    bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv */
@@ -105,7 +120,11 @@ struct kt_simulation {
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* of these two */
-    double step;                      /* fixed, or 0 */
+    kt_corners corners;
+    bool watches_gaps; /* adaptive steps do not leap over contacts and stops */
+    bool ends_unseen;  /* by a method without a stage at the end of its steps */
+    double gap_time;   /* of gap_begin; NaN: not known */
+    double step;       /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -173,19 +192,36 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
                                                 double *y, kt_error *error);
 
 /* The bits that request reactions at each record. */
-enum {
-    KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER,
-    KT_RECORD_ACCELERATIONS = KT_RECORD_ACCELERATION | KT_RECORD_MARKER_ACCELERATION,
-    /* read from the kinematics by who is given the record */
-    KT_RECORD_KINEMATICS =
-        KT_RECORD_MOMENTUM | KT_RECORD_ORIENTATION | KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION
-};
+enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
 
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
 /* Puts inputs that were set since the last step into force for the next one. */
 KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);
+
+/* Whether functions of time or a caller's effects have corners; the longest step that sees what functions do between
+ * them, HUGE_VAL where they are polynomials. O(loops + effects). */
+bool kt_simulation_has_corners(const kt_model *model);
+double kt_simulation_longest_step(const kt_model *model);
+
+/* Where steps end at corners. The first comes before a step, or before the slope at the present time is asked for: at a
+ * corner where the accelerations jump the slopes of earlier steps, and the last step's interpolant, are forgotten. The
+ * second: *t_limit becomes the next corner if that comes first. */
+KT_CHECKED kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error);
+void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
+
+/* Corners are searched anew: functions of time, or the time itself, have changed. */
+void kt_simulation_forget_corners(kt_simulation *simulation);
+
+/* Contacts and stops that a step has leapt over (gap.c), in models that have such effects. The first finds the gaps at
+ * the present time, before a step. The second, after it, returns false if nothing was leapt over; otherwise the step is
+ * taken back, and *t_limit is where it is to end. The third refuses a record at t, whose state is in y, where such an
+ * effect acts that the ends of the step have not seen. */
+bool kt_simulation_sees_end(const kt_method *method); /* whether a stage is at the end of each step */
+void kt_simulation_begin_gaps(kt_simulation *simulation);
+bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
+KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
 /* Adds the iterations since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);

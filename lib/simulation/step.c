@@ -73,13 +73,13 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
-static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
+/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. */
+KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, double *dydt) {
     const kt_simulation_sizes *size = &simulation->size;
     const bool balanced = kt_simulation_is_balanced(simulation);
     kt_power power = {0.0, 0.0};
     const double *rate;
-    const int result = accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
+    const int result = accelerate(simulation, at, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
                                   balanced ? &power : NULL, &simulation->cause);
     if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
@@ -101,6 +101,17 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
         dydt[size->work + 1] = power.supplied;
     }
     return 0;
+}
+
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    return find_slope(user, t, t, y, dydt);
+}
+
+/* Where steps end at corners: at one that ends or begins a step, the limit from inside of the step. */
+static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_corners *c = &simulation->corners;
+    return find_slope(simulation, t, t == c->end ? c->before : t == c->begin ? c->after : t, y, dydt);
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -169,7 +180,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     const bool projects = simulation->closes_loops || simulation->size.quaternion > 0;
-    return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
+    return (kt_integrator_callbacks){simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
+                                     projects ? project_state : NULL, simulation};
 }
 
 /* ---- inputs ------------------------------------------------------------------------------------------------------ */
@@ -204,6 +216,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
+        kt_simulation_forget_corners(simulation);
     }
     simulation->memory.waits = simulation->memory.changed = false;
     return KT_OK;
@@ -299,12 +312,27 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
+/* A step that leapt over a contact or a stop is repeated up to it. */
+static kt_status step_by_gaps(kt_simulation *simulation, double t_limit, kt_error *error) {
+    kt_status status;
+    kt_simulation_begin_gaps(simulation);
+    do
+        status = kt_integrator_step(simulation->integrator, t_limit, error);
+    while (status == KT_OK && kt_simulation_take_back(simulation, &t_limit));
+    return status;
+}
+
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = simulation->memory.waits ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
+    if (status == KT_OK && simulation->corners.any) {
+        status = kt_simulation_pass_corner(simulation, &from);
+        kt_simulation_clip_step(simulation, &t_limit);
+    }
     if (status == KT_OK)
-        status = kt_integrator_step(simulation->integrator, t_limit, &from);
+        status = simulation->watches_gaps ? step_by_gaps(simulation, t_limit, &from)
+                                          : kt_integrator_step(simulation->integrator, t_limit, &from);
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
@@ -380,6 +408,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     }
     if (status != KT_OK)
         return status;
+    simulation->gap_time = (double)NAN;
+    kt_simulation_forget_corners(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     kt_simulation_count(simulation);

@@ -38,6 +38,8 @@ static json_t *describe_method(const kt_outcome *outcome) {
         json_object_set_new(method, "step", json_real(run->step));
     } else {
         json_object_set_new(method, "step", json_null());
+        if (run->max_step > 0.0)
+            json_object_set_new(method, "max_step", json_real(run->max_step));
         json_object_set_new(method, "tolerance",
                             json_pack("{s:f, s:f}", "relative", run->relative, "absolute", run->absolute));
     }
@@ -123,8 +125,6 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
-    if (outcome->columns != NULL)
-        json_object_set_new(root, "columns", kt_extremes_describe(&outcome->extremes, outcome->columns));
     json_object_set_new(root, "method", describe_method(outcome));
     json_object_set_new(root, "cost", count_cost(outcome));
     json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));

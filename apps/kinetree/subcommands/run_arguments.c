@@ -17,13 +17,11 @@ static const kt_option options[] = {
      "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},
     {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
     {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
+    {"max-step", KT_OPTION_POSITIVE, KT_AT(max_step), "S", "adaptive step: the longest one, seconds", NULL},
     {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier, momentum, orientation, "
-     "marker "
-     "velocity, marker acceleration",
-     NULL},
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
@@ -93,6 +91,7 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     *arguments = (kt_run_arguments){.command = usage->command,
                                     .duration = (double)NAN,
                                     .step = (double)NAN,
+                                    .max_step = (double)NAN,
                                     .rho = (double)NAN,
                                     .interval = (double)NAN,
                                     .formulation = -1,
@@ -123,6 +122,11 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     }
     if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
         kt_say("%s: --view and --glb would not show what was before the checkpoint; leave --resume or them out",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if (!isnan(arguments->step) && !isnan(arguments->max_step)) {
+        kt_say("%s: --step asks for a fixed step and --max-step bounds adaptive ones; give one of them",
                arguments->command);
         return KT_EXIT_USAGE;
     }
@@ -250,15 +254,20 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance, one of which may be 0. */
+/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
 static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
-    double tolerance[2] = {0.0, 0.0};
-    const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);
-    const double relative = tolerance[0], absolute = count == 1 ? relative : tolerance[1];
-    if (count < 1 || count > 2 || relative < 0.0 || absolute < 0.0 || relative + absolute == 0.0) {
-        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, of which one may be 0, not "
-               "'%s'",
-               arguments->command, arguments->tolerance);
+    const char *text = arguments->tolerance;
+    char *end;
+    double relative = strtod(text, &end), absolute = relative;
+    bool is_right = end != text;
+    if (is_right && *end == ',') {
+        const char *second = end + 1;
+        absolute = strtod(second, &end);
+        is_right = end != second;
+    }
+    if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
+        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, not '%s'", arguments->command,
+               text);
         return KT_EXIT_USAGE;
     }
     run->step = 0.0;
@@ -316,6 +325,8 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
         run->duration = arguments->duration;
     if (!isnan(arguments->step))
         run->step = arguments->step;
+    if (!isnan(arguments->max_step))
+        run->max_step = arguments->max_step;
     if (!isnan(arguments->rho))
         run->rho = arguments->rho;
     if (!isnan(arguments->interval))

@@ -1,0 +1,143 @@
+/* Corners: times at which the forces or drives of a simulation, or their derivatives, jump.
+ *
+ * An adaptive method sees forces at its stages alone. Where nothing moves its steps grow tenfold, and what begins later
+ * would fall between two stages, or a step would reach across a corner, where a method has only the order of the
+ * derivatives that are continuous. Steps therefore end at corners. Between two of them every function of time is one
+ * polynomial, whose values each step samples, or a sine, of which a step is a quarter of a period at most
+ * (kt_simulation_longest_step).
+ *
+ * Where the accelerations themselves jump (a drive whose second derivative does, the target of a servo with a jump of
+ * its slope), a step that ends there needs the limit from the left and the step that begins there the one from the
+ * right. The time at which they are evaluated is moved by a few roundings into the step, and the slopes of the step
+ * before are forgotten.
+ */
+#include "effect/effect.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- of the model ------------------------------------------------------------------------------------------------ */
+
+/* A corner of the whole: the accelerations jump where a derivative jumps that they depend on. */
+typedef struct corner {
+    double time;
+    bool jumps;
+} corner;
+
+/* Takes the time into account if it is after t and not after the one found so far. */
+static void meet(corner *first, double t, double time, bool jumps) {
+    if (!(time > t) || time > first->time)
+        return;
+    first->jumps = jumps || (time == first->time && first->jumps);
+    first->time = time;
+}
+
+/* order: the highest derivative of the function that the accelerations depend on. */
+static void meet_curve(corner *first, double t, const kt_curve *curve, const double *numbers, int order) {
+    const kt_corner next = kt_curve_next_corner(curve, numbers, t);
+    meet(first, t, next.time, next.order <= order);
+}
+
+static corner next_corner(const kt_simulation *simulation, double t) {
+    const kt_model *model = simulation->model;
+    corner first = {HUGE_VAL, false};
+    for (size_t i = 0; i < model->n.loop; i++)
+        meet_curve(&first, t, &model->loop[i].curve, model->number, 2);
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const int order = kt_effect_kind_of(effect->type)->derivatives;
+        for (int k = 0; k < 3; k++)
+            meet_curve(&first, t, &effect->curve[k], model->number, order);
+        if (effect->corner != NULL)
+            meet(&first, t, effect->corner(effect->user, t), true);
+    }
+    if (simulation->corners.own != NULL)
+        meet(&first, t, simulation->corners.own(simulation->user, t), true);
+    return first;
+}
+
+bool kt_simulation_has_corners(const kt_model *model) {
+    for (size_t i = 0; i < model->n.loop; i++)
+        if (kt_curve_has_corners(&model->loop[i].curve))
+            return true;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        if (effect->corner != NULL || kt_curve_has_corners(&effect->curve[0]) ||
+            kt_curve_has_corners(&effect->curve[1]) || kt_curve_has_corners(&effect->curve[2]))
+            return true;
+    }
+    return false;
+}
+
+double kt_simulation_longest_step(const kt_model *model) {
+    double longest = HUGE_VAL;
+    for (size_t i = 0; i < model->n.loop; i++)
+        longest = fmin(longest, kt_curve_longest_step(&model->loop[i].curve));
+    for (size_t i = 0; i < model->n.effect; i++)
+        for (int k = 0; k < 3; k++)
+            longest = fmin(longest, kt_curve_longest_step(&model->effect[i].curve[k]));
+    return longest;
+}
+
+/* ---- of a step --------------------------------------------------------------------------------------------------- */
+
+/* Times this close to each other are the same: a step between them would be lost in rounding. */
+static double margin_at(double t) { return isfinite(t) ? 64.0 * DBL_EPSILON * fabs(t) : 0.0; }
+
+/* How far from a jump the limits on its sides are evaluated. */
+static double aside(const kt_simulation *simulation, double t) {
+    return 4.0 * DBL_EPSILON * fmax(fabs(t), simulation->duration) + DBL_MIN;
+}
+
+void kt_simulation_forget_corners(kt_simulation *simulation) {
+    kt_corners *c = &simulation->corners;
+    c->from = c->next = c->begin = c->end = (double)NAN;
+}
+
+/* Finds the corner after t. Returns whether the accelerations jump at t itself. */
+static bool enter_piece(kt_simulation *simulation, double t) {
+    kt_corners *c = &simulation->corners;
+    const double margin = margin_at(t);
+    double last = t;
+    bool jumps = false;
+    corner next = next_corner(simulation, nextafter(t - margin, -HUGE_VAL));
+    while (next.time <= t + margin) {
+        jumps = jumps || next.jumps;
+        last = fmax(t, next.time);
+        next = next_corner(simulation, next.time);
+    }
+    *c = (kt_corners){.any = true,
+                      .own = c->own,
+                      .from = t,
+                      .next = next.time,
+                      .jumps = next.jumps,
+                      .begin = jumps ? t : (double)NAN,
+                      .after = last + aside(simulation, last),
+                      .end = (double)NAN};
+    return jumps;
+}
+
+kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) {
+    const kt_corners *c = &simulation->corners;
+    const double t = kt_integrator_time(simulation->integrator);
+    if ((c->from <= t && t < c->next - margin_at(c->next)) || !enter_piece(simulation, t))
+        return KT_OK;
+    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    return kt_integrator_jump(simulation->integrator, simulation->y, error);
+}
+
+void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
+    kt_corners *c = &simulation->corners;
+    const double margin = margin_at(c->next);
+    c->end = (double)NAN;
+    if (!isfinite(c->next) || c->next > *t_limit + margin)
+        return;
+    if (c->next < *t_limit - margin)
+        *t_limit = c->next;
+    if (c->jumps) {
+        c->end = *t_limit;
+        c->before = fmin(c->next, *t_limit) - aside(simulation, c->next);
+    }
+}

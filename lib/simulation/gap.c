@@ -1,0 +1,268 @@
+/* Contacts and stops that a step has not seen.
+ *
+ * A method sees forces at its stages alone. An effect that acts on one side of a boundary (a contact, a stop) may begin
+ * and end to act between two of them, when steps have grown where nothing happened. Therefore, after a step, the
+ * distance d of each such effect from its boundary is followed along the dense output, from t0 to t1 = t0 + h. With u
+ * its velocity, d' = u_z, and w = max |u|, nothing happens where
+ *
+ *     d0 + d1 >= 4 w h                        the boundary is out of reach, by the speeds; or
+ *     min(d0, d1) >= h (|u1 - u0| + r h w)    the path is straight within its distance, r being the rate at which the
+ *                                             two bodies turn relative to each other; not where d0 + d1 < w h / 16
+ *
+ * Where neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
+ * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1, and is wrong by about what d and d' of the dense
+ * output differ from it in the middle: where twice that is below the least coefficient, a half needs no look, otherwise
+ * it is halved again, as it is while the bodies turn by more than a radian. At a boundary, d is where the effect acts at twice the depth that it has at the ends of the step, which the
+ * stages next to them have seen; the depth of rounding does not count.
+ *
+ * A step that went deeper in between is taken back and repeated up to the time that was found: its last stage sees the
+ * effect, and the control of the error does the rest.
+ */
+#include "effect/effect.h"
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Halvings of a step, and looks into it for one effect, at most: where a path stays at a boundary for long no look
+ * decides, and what is left is a touch of 1 / 4096 of the step. */
+enum { HALVINGS = 12, LOOKS = 64 };
+
+/* Depths of this part of the path w h are rounding for a step; for a record, the error of its state. */
+static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
+
+typedef struct knot {
+    double t, d, rate; /* d: beyond the boundary of the search */
+    kt_vec3 u;
+} knot;
+
+/* One effect in one step. */
+typedef struct search {
+    kt_simulation *simulation;
+    size_t k;
+    double boundary, turn;
+    int looks;
+    double when; /* the first time found at which d < 0 */
+} search;
+
+static knot knot_of(const search *s, double t, const kt_gap *gap) {
+    return (knot){.t = t, .d = gap->distance + s->boundary, .rate = gap->velocity.z, .u = gap->velocity};
+}
+
+static bool is_out_of_reach(const search *s, const knot *a, const knot *b) {
+    const double h = b->t - a->t, path = h * fmax(kt_vec3_norm(a->u), kt_vec3_norm(b->u));
+    if (a->d + b->d >= 4.0 * path)
+        return true;
+    const double bend = h * (kt_vec3_norm(kt_vec3_sub(b->u, a->u)) + s->turn * path);
+    return fmin(a->d, b->d) >= bend && a->d + b->d >= path / 16.0;
+}
+
+/* The least Bernstein coefficient of the cubic from a to b. */
+static double least_coefficient(const knot *a, const knot *b) {
+    const double third = (b->t - a->t) / 3.0;
+    return fmin(fmin(a->d, b->d), fmin(a->d + third * a->rate, b->d - third * b->rate));
+}
+
+/* How far the cubic from a to b may be off, from what d and d' in the middle, m, differ by. It says nothing of bodies
+ * that have turned far. */
+static double error_of_cubic(const search *s, const knot *a, const knot *m, const knot *b) {
+    const double h = b->t - a->t, d = 0.5 * (a->d + b->d) + 0.125 * h * (a->rate - b->rate);
+    const double rate = 1.5 * (b->d - a->d) / h - 0.25 * (a->rate + b->rate);
+    return s->turn * h > 1.0 ? HUGE_VAL : 2.0 * fabs(m->d - d) + 0.5 * h * fabs(m->rate - rate);
+}
+
+/* The gaps at a time within the step, to `gaps`. */
+static bool look(kt_simulation *simulation, double t, kt_gap *gaps) {
+    kt_error ignored;
+    const double *q = simulation->y;
+    if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
+        return false;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_gaps_evaluate(simulation->model, simulation->data, q, q + simulation->size.nq, gaps);
+    return true;
+}
+
+/* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, where they are known, or NULL. */
+static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int halvings) {
+    kt_simulation *simulation = s->simulation;
+    if (is_out_of_reach(s, &a, &b) || halvings == 0 || s->looks == 0)
+        return false;
+    const double t = a.t + 0.5 * (b.t - a.t);
+    if (middle == NULL) {
+        s->looks--;
+        if (!look(simulation, t, simulation->gap_inside))
+            return false; /* the slope at the end, which dense output needs, is that of the next step, which will say */
+        middle = simulation->gap_inside;
+    }
+    const knot m = knot_of(s, t, &middle[s->k]);
+    if (m.d < 0.0) {
+        s->when = t;
+        return true;
+    }
+    const double off = error_of_cubic(s, &a, &m, &b);
+    return (least_coefficient(&a, &m) < off && goes_deeper(s, a, m, NULL, halvings - 1)) ||
+           (least_coefficient(&m, &b) < off && goes_deeper(s, m, b, NULL, halvings - 1));
+}
+
+/* Sets up a search between the gaps of one effect at both ends of a step; share: of the path, what counts as none. */
+static search search_of(kt_simulation *simulation, size_t k, const kt_gap *begin, const kt_gap *end, double h,
+                        double share) {
+    const double speed = fmax(kt_vec3_norm(begin->velocity), kt_vec3_norm(end->velocity));
+    const double seen = fmax(0.0, fmax(-begin->distance, -end->distance));
+    return (search){.simulation = simulation,
+                    .k = k,
+                    .boundary = 2.0 * seen + share * speed * h,
+                    .turn = fmax(begin->turn, end->turn),
+                    .looks = LOOKS};
+}
+
+/* ---- methods that do not see the end of a step ------------------------------------------------------------------- */
+
+/* Where no stage is at the end of a step (rkc4), forces that begin or end to act behind the last stage are seen by no
+ * step: the next one begins with them. A step of such a method ends at the boundary that it crosses, to this part of the
+ * path w h. */
+static const double crossing_part = 1e-6;
+
+bool kt_simulation_sees_end(const kt_method *method) {
+    for (int i = 0; i < method->stages; i++)
+        if (method->c[i] == 1.0)
+            return true;
+    return method->fsal;
+}
+
+/* Whether the effect acts just after the knot. */
+static bool acts_after(const knot *a, double tolerance) {
+    return a->d < -tolerance || (a->d < tolerance && a->rate < 0.0);
+}
+
+/* Whether the step crosses the boundary before its end; s->when: where. By bisection along the dense output. */
+static bool crosses(search *s, const kt_gap *begin, const kt_gap *end, double t0, double t1) {
+    s->boundary = 0.0;
+    knot a = knot_of(s, t0, begin), b = knot_of(s, t1, end);
+    const double close = crossing_part * (t1 - t0) * fmax(kt_vec3_norm(a.u), kt_vec3_norm(b.u));
+    const bool acts = acts_after(&a, 10.0 * close);
+    if (acts == (b.d < 0.0) || fabs(b.d) <= close)
+        return false;
+    for (s->looks = LOOKS; s->looks > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close); s->looks--) {
+        const double t = a.t + 0.5 * (b.t - a.t);
+        if (!look(s->simulation, t, s->simulation->gap_inside))
+            return false;
+        const knot m = knot_of(s, t, &s->simulation->gap_inside[s->k]);
+        *((m.d < 0.0) == acts ? &a : &b) = m;
+    }
+    s->when = b.t;
+    return true;
+}
+
+/* ---- after a step ------------------------------------------------------------------------------------------------ */
+
+static void find_gaps(kt_simulation *simulation, kt_gap *gaps) {
+    const double *y = kt_integrator_state(simulation->integrator);
+    kt_gaps_evaluate(simulation->model, simulation->data, y, y + simulation->size.nq, gaps);
+}
+
+void kt_simulation_begin_gaps(kt_simulation *simulation) {
+    const double t = kt_integrator_time(simulation->integrator);
+    if (simulation->gap_time == t)
+        return;
+    find_gaps(simulation, simulation->gap_begin);
+    simulation->cached = KT_CACHED_NOTHING;
+    simulation->gap_time = t;
+}
+
+/* Whether the last step leapt over an effect; *when: a time at which it acts. */
+static bool leaps(kt_simulation *simulation, double *when) {
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t1 = kt_integrator_time(simulation->integrator), middle = t0 + 0.5 * (t1 - t0);
+    bool looked = false;
+    for (size_t k = 0; k < simulation->size.gap; k++) {
+        const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
+        search s = search_of(simulation, k, begin, end, t1 - t0, depth_of_rounding);
+        const knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
+        if (simulation->ends_unseen && crosses(&s, begin, end, t0, t1)) {
+            *when = s.when;
+            return true;
+        }
+        if (is_out_of_reach(&s, &a, &b))
+            continue;
+        if (!looked && !look(simulation, middle, simulation->gap_middle))
+            return false;
+        looked = true;
+        if (goes_deeper(&s, a, b, simulation->gap_middle, HALVINGS)) {
+            *when = s.when;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
+    kt_integrator *integrator = simulation->integrator;
+    double when;
+    find_gaps(simulation, simulation->gap_end);
+    if (leaps(simulation, &when)) {
+        const double t0 = kt_integrator_previous_time(integrator);
+        if (when - t0 > 64.0 * DBL_EPSILON * fabs(when)) {
+            *t_limit = when;
+            kt_integrator_retreat(integrator, when - t0);
+            return true;
+        }
+    }
+    kt_gap *spare = simulation->gap_begin;
+    simulation->gap_begin = simulation->gap_end;
+    simulation->gap_end = spare;
+    simulation->gap_time = kt_integrator_time(integrator);
+    return false;
+}
+
+/* ---- of a record ------------------------------------------------------------------------------------------------- */
+
+/* "effect 'face' (contact)" */
+static void name_effect(const kt_model *model, const kt_effect_record *effect, char *text, size_t size) {
+    if (effect->name)
+        snprintf(text, size, "effect '%.40s' (%s)", model->text + effect->name,
+                 kt_effect_type_name((kt_effect_type)effect->type));
+    else
+        snprintf(text, size, "effects[%d] (%s)", (int)effect->source,
+                 kt_effect_type_name((kt_effect_type)effect->type));
+}
+
+static kt_status refuse(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
+    char name[KT_WHERE_SIZE];
+    const kt_effect_record *effect = kt_gap_effect(simulation->model, k);
+    name_effect(simulation->model, effect, name, sizeof name);
+    return kt_error_set(
+        error, KT_ERROR_STEP, name,
+        "it acts at t = %.9g s, %.3g %s deep, and the step from %.9g to %.9g s has not seen it; take %s", t, depth,
+        effect->ends > 0 ? "m" : "rad or m", kt_integrator_previous_time(simulation->integrator),
+        kt_integrator_time(simulation->integrator),
+        simulation->step > 0.0 ? "a smaller step" : "a smaller max_step, or a smaller tolerance");
+}
+
+kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_end;
+    const double *y = simulation->y, t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t1 = kt_integrator_time(simulation->integrator);
+    if (!(t0 < t && t < t1))
+        return KT_OK;
+    kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, now);
+    bool acts = false;
+    for (size_t k = 0; k < simulation->size.gap; k++)
+        acts = acts || now[k].distance < 0.0;
+    if (!acts)
+        return KT_OK;
+    const double *before = kt_integrator_previous_state(simulation->integrator);
+    kt_gaps_evaluate(model, simulation->data, before, before + simulation->size.nq, begin);
+    find_gaps(simulation, end);
+    for (size_t k = 0; k < simulation->size.gap; k++) {
+        const search s = search_of(simulation, k, &begin[k], &end[k], t1 - t0, depth_of_record);
+        if (now[k].distance + s.boundary < 0.0)
+            return refuse(simulation, k, t, -now[k].distance, error);
+    }
+    return KT_OK;
+}

@@ -1,0 +1,92 @@
+/* Functions of time know their corners: held against one-sided differences of their values. */
+#include "check.h"
+
+#include "model/function.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { NUMBERS = 128 };
+
+typedef struct curve {
+    kt_curve of;
+    double numbers[NUMBERS];
+} curve;
+
+static curve compiled(kt_function function) {
+    curve c;
+    c.of = kt_curve_compile(&function, c.numbers, 0);
+    return c;
+}
+
+/* Largest jump of value (0), first (1) and second (2) derivative from just before t to just after. */
+static double jump(const curve *c, double t, int order) {
+    double left[3], right[3];
+    kt_curve_evaluate(&c->of, c->numbers, t - 4.0 * DBL_EPSILON * fabs(t), left);
+    kt_curve_evaluate(&c->of, c->numbers, t + 4.0 * DBL_EPSILON * fabs(t), right);
+    return fabs(right[order] - left[order]);
+}
+
+/* All corners from -1 on, and their orders: what is below the order is continuous, what is of the order jumps (a third
+ * derivative cannot be asked for). */
+static void check_corners(const char *name, kt_function function, int count, const double *times, const int *orders) {
+    const curve c = compiled(function);
+    double t = -1.0;
+    kt_check_equal_int(name, kt_curve_has_corners(&c.of), count > 0);
+    for (int k = 0; k < count; k++) {
+        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t);
+        kt_check_near("time, s", corner.time, times[k], 0.0);
+        if (!kt_check_equal_int("order", corner.order, orders[k]) || corner.order < 1)
+            return;
+        for (int order = 0; order < corner.order && order < 3; order++)
+            kt_check_below("continuous below", jump(&c, corner.time, order), 1e-9);
+        if (corner.order < 3)
+            kt_check_above("jumps", jump(&c, corner.time, corner.order), 1e-3);
+        t = corner.time;
+    }
+    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t).time == HUGE_VAL, 1);
+}
+
+#define KT_CORNERS(name, function, ...)                                                                                \
+    do {                                                                                                               \
+        const struct {                                                                                                 \
+            double t;                                                                                                  \
+            int order;                                                                                                 \
+        } list[] = {__VA_ARGS__};                                                                                      \
+        double times[sizeof list / sizeof list[0]];                                                                    \
+        int orders[sizeof list / sizeof list[0]];                                                                      \
+        for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {                                                    \
+            times[i] = list[i].t;                                                                                      \
+            orders[i] = list[i].order;                                                                                 \
+        }                                                                                                              \
+        check_corners(name, function, (int)(sizeof list / sizeof list[0]), times, orders);                             \
+    } while (0)
+
+KT_TEST(corners_of_functions_are_where_derivatives_jump) {
+    static const double bell[] = {1.0, 0.0, 2.0, 3.0, 3.5, 1.0, 4.0, 0.5};
+    static const double kinked[] = {1.0, 0.0, 2.0, 0.0, 3.0, 2.0, 4.0, 4.0, 5.0, 4.0};
+    KT_CORNERS("ramp", kt_function_ramp(0.0, 2.0, 1.0, 3.0), {1.0, 2}, {3.0, 2});
+    KT_CORNERS("linear", kt_function_table(bell, 8, KT_INTERPOLATION_LINEAR), {1.0, 1}, {2.0, 1}, {3.5, 1}, {4.0, 1});
+    KT_CORNERS("spline", kt_function_table(bell, 8, KT_INTERPOLATION_CUBIC), {1.0, 1}, {2.0, 3}, {3.5, 3}, {4.0, 1});
+    KT_CORNERS("monotone", kt_function_table(bell, 8, KT_INTERPOLATION_MONOTONE), {1.0, 1}, {2.0, 2}, {3.5, 2},
+               {4.0, 1});
+    /* Rows on one line are none: 0 to 2 rests, as before the table, and 2 to 4 is one line. */
+    KT_CORNERS("rows on lines", kt_function_table(kinked, 10, KT_INTERPOLATION_LINEAR), {2.0, 1}, {4.0, 1});
+}
+
+KT_TEST(functions_without_corners_have_none) {
+    static const double c[] = {1.0, 2.0, 3.0};
+    check_corners("constant", kt_function_constant(2.0), 0, NULL, NULL);
+    check_corners("sine", kt_function_sine(1.0, 2.0, 0.5, 1.0), 0, NULL, NULL);
+    check_corners("polynomial", kt_function_polynomial(c, 3), 0, NULL, NULL);
+    check_corners("level ramp", kt_function_ramp(2.0, 2.0, 1.0, 3.0), 0, NULL, NULL);
+}
+
+KT_TEST(longest_step_is_a_quarter_of_a_period) {
+    const curve sine = compiled(kt_function_sine(1.0, 2.0, 0.5, 1.0)),
+                flat = compiled(kt_function_sine(0.0, 2.0, 0.0, 1.0));
+    const curve ramp = compiled(kt_function_ramp(0.0, 2.0, 1.0, 3.0));
+    kt_check_near("sine, s", kt_curve_longest_step(&sine.of), 0.125, DBL_EPSILON);
+    kt_check_equal_int("without amplitude", kt_curve_longest_step(&flat.of) == HUGE_VAL, 1);
+    kt_check_equal_int("ramp", kt_curve_longest_step(&ramp.of) == HUGE_VAL, 1);
+}

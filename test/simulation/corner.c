@@ -1,0 +1,250 @@
+/* Steps end where functions of time, and a caller's own forces, have corners: nothing between them is stepped over, and
+ * where accelerations jump the order of a method stays.
+ */
+#include "scenes.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- force on a box of 1 kg -------------------------------------------------------------------------------------- */
+
+typedef struct pushed {
+    kt_lone lone;
+    kt_effect effect;
+} pushed;
+
+static void push_by(pushed *p, kt_effect_type type) {
+    kt_lone_make(&p->lone, KT_JOINT_PRISMATIC, 1.0);
+    p->effect = kt_effect_default();
+    p->effect.type = type;
+    p->effect.joint = p->lone.body.name;
+    p->lone.description.effects = &p->effect;
+    p->lone.description.effect_count = 1;
+}
+
+/* Position and velocity at the end of a run. */
+static bool run_to_end(const kt_model *model, const char *method, double duration, const kt_simulation_options *options,
+                       double state[2], kt_simulation_counts *counts) {
+    kt_run run = kt_run_default();
+    kt_error error = {0};
+    run.integrator = method;
+    run.duration = duration;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, options);
+    if (simulation == NULL)
+        return false;
+    const bool fine = kt_fine("runs", kt_simulation_advance(simulation, duration, &error), &error);
+    state[0] = kt_simulation_positions(simulation)[kt_model_nq(model) - 1];
+    state[1] = kt_simulation_velocities(simulation)[kt_model_nv(model) - 1];
+    if (counts != NULL)
+        *counts = kt_simulation_counts_get(simulation);
+    kt_simulation_free(simulation);
+    return fine;
+}
+
+/* A triangle of height F and length 2 l gives the velocity F l, as if from its middle on. */
+KT_TEST(pulse_of_two_milliseconds_after_a_rest_is_seen_by_every_method) {
+    static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
+    pushed p;
+    push_by(&p, KT_EFFECT_MOTOR);
+    p.effect.torque = kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR);
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    kt_worst x = kt_worst_make("position, m"), v = kt_worst_make("velocity, m/s");
+    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+        double state[2];
+        const char *name = kt_method_at(m)->name;
+        if (!kt_method_is_adaptive(kt_method_at(m)) || !run_to_end(model, name, 10.0, NULL, state, NULL))
+            continue;
+        kt_worst_near(&x, state[0], 4.999, 1e-8, "%s", name);
+        kt_worst_near(&v, state[1], 1.0, 1e-8, "%s", name);
+    }
+    kt_check_worst(&x);
+    kt_check_worst(&v);
+    kt_model_free(model);
+}
+
+/* A sine of 50 periods a second under the tolerance: where steps grow they are a quarter of a period at most. */
+KT_TEST(steps_are_a_quarter_of_a_sine_at_most) {
+    pushed p;
+    double state[2];
+    kt_simulation_counts counts;
+    push_by(&p, KT_EFFECT_MOTOR);
+    p.effect.torque = kt_function_sine(1e-12, 50.0, 0.0, 0.0);
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    if (model != NULL && run_to_end(model, "dopri5", 1.0, NULL, state, &counts)) {
+        kt_check_above("steps", (double)counts.steps, 200.0);
+        kt_check_below("steps", (double)counts.steps, 210.0);
+    }
+    kt_model_free(model);
+}
+
+/* ---- a caller's own ---------------------------------------------------------------------------------------------- */
+
+/* 1 N from 7 s to 7.01 s. */
+static int pulse(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    (void)user, (void)q, (void)v, (void)balance;
+    *force = t >= 7.0 && t < 7.01 ? 1.0 : 0.0;
+    return 0;
+}
+static double corner_of_pulse(void *user, double t) {
+    (void)user;
+    return t < 7.0 ? 7.0 : t < 7.01 ? 7.01 : HUGE_VAL;
+}
+static int jump_in_equations(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    (void)rate, (void)error;
+    return pulse(user, at->t, 0.0, 0.0, a, NULL);
+}
+
+/* The force jumps; both of its limits are taken where a step ends and the next begins, so that polynomials of degree 2
+ * are integrated to rounding. */
+static void check_pulse(const kt_model *model, const kt_simulation_options *options, const char *method) {
+    double state[2];
+    if (!run_to_end(model, method, 10.0, options, state, NULL))
+        return;
+    kt_check_near("position, m", state[0], 0.5e-4 + 0.01 * 2.99, 1e-14);
+    kt_check_near("velocity, m/s", state[1], 0.01, 1e-14);
+}
+
+KT_TEST(corners_of_a_callers_effect_are_where_steps_end) {
+    static const char *const methods[] = {"dopri5", "dop853", "rodas5p", "radau5", "auto"};
+    pushed p;
+    push_by(&p, KT_EFFECT_CUSTOM);
+    p.effect.joint_force = pulse;
+    p.effect.corner = corner_of_pulse;
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    for (size_t i = 0; model != NULL && i < sizeof methods / sizeof methods[0]; i++)
+        check_pulse(model, NULL, methods[i]);
+    kt_model_free(model);
+}
+
+KT_TEST(corners_of_a_callers_equations_are_where_steps_end) {
+    kt_lone lone;
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    options.acceleration = jump_in_equations;
+    options.corner = corner_of_pulse;
+    kt_model *model = kt_scene_compile(&lone.description);
+    if (model != NULL)
+        check_pulse(model, &options, "dopri5");
+    kt_model_free(model);
+}
+
+/* Without the query the pulse is not seen: what max_step is for. */
+KT_TEST(max_step_of_a_run_bounds_steps) {
+    pushed p;
+    double state[2] = {0.0, 0.0};
+    kt_run run = kt_run_default();
+    kt_error error = {0};
+    push_by(&p, KT_EFFECT_CUSTOM);
+    p.effect.joint_force = pulse;
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    if (model == NULL)
+        return;
+    if (run_to_end(model, "dopri5", 10.0, NULL, state, NULL))
+        kt_check_near("nothing was seen, m/s", state[1], 0.0, 0.0);
+    run.max_step = 5e-3;
+    run.integrator = "dopri5";
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, 10.0, &error), &error)) {
+        /* At a jump in the midst of a step an embedded estimate is some 70 times less than the error. */
+        kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], 0.01, 1.5e-7);
+        kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 2000.0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- a drive whose acceleration jumps ---------------------------------------------------------------------------- */
+
+/* A trolley goes 4 m from 5 s to 8 s, along a ramp; what hangs on it by a spring of 4 N/m, 1 kg, follows
+ *     x'' = 4 (f(t) - x),   f = c2 u^2 + c3 u^3,   u = t - 5,
+ * and with w = 2 the solution from rest is
+ *     x = c2 (u^2 - 2 (1 - cos w u) / w^2) + c3 (u^3 - 6 (u - sin(w u) / w) / w^2). */
+static double follower(double u) {
+    const double w = 2.0, c2 = 12.0 / 9.0, c3 = -8.0 / 27.0;
+    return c2 * (u * u - 2.0 * (1.0 - cos(w * u)) / (w * w)) + c3 * (u * u * u - 6.0 * (u - sin(w * u) / w) / (w * w));
+}
+
+typedef struct towed {
+    kt_body bodies[2];
+    kt_loop loop;
+    kt_effect spring;
+    kt_description description;
+} towed;
+
+static kt_model *make_towed(towed *t) {
+    memset(t, 0, sizeof *t);
+    for (int i = 0; i < 2; i++) {
+        t->bodies[i] = kt_body_default();
+        t->bodies[i].joint.type = KT_JOINT_PRISMATIC;
+        t->bodies[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        t->bodies[i].mass = 1.0;
+    }
+    t->bodies[0].name = "trolley";
+    t->bodies[1].name = "load";
+    t->bodies[1].parent = "trolley";
+    t->loop = kt_loop_default();
+    t->loop.name = "drive";
+    t->loop.type = KT_LOOP_MOTION;
+    t->loop.joint = "trolley";
+    t->loop.function = kt_function_ramp(0.0, 4.0, 5.0, 8.0);
+    t->spring = kt_effect_default();
+    t->spring.type = KT_EFFECT_JOINT_SPRING;
+    t->spring.joint = "load";
+    t->spring.stiffness = 4.0;
+    t->description = kt_description_default();
+    t->description.bodies = t->bodies;
+    t->description.body_count = 2;
+    t->description.loops = &t->loop;
+    t->description.loop_count = 1;
+    t->description.effects = &t->spring;
+    t->description.effect_count = 1;
+    return kt_scene_compile(&t->description);
+}
+
+/* The load's position in the trolley, x - f. Both slopes of f'' at a corner are taken from inside of the steps: the
+ * error is that of the smooth pieces, a few tolerances, and few tries are rejected there. */
+KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
+    towed t;
+    kt_model *model = make_towed(&t);
+    kt_worst error = kt_worst_make("position, m");
+    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+        double state[2];
+        kt_simulation_counts counts;
+        const kt_method *method = kt_method_at(m);
+        if (!kt_method_is_adaptive(method) || method->order < 4 ||
+            !run_to_end(model, method->name, 8.0, NULL, state, &counts))
+            continue;
+        kt_worst_near(&error, state[0], follower(3.0) - 4.0, 5e-9, "%s", method->name);
+        kt_check_below(method->name, (double)counts.rejected, 15.0);
+    }
+    kt_check_worst(&error);
+    kt_model_free(model);
+}
+
+/* ---- checkpoints, ticks ------------------------------------------------------------------------------------------ */
+
+/* Saved in the midst of the ramp, and at its start, where a step ends. */
+KT_TEST(restored_run_has_the_same_bits_at_corners) {
+    static double block[4096];
+    towed t;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    kt_model *model = make_towed(&t);
+    run.integrator = "dopri5";
+    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *second = first ? kt_scene_simulate(model, &run, NULL) : NULL;
+    for (int k = 0; second != NULL && k < 2; k++) {
+        const double when = k == 0 ? 5.0 : 6.5;
+        if (!kt_check_true("room", kt_simulation_state_size(first) <= sizeof block) ||
+            !kt_fine("advance", kt_simulation_advance(first, when, &error), &error))
+            break;
+        kt_simulation_save(first, block);
+        (void)kt_fine("restore", kt_simulation_restore(second, block, &error), &error);
+        (void)kt_fine("advance", kt_simulation_advance(first, when + 0.7, &error), &error);
+        (void)kt_fine("advance", kt_simulation_advance(second, when + 0.7, &error), &error);
+        kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 2);
+    }
+    kt_simulation_free(second);
+    kt_simulation_free(first);
+    kt_model_free(model);
+}

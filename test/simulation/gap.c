@@ -1,0 +1,218 @@
+/* Contacts and stops that adaptive steps would leap over: a crank that turns evenly and kicks a slider once a turn, a
+ * joint at its stop, a ball on a plane.
+ */
+#include "scenes.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A driven crank of 1 m at 1 rad/s, whose tip kicks the face of a slider at 0.99 m, which a spring brings back. */
+typedef struct kicker {
+    kt_body bodies[2];
+    kt_loop drive;
+    kt_effect effects[2];
+    double polynomial[2];
+    kt_description description;
+} kicker;
+
+static kt_model *make_kicker(kicker *k) {
+    memset(k, 0, sizeof *k);
+    k->bodies[0] = kt_body_default();
+    k->bodies[0].name = "crank";
+    k->bodies[0].joint.type = KT_JOINT_REVOLUTE;
+    k->bodies[0].joint.position[0] = k->polynomial[0] = 1.5707963267948966;
+    k->bodies[0].joint.velocity[0] = k->polynomial[1] = 1.0;
+    k->bodies[0].mass = 1.0;
+    k->bodies[0].inertia = (kt_sym3){.xx = 1.0, .yy = 1.0, .zz = 1.0};
+    k->bodies[1] = kt_body_default();
+    k->bodies[1].name = "slider";
+    k->bodies[1].joint.type = KT_JOINT_PRISMATIC;
+    k->bodies[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    k->bodies[1].joint.position[0] = 0.99;
+    k->bodies[1].mass = 1.0;
+    k->drive = kt_loop_default();
+    k->drive.name = "drive";
+    k->drive.type = KT_LOOP_MOTION;
+    k->drive.joint = "crank";
+    k->drive.function = kt_function_polynomial(k->polynomial, 2);
+    k->effects[0] = kt_effect_default();
+    k->effects[0].name = "face";
+    k->effects[0].type = KT_EFFECT_CONTACT;
+    k->effects[0].between[0] = (kt_end){.body = "crank", .at = {1.0, 0.0, 0.0}};
+    k->effects[0].between[1] = (kt_end){.body = "slider"};
+    k->effects[0].axis = kt_vec3_make(-1.0, 0.0, 0.0);
+    k->effects[0].stiffness = 1e4;
+    k->effects[0].dissipation = 0.2;
+    k->effects[1] = kt_effect_default();
+    k->effects[1].type = KT_EFFECT_JOINT_SPRING;
+    k->effects[1].joint = "slider";
+    k->effects[1].stiffness = 1.0;
+    k->effects[1].rest = kt_function_constant(0.99);
+    k->effects[1].damping = 0.5;
+    k->description = kt_description_default();
+    k->description.bodies = k->bodies;
+    k->description.body_count = 2;
+    k->description.loops = &k->drive;
+    k->description.loop_count = 1;
+    k->description.effects = k->effects;
+    k->description.effect_count = 2;
+    return kt_scene_compile(&k->description);
+}
+
+/* The slider's equation by Kutta's method, 20 microseconds a step; state: x, v. */
+static double push(double t, double x, double v) {
+    const double angle = 1.5707963267948966 + t, depth = cos(angle) - x, rate = -sin(angle) - v;
+    const double kick = depth > 0.0 ? 1e4 * pow(depth, 1.5) * fmax(0.0, 1.0 + 0.3 * rate) : 0.0;
+    return kick - (x - 0.99) - 0.5 * v;
+}
+
+static void solve(double duration, double state[2]) {
+    const double h = 2e-5;
+    double x = 0.99, v = 0.0;
+    for (long k = 0; k < lround(duration / h); k++) {
+        const double t = (double)k * h, a1 = push(t, x, v), v2 = v + 0.5 * h * a1;
+        const double a2 = push(t + 0.5 * h, x + 0.5 * h * v, v2), v3 = v + 0.5 * h * a2;
+        const double a3 = push(t + 0.5 * h, x + 0.5 * h * v2, v3), v4 = v + h * a3, a4 = push(t + h, x + h * v3, v4);
+        x += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+        v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    }
+    state[0] = x;
+    state[1] = v;
+}
+
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+/* The bound is ten times what the least accurate method, rkc2, was measured to be off. */
+KT_TEST(crank_that_kicks_once_a_turn_is_seen_by_every_method) {
+    static kicker k;
+    kt_model *model = make_kicker(&k);
+    kt_worst worst = kt_worst_make("slider, m");
+    double right[2];
+    solve(50.0, right);
+    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+        kt_run run = kt_run_default();
+        kt_error error = {0};
+        if (!kt_method_is_adaptive(kt_method_at(m)))
+            continue;
+        run.integrator = kt_method_at(m)->name;
+        run.duration = 50.0;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
+            kt_worst_near(&worst, kt_simulation_positions(simulation)[1], right[0], 1e-4, "%s", run.integrator);
+        kt_simulation_free(simulation);
+    }
+    kt_check_worst(&worst);
+    kt_model_free(model);
+}
+
+/* With a fixed step no step is taken back: a record in which the contact acts that no step has seen is refused. */
+KT_TEST(record_of_a_contact_that_no_step_has_seen_is_refused) {
+    static kicker k;
+    kt_model *model = make_kicker(&k);
+    kt_run run = kt_run_fixed("rk4", 2.5, 50.0);
+    kt_error error = {0};
+    run.interval = 0.05;
+    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (simulation != NULL) {
+        kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), KT_ERROR_STEP);
+        kt_check_contains("names it", error.where, "effect 'face' (contact)");
+        kt_check_contains("says what", error.message, "has not seen it; take a smaller step");
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- what stays at a boundary ------------------------------------------------------------------------------------ */
+
+/* At rest at its stop, and along it: nothing is to be found, and no step is taken back for rounding. */
+KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
+    kt_lone lone;
+    kt_error error = {0};
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    kt_effect stop = kt_effect_default();
+    stop.type = KT_EFFECT_JOINT_LIMIT;
+    stop.joint = lone.body.name;
+    stop.upper = lone.body.joint.position[0] = 0.3;
+    stop.stiffness = 1e5;
+    lone.description.effects = &stop;
+    lone.description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error)) {
+        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        kt_check_below("steps", (double)counts.steps, 20.0);
+        kt_check_equal_int("taken back", (long long)counts.rejected, 0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A mass swings on a spring, without damping, 0.1 mm further than to its stop: it touches that for 10 ms of a period of
+ * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is seen,
+ * at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. */
+KT_TEST(swing_that_touches_a_stop_is_seen) {
+    static const double k = 1.0, stop = 1e5, reach = 0.5001, at = 0.5;
+    kt_lone lone;
+    kt_error error = {0};
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    lone.body.joint.position[0] = reach;
+    effects[0].type = KT_EFFECT_JOINT_SPRING;
+    effects[0].joint = effects[1].joint = lone.body.name;
+    effects[0].stiffness = k;
+    effects[1].type = KT_EFFECT_JOINT_LIMIT;
+    effects[1].lower = -at;
+    effects[1].stiffness = stop;
+    lone.description.effects = effects;
+    lone.description.effect_count = 2;
+    /* To the stop, at the speed s, and against both springs about a point at `inside` beyond it until it is left. */
+    const double s = sqrt(k * (reach * reach - at * at)), w = sqrt(k + stop), inside = at * k / (k + stop);
+    const double period = 2.0 * acos(-at / reach) + 2.0 * atan2(s / w, inside) / w;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
+    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+        kt_run run = kt_run_default();
+        if (!kt_method_is_adaptive(kt_method_at(m)) || kt_method_at(m)->order < 4)
+            continue;
+        run.integrator = kt_method_at(m)->name;
+        run.duration = 10.0 * period;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
+            kt_worst_near(&worst, kt_simulation_velocities(simulation)[0], 0.0, 1e-4, "%s", run.integrator);
+        kt_simulation_free(simulation);
+    }
+    kt_check_worst(&worst);
+    kt_model_free(model);
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+KT_TEST(restored_run_has_the_same_bits_between_kicks) {
+    static double block[8192];
+    static kicker k;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    kt_model *model = make_kicker(&k);
+    run.integrator = "tsit5";
+    kt_simulation *first = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *second = first != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    for (int i = 0; second != NULL && i < 40; i++) {
+        if (!kt_check_true("room", kt_simulation_state_size(first) <= sizeof block) ||
+            !kt_fine("step", kt_simulation_step(first, HUGE_VAL, &error), &error))
+            break;
+        kt_simulation_save(first, block);
+        (void)kt_fine("restore", kt_simulation_restore(second, block, &error), &error);
+        for (int j = 0; j < 3; j++) {
+            (void)kt_fine("step", kt_simulation_step(first, HUGE_VAL, &error), &error);
+            (void)kt_fine("step", kt_simulation_step(second, HUGE_VAL, &error), &error);
+        }
+        kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 2);
+    }
+    kt_simulation_free(second);
+    kt_simulation_free(first);
+    kt_model_free(model);
+}
