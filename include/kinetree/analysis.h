@@ -326,6 +326,12 @@ KT_API kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *watch);
 /* The number of evaluations of the acceleration that the watch has made. */
 KT_API uint64_t kt_mode_watch_evaluations(const kt_mode_watch *watch);
 
+/* Bytes of what later estimates depend on; and writing it into a block, aligned as a double is, and reading it back into
+ * a watch of the same model: further estimates have the same bits as without the interruption. */
+KT_API size_t kt_mode_watch_state_size(const kt_mode_watch *watch);
+KT_API void kt_mode_watch_save(const kt_mode_watch *watch, void *block);
+KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
+
 /* ---- energy along a run ------------------------------------------------------------------------------------------ */
 
 /* The energy error over the energy scale up to which a run counts as accurate; and the one above which it has blown up.

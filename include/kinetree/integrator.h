@@ -420,7 +420,7 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * Errors: KT_ERROR_ARGUMENT (not started, t_limit is NaN or the current time), KT_ERROR_NOT_FINITE (a slope or the
  * new state is not finite: at once in fixed mode, at the current state in either mode), KT_ERROR_STEP (the step
  * became too small, max_steps are used up, or there is no progress: 10,000 tries that have gone less than 1e-6 of the
- * larger of |t| and |t_limit|), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the step is fixed).
+ * larger of |t| and |t_limit|, or five times in a row less than 1e-5 of it), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the step is fixed).
  *
  * Stabilised (rkc2, rkc4): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an
  * adaptive step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at
@@ -509,6 +509,7 @@ typedef struct kt_integrator_memory {
     double control_error;        /* adaptive: err_last of the PI control */
     double advanced;             /* adaptive: how far steps have gone in the present window of tries, >= 0 */
     uint64_t window;             /* adaptive: tries, accepted or rejected, before that window began */
+    uint64_t slow;               /* adaptive: windows in a row, up to that one, in which steps hardly advanced */
     int32_t on_grid;             /* fixed step: whether t is t0 + grid h */
     int32_t has_previous;        /* whether previous_y is known */
     kt_integrator_counts counts; /* as kt_integrator_counts_get has them */

@@ -55,7 +55,11 @@ extern "C" {
     X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
     X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
     X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
-    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */
+    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */                                           \
+    X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
+    X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
+    X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
+    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)
 
 /* The bits of the quantities that are recorded. */
 enum {
@@ -358,7 +362,8 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
                                               kt_error *error);
 
 /* Sensor values: writes a record of the current time, under the torques and wrenches that the next step will have. It
- * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION, wrenches in joints and
+ * holds what run and options request for records: accelerations with KT_RECORD_ACCELERATION or
+ * KT_RECORD_MARKER_ACCELERATION, wrenches in joints and
  * loops with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the positions,
  * velocities and (with either) accelerations of points, which kt_point_position and its like read from record->data.
  * Its index is -1. All that it points to belongs to the simulation and is valid until the next call that takes a
@@ -420,9 +425,15 @@ KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 /* Writes a checkpoint into `block`, which is aligned as a double is. Equal states give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
-/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. Errors:
- * KT_ERROR_ARGUMENT for a block of another model or method, or that is no checkpoint, KT_ERROR_NOT_FINITE; the
- * simulation is then as before. */
+/* Restores a checkpoint: all subsequent results have the same bits as without the interruption. What they depend on is
+ * compared: the structure of the model (names, order and types of bodies, loops and effects, but not the values of
+ * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, and the
+ * library's version. Errors: KT_ERROR_ARGUMENT naming what differs, or for a block that is no checkpoint,
+ * KT_ERROR_NOT_FINITE; the simulation is then as before.
+ *
+ * A simulation with another step, tolerance or method takes over the state alone, by kt_simulation_set_state with the
+ * time, the positions and the velocities of the first: its steps and records are laid anew from that time. That is how a
+ * controller looks ahead with coarser steps. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus

@@ -8,7 +8,7 @@
  *
  * which is an implicit Euler step of size 1 / mu of the overdamped motion D y' = g (pseudo-transient continuation: C.
  * T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough for H + mu D to
- * be positive definite it leads downhill and past saddles; at a stable equilibrium mu = 0 suffices, which is Newton's
+ * be positive definite it leads downhill and past kkts; at a stable equilibrium mu = 0 suffices, which is Newton's
  * method. A step is accepted if the mean of the forces at its two ends does work along it. D is diagonal, so that
  * degrees of freedom without force or stiffness keep their positions.
  *

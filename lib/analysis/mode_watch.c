@@ -142,6 +142,45 @@ kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *w) {
 
 uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w->evaluations; }
 
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* The numbers that later estimates depend on: name, count. One list measures, writes and reads. */
+#define KT_MODE_WATCH_STATE(X)                                                                                         \
+    X(&w->scale, 1)                                                                                                    \
+    X(&w->time, 1)                                                                                                     \
+    X(&w->rate, 1)                                                                                                     \
+    X(&w->states, 1)                                                                                                   \
+    X(&w->evaluations, 1)                                                                                              \
+    X(w->direction, 2 * w->nv)                                                                                         \
+    X(w->fast_q, w->nq)                                                                                                \
+    X(w->fast_v, w->nv)
+
+size_t kt_mode_watch_state_size(const kt_mode_watch *w) {
+    size_t count = 0;
+#define KT_MODE_WATCH_COUNT(part, numbers) count += (numbers);
+    KT_MODE_WATCH_STATE(KT_MODE_WATCH_COUNT)
+#undef KT_MODE_WATCH_COUNT
+    return count * sizeof(double);
+}
+
+void kt_mode_watch_save(const kt_mode_watch *w, void *block) {
+    double *to = block;
+#define KT_MODE_WATCH_SAVE(part, numbers)                                                                              \
+    memcpy(to, part, (numbers) * sizeof *to);                                                                          \
+    to += (numbers);
+    KT_MODE_WATCH_STATE(KT_MODE_WATCH_SAVE)
+#undef KT_MODE_WATCH_SAVE
+}
+
+void kt_mode_watch_restore(kt_mode_watch *w, const void *block) {
+    const double *from = block;
+#define KT_MODE_WATCH_RESTORE(part, numbers)                                                                           \
+    memcpy(part, from, (numbers) * sizeof *from);                                                                      \
+    from += (numbers);
+    KT_MODE_WATCH_STATE(KT_MODE_WATCH_RESTORE)
+#undef KT_MODE_WATCH_RESTORE
+}
+
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out, kt_mode_watch, KT_MODE_WATCH_FIELDS, const kt_model *model, size_t nq, size_t nv)

@@ -127,12 +127,12 @@ typedef struct approach {
 static bool look_ahead(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
-    if (!kernels->look(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
-        !kernels->ready(a->model, a->data, KT_ROWS_CLOSED, false))
+    if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
+        !kernels->prepare(a->model, a->data, KT_ROWS_CLOSED, false))
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
     aim_nearest(a->model, a->data, a->d);
-    if (!kernels->close(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->way))
+    if (!kernels->least_step(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->way))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
         a->way[k] = a->fixed[k] ? 0.0 : a->way[k] - a->d[k];
@@ -234,13 +234,13 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     *speed = 0.0;
     for (int i = 0;; i++) { /* one step suffices in exact arithmetic */
-        if (!kernels->look(model, data, t, q, v, fixed, violation))
+        if (!kernels->residuals(model, data, t, q, v, fixed, violation))
             return false;
         *speed = fmax(violation->speed, *speed);
         if (i == 2 || violation->slip <= KT_CLOSED * violation->speed)
             return true;
-        if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
-            !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
+        if (!kernels->prepare(model, data, KT_ROWS_ALL, false) ||
+            !kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
             return true;
         for (size_t k = 0; k < model->n.v; k++)
             v[k] += fixed[k] ? 0.0 : data->delta[k];
@@ -268,7 +268,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
         return true;
     memcpy(given, v, model->n.v * sizeof *v);
     if (!close_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
-        !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
+        !kt_reduction_kernels_of(model)->residuals(model, data, t, q, v, NULL, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -294,9 +294,10 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (kernels->look(model, data, t, q, v, NULL, &violation) && kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
+    if (kernels->residuals(model, data, t, q, v, NULL, &violation) &&
+        kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
-    (void)kernels->look(model, data, t, q, v, data->fixed, &violation);
+    (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);
     kt_velocity_gaps_share(model, data);
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "

@@ -175,7 +175,7 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
 /* Fills the equations at q. */
 static bool begin(const kt_model *model, kt_data *data, double t, const bool *held, const double *q) {
     kt_violation violation;
-    if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, held, &violation))
+    if (!kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, held, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
@@ -203,7 +203,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         if (all)
             return;
         kt_move(model, held, q, data->delta, data->moved_q);
-        (void)kernels->look(model, data, t, data->moved_q, NULL, held, &violation);
+        (void)kernels->residuals(model, data, t, data->moved_q, NULL, held, &violation);
         for (size_t g = 0; g < model->n.group; g++) {
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
@@ -214,7 +214,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
                 refill = true;
         }
         if (refill)
-            (void)kernels->look(model, data, t, q, NULL, held, &violation);
+            (void)kernels->residuals(model, data, t, q, NULL, held, &violation);
     }
 }
 
@@ -231,18 +231,18 @@ static bool close_by_newton(const kt_model *model, kt_data *data, double t, cons
                             kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     double gap;
-    bool fine = kernels->look(model, data, t, q, NULL, held, violation);
+    bool fine = kernels->residuals(model, data, t, q, NULL, held, violation);
     while (fine && (gap = violation->gap) > KT_CLOSED) {
         kt_residuals_to_right_hand_side(model, data, KT_CLOSED);
-        fine = kernels->ready(model, data, KT_ROWS_CLOSED, false) &&
-               kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta) &&
+        fine = kernels->prepare(model, data, KT_ROWS_CLOSED, false) &&
+               kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta) &&
                is_short(model, data->delta);
         if (!fine)
             break;
         kt_move(model, held, q, data->delta, data->moved_q);
-        fine = kernels->look(model, data, t, data->moved_q, NULL, held, violation);
+        fine = kernels->residuals(model, data, t, data->moved_q, NULL, held, violation);
         if (fine && violation->gap > 0.25 * gap) /* rounding errors dominate, or the state is too far away */
-            return gap <= NEWTON_ROUNDING && kernels->look(model, data, t, q, NULL, held, violation);
+            return gap <= NEWTON_ROUNDING && kernels->residuals(model, data, t, q, NULL, held, violation);
         memcpy(q, data->moved_q, model->n.q * sizeof *q);
     }
     return fine;
@@ -292,7 +292,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
                 : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
                                              : STEPS_MOST,
                 q);
-        if (!kernels->look(model, data, t, q, NULL, held, &violation))
+        if (!kernels->residuals(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
         if (violation.gap <= KT_CLOSED_ASSEMBLED || search != KT_SEARCH_STUBBORN)
             break;

@@ -34,7 +34,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     bool regular = true, near = false;
     for (int i = 0;; i++) {
         data->closing.position = (uint32_t)i;
-        if (!kernels->look(model, data, t, q, v, NULL, violation))
+        if (!kernels->residuals(model, data, t, q, v, NULL, violation))
             return KT_CLOSURE_NOT_FINITE;
         /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
          * a direction out may have increased it.) */
@@ -44,10 +44,10 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (slow && near)
             regular = false;
         before = violation->gap;
-        if (!kernels->ready(model, data, KT_ROWS_CLOSED, regular))
+        if (!kernels->prepare(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
         kt_residuals_to_right_hand_side(model, data, goal);
-        if (!kernels->close(model, data, model->metric, model->zero, data->delta))
+        if (!kernels->least_step(model, data, model->metric, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         near = kt_is_near_singular(model, data);
         kt_move(model, NULL, q, data->delta, data->moved_q);
@@ -79,7 +79,7 @@ static void look_at_velocities(const kt_model *model, kt_data *data, const doubl
 static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                   kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (!kernels->ready(model, data, KT_ROWS_ALL, regular))
+    if (!kernels->prepare(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
     const double given = violation->speed;
     double before = (double)INFINITY;
@@ -90,7 +90,7 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
         }
         data->closing.velocity++;
         before = violation->slip;
-        if (!kernels->close(model, data, KT_METRIC_MASS, model->zero, data->delta))
+        if (!kernels->least_step(model, data, KT_METRIC_MASS, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         for (size_t k = 0; k < model->n.v; k++) {
             const double old = v[k];
@@ -191,7 +191,7 @@ static bool is_dead_point(const kt_model *model, kt_data *data) {
         return false;
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     look_at_velocities(model, data, data->delta, &violation);
-    if (!kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
+    if (!kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
         return false;
     look_at_velocities(model, data, data->delta, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -342,7 +342,7 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
                                             "the loops can no longer be closed; what stays open is", error);
     if (status != KT_OK)
         return status;
-    (void)kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation);
+    (void)kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation);
     return kt_open_loops_error(model, data, t,
                                "the loops are too far open to be closed again in one go (smaller steps may help); open "
                                "are",

@@ -25,7 +25,7 @@
     X(int32_t, order, n->link, "links of a group as a front may take them (front_order.c)")                            \
     X(int32_t, best, n->link, "the best of these orders")                                                              \
     X(int32_t, step, n->link, "of a link in an order; -1: not taken yet")                                              \
-    X(int32_t, leave, n->link, "step at which nothing depends on a link any more")                                     \
+    X(int32_t, last_use, n->link, "step at which nothing depends on a link any more")                                  \
     X(int32_t, child, n->link, "first child in the group, 0: none")                                                    \
     X(int32_t, sibling, n->link, "next child of the same parent, 0: none")                                             \
     X(int32_t, waiting, n->link, "children that are not taken yet, and loops that are open")                           \

@@ -48,7 +48,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
     if (status == KT_OK && KT_HAS_LOOPS)
-        status = kt_few_measure(tree, error);
+        status = kt_delassus_check_accuracy(tree, error);
     if (status == KT_OK)
         *model = tree;
     else

@@ -29,14 +29,14 @@ void kt_articulated_number(kt_model *model);
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
 /* Leaves groups of few equations to the fronts where their own form would lose digits (delassus_accuracy.c). */
-kt_status kt_few_measure(kt_model *model, kt_error *error);
+kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error);
 
 /* Gives the groups' matrices their places in the data (gather.c). */
 void kt_groups_place_matrices(kt_model *model);
 
 /* Determines from the ranks at which steps of fronts equations may be passed on, and how much
  * memory the groups need then (front_order.c); kt_groups_place_matrices has to follow. */
-void kt_fronts_pass(kt_model *model);
+void kt_fronts_find_delays(kt_model *model);
 
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
@@ -49,7 +49,7 @@ KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_po
 /* link_inertia.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
 void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
-void kt_link_weigh(kt_model *model, int32_t index);
+void kt_link_add_inertia(kt_model *model, int32_t index);
 /* The part of a planar link that follows from the inertia of its link. */
 void kt_planar_link_weigh(kt_model *model, size_t place);
 /* Gravity along the axes of a plane. */

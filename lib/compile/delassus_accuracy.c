@@ -47,7 +47,7 @@ static void measure(kt_model *model, kt_data *data, double *v, double *tau, doub
         const bool done = kernels->forward(model, data, 0.0, model->q0, v, tau, NULL, false, a) == 0;
         for (size_t g = 0; g < model->n.group && done; g++) {
             kt_group *group = &model->group[g];
-            if (group->delassus && data->solved[g] && off_by(model, data, g, a) > OFF_MOST * group->link_count)
+            if (group->delassus && data->special_form[g] && off_by(model, data, g, a) > OFF_MOST * group->link_count)
                 group->inexact = true;
         }
         for (size_t i = 0; i < model->n.v; i++)
@@ -61,7 +61,7 @@ static void measure(kt_model *model, kt_data *data, double *v, double *tau, doub
     }
 }
 
-kt_status kt_few_measure(kt_model *model, kt_error *error) {
+kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
     kt_status status = model->few ? kt_data_create(model, &data, error) : KT_OK;
     double *numbers = data ? malloc(3 * model->n.v * sizeof *numbers) : NULL;

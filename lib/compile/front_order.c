@@ -148,7 +148,7 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
  * other is begun, and the open links are as many as there are forks above each other, not as there are branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
-    int32_t open = 0, lowest = 0, *live = a->leave;
+    int32_t open = 0, lowest = 0, *live = a->last_use;
     for (int l = 0; l < p->count; l++) {
         const int32_t i = p->link[l];
         a->step[i] = -1;
@@ -213,11 +213,11 @@ static void measure_order(const planner *p, const int32_t *order) {
     }
     for (int32_t l = p->count - 1; l >= 0; l--) {
         const int32_t i = order[l];
-        a->leave[i] = l;
+        a->last_use[i] = l;
         for (int32_t j = a->child[i]; j; j = a->sibling[j])
-            a->leave[i] = later(a->leave[i], a->step[j]);
+            a->last_use[i] = later(a->last_use[i], a->step[j]);
         for (int32_t e = a->end[i]; e; e = a->next_end[e - 1])
-            a->leave[i] = later(a->leave[i], a->complete[(e - 1) / 2]);
+            a->last_use[i] = later(a->last_use[i], a->complete[(e - 1) / 2]);
     }
 }
 
@@ -237,7 +237,7 @@ static void count_open(const planner *p) {
     memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
     memset(a->slot, 0, (size_t)p->count * sizeof *a->slot);
     for (int l = 0; l < p->count; l++)
-        a->change[a->leave[p->link[l]]]++;
+        a->change[a->last_use[p->link[l]]]++;
     for (int l = 0; l < p->count; l++) {
         open += 1 - a->change[l];
         a->change[l] = open;
@@ -257,13 +257,13 @@ static double flops_of(const planner *p, const int32_t *order) {
     for (int32_t l = 0; l < p->count; l++) {
         n += kt_link_dofs(&p->m->link[order[l]]);
         relations += p->a->opened[l];
-        const double k = fmin(p->a->slot[l], n), touch = base * p->a->change[l] + relations;
-        sum += STEP_FLOPS + 2.0 * n * base * (base + n) + k * n * (6.0 * n + 4.0 * touch + 2.0 * k);
+        const double k = fmin(p->a->slot[l], n), vectors = base * p->a->change[l] + relations;
+        sum += STEP_FLOPS + 2.0 * n * base * (base + n) + k * n * (6.0 * n + 4.0 * vectors + 2.0 * k);
         n -= k;
-        if (n <= touch)
+        if (n <= vectors)
             continue;
-        sum += touch * n * (6.0 * n + 2.0 * touch) + n * (n - touch) * n;
-        n = touch;
+        sum += vectors * n * (6.0 * n + 2.0 * vectors) + n * (n - vectors) * n;
+        n = vectors;
     }
     return sum;
 }
@@ -277,7 +277,7 @@ static bool is_narrow(const planner *p, const int32_t *order) {
     for (int32_t l = 0; l < p->count && narrow; l++) {
         const int32_t rows = p->a->slot[l];
         params += kt_link_dofs(&p->m->link[order[l]]);
-        narrow = params <= KT_NARROW && rows <= KT_NARROW_ROWS && rows <= params && p->a->opened[l] == 0;
+        narrow = params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && p->a->opened[l] == 0;
         params = p->a->change[l] ? params - rows : 0;
     }
     return narrow;
@@ -314,11 +314,11 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
     memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
     memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
     for (int l = 0; l < p->count; l++)
-        a->change[a->leave[p->link[l]]]++;
+        a->change[a->last_use[p->link[l]]]++;
     for (int i = 0; i < p->group->loop_count; i++)
         a->opened[a->complete[m->group_loop[p->group->loop + i]]]++;
     for (int32_t l = 0; l < p->count; l++) {
-        step[l] = (kt_front_step){.link = order[l], .up = -1, .loop = loop, .leave = left};
+        step[l] = (kt_front_step){.link = order[l], .up = -1, .loop = loop, .last_use = left};
         loop += a->opened[l];
         left += a->change[l];
     }
@@ -328,17 +328,17 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
         m->front_loop[at->loop + at->loop_count++] = index;
     }
     for (int32_t l = 0; l < p->count; l++) { /* the links that leave, by their steps */
-        kt_front_step *at = &step[a->leave[order[l]]];
-        m->front_leave[at->leave + at->leave_count++] = order[l];
+        kt_front_step *at = &step[a->last_use[order[l]]];
+        m->front_last_use[at->last_use + at->last_use_count++] = order[l];
     }
     for (int32_t l = 0; l < p->count; l++) {
         const int32_t up = m->link[order[l]].parent;
         a->slot[order[l]] = step[l].slot = vacancies ? vacant[--vacancies] : plan->slots++;
         m->front_step[p->group->v + m->link[order[l]].local] = l;
         step[l].up = is_in_group(p, up) ? a->step[up] : -1;
-        for (int32_t i = step[l].leave; i < step[l].leave + step[l].leave_count; i++) {
-            vacant[vacancies++] = a->slot[m->front_leave[i]];
-            m->front_leave[i] = a->step[m->front_leave[i]];
+        for (int32_t i = step[l].last_use; i < step[l].last_use + step[l].last_use_count; i++) {
+            vacant[vacancies++] = a->slot[m->front_last_use[i]];
+            m->front_last_use[i] = a->step[m->front_last_use[i]];
         }
     }
 }
@@ -387,14 +387,14 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
         kt_front_size s = {.params = kept + (size_t)kt_link_dofs(&m->link[step[l].link])};
         for (int32_t i = 0; i < step[l].loop_count; i++)
             s.rows += (size_t)m->loop[m->front_loop[step[l].loop + i]].row_count;
-        s.rows += s.rows ? (size_t)plan->pending : 0;
-        open += 1 - (size_t)step[l].leave_count;
+        s.rows += s.rows ? (size_t)plan->delayed_most : 0;
+        open += 1 - (size_t)step[l].last_use_count;
         for (int32_t i = 0; i < step[l].term_count; i++)
             relations += m->front_term[step[l].term + i].first;
         for (int32_t i = 0; i < step[l].loop_count; i++)
             relations -= m->loop[m->front_loop[step[l].loop + i]].term_count > 0;
-        s.touch = KT_FRONT_SPACE * open + relations + (size_t)plan->pending;
-        s.kept = kept = least(s.params, s.touch);
+        s.vectors = KT_FRONT_SPACE * open + relations + (size_t)plan->delayed_most;
+        s.kept = kept = least(s.params, s.vectors);
         width = s.params > width ? s.params : width;
         step[l].at = used;
         used += kt_front_step_count(&s);
@@ -406,7 +406,7 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
 /* Determines at which steps equations may be passed on: those after which one is complete that its step does not need
  * at generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
  * Returns whether there is such a step. */
-static bool find_waits(kt_model *m, const kt_group *group, int rows) {
+static bool find_delays(kt_model *m, const kt_group *group, int rows) {
     const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
     const int32_t *cap = m->front_cap + first;
     const bool rigid = group->rank[rows] == group->v_count;
@@ -421,20 +421,20 @@ static bool find_waits(kt_model *m, const kt_group *group, int rows) {
                 count += slot >= 0 && slot < group->count[rows];
             }
         }
-        m->front_waits[first + (size_t)l] = waits;
+        m->front_may_delay[first + (size_t)l] = waits;
         any = any || (waits && count > 0);
         waits = waits || count > cap[l] - (l ? cap[l - 1] : 0) || (count > 0 && rigid);
     }
     return any;
 }
 
-void kt_fronts_pass(kt_model *m) {
+void kt_fronts_find_delays(kt_model *m) {
     for (size_t g = 0; g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         bool any = false;
         for (int rows = 0; rows < KT_ROWS_COUNT && group->front.used; rows++)
-            any = find_waits(m, group, rows) || any;
-        group->front.pending = any ? KT_FRONT_PENDING : 0;
+            any = find_delays(m, group, rows) || any;
+        group->front.delayed_most = any ? KT_FRONT_DELAYED_MOST : 0;
         if (any)
             write_sizes(m, &group->front, group->link_count);
     }

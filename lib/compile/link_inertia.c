@@ -26,7 +26,7 @@ void kt_planar_link_weigh(kt_model *model, size_t place) {
     planar->mass = link->mass;
 }
 
-void kt_link_weigh(kt_model *model, int32_t index) {
+void kt_link_add_inertia(kt_model *model, int32_t index) {
     kt_link *link = &model->link[index];
     link->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     link->moment = kt_vec3_make(0.0, 0.0, 0.0);

@@ -227,7 +227,7 @@ static void set_body(kt_model *m, const kt_parameter *parameter, const double *x
         body->com = kt_vec3_make(x[0], x[1], x[2]);
     else
         body->inertia = kt_sym3_make(x[0], x[1], x[2], x[3], x[4], x[5]);
-    kt_link_weigh(m, body->link);
+    kt_link_add_inertia(m, body->link);
 }
 
 static void set_gravity(kt_model *m, const double *x) {

@@ -183,7 +183,7 @@ static bool factor(const kt_model *model, kt_data *data, int rows) {
 static void look_at(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
-    if (!kernels->look(model, data, 0.0, q, NULL, NULL, &violation))
+    if (!kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation))
         return;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
         if (!factor(model, data, rows))
@@ -294,7 +294,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         model->front_cap[i] = INT32_MAX / 2;
     }
     memset(alive, 1, model->n.row * sizeof *alive);
-    (void)kt_reduction_kernels_of(model)->look(model, data, 0.0, model->q0, NULL, NULL, &violation);
+    (void)kt_reduction_kernels_of(model)->residuals(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, alive);
@@ -329,7 +329,7 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where equations may be
  * passed on, the fronts do that. */
 static bool is_of_few(const kt_group *group) {
-    return group->few && !group->front.pending && group->rank[KT_ROWS_ALL] > 0 &&
+    return group->few && !group->front.delayed_most && group->rank[KT_ROWS_ALL] > 0 &&
            group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
 }
 
@@ -339,9 +339,9 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, open = 0, rank = 0;
-    bool narrow = plan->used && !plan->pending && !group->delassus && group->parent == 0 &&
-                  kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_NARROW_SLOTS &&
-                  kt_narrow_count((size_t)group->link_count) <= plan->count;
+    bool narrow = plan->used && !plan->delayed_most && !group->delassus && group->parent == 0 &&
+                  kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_FRONT4_SLOTS &&
+                  kt_front4_count((size_t)group->link_count) <= plan->count;
     for (int32_t s = 0; s < group->link_count && narrow; s++) {
         const kt_front_step *step = &model->front[plan->step + s];
         int32_t rows = 0;
@@ -351,8 +351,8 @@ static bool is_narrow(const kt_model *model, const kt_group *group) {
                 rows += model->slot[group->row + loop->row + r] >= 0;
         }
         rank += rows;
-        open += 1 - step->leave_count;
-        narrow = ++params <= KT_NARROW && rows <= KT_NARROW_ROWS && rows <= params && cap[s] == rank;
+        open += 1 - step->last_use_count;
+        narrow = ++params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && cap[s] == rank;
         params = open ? params - rows : 0;
     }
     return narrow;
@@ -384,7 +384,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         group->fits_pin = is_pin(model, group);
     }
     if (model->n.front) {
-        kt_fronts_pass(model);
+        kt_fronts_find_delays(model);
         kt_groups_place_matrices(model);
     }
     model->few = false;
@@ -399,22 +399,22 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
 /* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are
  * passed on as far as they can be, so that equations that depend on each other are compared at the same step; those
  * chosen there get the weight. */
-static kt_status choose_among_passed(kt_model *model, samples *found, kt_error *error) {
+static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     const double *q = found->q + 2 * model->n.q;
     kt_violation violation;
     kt_data *data = NULL;
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++)
-        any = any || model->group[g].front.pending;
+        any = any || model->group[g].front.delayed_most;
     const kt_status status = any ? kt_data_create(model, &data, error) : KT_OK;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row && data; i++)
         model->weight[i] = 1.0;
-    bool done = data && kernels->look(model, data, 0.0, q, NULL, NULL, &violation);
+    bool done = data && kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation);
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0 && done; rows--) {
         done = factor(model, data, rows);
         for (size_t g = 0; g < model->n.group && done; g++)
-            if (model->group[g].front.pending && data->rank[g] == model->group[g].rank[rows])
+            if (model->group[g].front.delayed_most && data->rank[g] == model->group[g].rank[rows])
                 note_steps(model, data, &model->group[g], rows, true, found);
     }
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front && data; i++)
@@ -459,7 +459,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
         find_ranks(model, data, &found);
         finish(model, data, &found);
-        status = choose_among_passed(model, &found, error);
+        status = choose_among_delayed(model, &found, error);
     }
     kt_data_free(data);
     free(found.usual);

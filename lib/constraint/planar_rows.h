@@ -110,7 +110,7 @@ KT_INLINE void kt_planar_angle(const kt_planar_loop *flat, const kt_planar_relat
 
 /* phi, phi_t and phi'' for zero joint accelerations. */
 typedef struct kt_planar_value {
-    double residual, rate, bend;
+    double residual, rate, bias;
 } kt_planar_value;
 
 KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt_planar_relative *r,
@@ -118,7 +118,7 @@ KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt
     kt_planar_rotate(r->first, row->e, w->force);
     w->moment = 0.0;
     return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
-                             .bend = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
+                             .bias = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
 }
 
 /* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
@@ -135,7 +135,7 @@ KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, con
     const double p = kt_planar_turn(c, s), slope = 1.0 + p * p / 16.0;
     w->force[0] = w->force[1] = 0.0;
     w->moment = row->constant * slope;
-    return (kt_planar_value){.residual = row->constant * p, .bend = 0.125 * p * w->moment * (r->w * r->w)};
+    return (kt_planar_value){.residual = row->constant * p, .bias = 0.125 * p * w->moment * (r->w * r->w)};
 }
 
 KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_loop *flat, const kt_planar_relative *r,
@@ -145,7 +145,7 @@ KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_loop *flat, c
     const double one = 1.0 + fabs(s);
     w->force[0] = w->force[1] = 0.0;
     w->moment = -copysign(2.0 / one, s);
-    return (kt_planar_value){.residual = 2.0 * c / one, .bend = 2.0 * c / (one * one) * (r->w * r->w)};
+    return (kt_planar_value){.residual = 2.0 * c / one, .bias = 2.0 * c / (one * one) * (r->w * r->w)};
 }
 
 KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt_loop_record *loop,
@@ -165,10 +165,10 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
     w->moment = 0.0;
     const double across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
     const double speed2 = r->rate[0] * r->rate[0] + r->rate[1] * r->rate[1];
-    const double bend = apart ? (across * across + rise * rise * speed2) / norm : 0.0;
+    const double bias = apart ? (across * across + rise * rise * speed2) / norm : 0.0;
     return (kt_planar_value){.residual = norm - length[0],
                              .rate = -length[1],
-                             .bend = bend - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
+                             .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
@@ -205,7 +205,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
         w->closes[at] = 1.0;
         w->scale[at] = row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0;
         w->rate[at] = x.rate;
-        w->right[at] = -x.bend;
+        w->right[at] = -x.bias;
         count++;
     }
     return count;

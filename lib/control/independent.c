@@ -142,9 +142,10 @@ static kt_status solve_loops(kt_actuation_work *w, kt_data *data, double t, cons
     if (v)
         kernels->fill(model, data, t, q, v);
     else
-        (void)kernels->look(model, data, t, q, model->zero, NULL, &violation);
+        (void)kernels->residuals(model, data, t, q, model->zero, NULL, &violation);
     if (kernels->factor(model, data, KT_ROWS_ALL, false) &&
-        kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, w->force) && kt_all_finite(w->force, model->n.v))
+        kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, w->force) &&
+        kt_all_finite(w->force, model->n.v))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
                         "the loops' equations overflow: look for a position or velocity that is huge");

@@ -30,7 +30,7 @@ static sizes sizes_of(const kt_model *model, int rows) {
     const bool closed = is_closed(model), along = is_along(model);
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
-                   .along = KT_HAS_LOOPS && along ? kt_saddle_init(NULL, NULL, model, NULL) : 0,
+                   .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
                    .data = along ? kt_data_size(model) : 0,
                    .rows = rows > 0 ? (size_t)rows : 0,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
@@ -60,9 +60,9 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
     if (!KT_HAS_LOOPS || !s.along)
         return KT_OK;
     kt_data *data;
-    (void)kt_saddle_init(&w->saddle, w->along, model, NULL);
+    (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
     const kt_status made = kt_data_init(model, w->memory, s.data, &data, error);
-    w->saddle.data = data;
+    w->kkt.data = data;
     return made;
 }
 
@@ -110,7 +110,7 @@ static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt
         return status;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    return kt_saddle_factor(&w->saddle, KT_ROWS_ALL, KT_METRIC_MASS, t, q, error);
+    return kt_kkt_factor(&w->kkt, KT_ROWS_ALL, KT_METRIC_MASS, t, q, error);
 }
 
 kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q, kt_error *error) {
@@ -142,7 +142,7 @@ kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x
         return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
                             "it holds no terms: kt_mass_inverse_compute has not succeeded before");
     if (KT_HAS_LOOPS && is_along(inverse->model)) {
-        kt_saddle_solve(&inverse->saddle, columns > 0 ? (size_t)columns : 0, x, NULL);
+        kt_kkt_solve(&inverse->kkt, columns > 0 ? (size_t)columns : 0, x, NULL);
         return KT_OK;
     }
     for (int c = 0; c < columns; c++, x += inverse->model->n.v)

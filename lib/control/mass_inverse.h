@@ -10,7 +10,7 @@
  * of kkt.h and of its own data, with loops and factors along the tree. */
 #define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
     X(char, terms, s->terms, "of a tree")                                                                              \
-    X(char, along, s->along, "of `saddle`")                                                                            \
+    X(char, along, s->along, "of `kkt`")                                                                               \
     X(char, memory, s->data, "of its data, which keep the factors")                                                    \
     X(double, basis, s->closed * s->closed, "Z, nv x dofs")                                                            \
     X(double, mass, s->closed * s->closed, "M")                                                                        \
@@ -28,7 +28,7 @@ struct kt_mass_inverse {
     int rows;   /* most of a Jacobian */
     int dofs;   /* columns of Z */
     kt_inverse_terms of_tree;
-    kt_saddle saddle;
+    kt_kkt kkt;
     KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)
 };
 

@@ -11,10 +11,10 @@
 
 #include <string.h>
 
-static size_t saddle_size(const kt_model *model) {
+static size_t kkt_size(const kt_model *model) {
     if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
         return 0;
-    return kt_saddle_init(NULL, NULL, model, NULL);
+    return kt_kkt_init(NULL, NULL, model, NULL);
 }
 
 /* Every array: type, name, count, meaning. With loops and dense factors m is n, otherwise 0. */
@@ -22,13 +22,13 @@ static size_t saddle_size(const kt_model *model) {
     X(double, reduced, m *m, "Z' M Z, factored")                                                                       \
     X(double, solution, m, "y, z")                                                                                     \
     X(char, factors, model->n.row ? 0 : kt_mass_factor_size(model), "of M: L'DL")                                      \
-    X(char, along, saddle_size(model), "of `saddle`")                                                                  \
+    X(char, along, kkt_size(model), "of `kkt`")                                                                        \
     X(double, d_tau, n *n, "result by joint forces")
 
 typedef struct work {
     kt_linearized of;
     kt_mass_factor *factor;
-    kt_saddle saddle;
+    kt_kkt kkt;
     KT_ARENA_DECLARE(FIELDS)
 } work;
 
@@ -52,8 +52,8 @@ static kt_status factor(work *w, const double *q, kt_error *error) {
         return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
     }
     if (KT_HAS_LOOPS && !w->of.dense) {
-        (void)kt_saddle_init(&w->saddle, w->along, model, w->of.data);
-        return kt_saddle_factor(&w->saddle, KT_ROWS_ALL, KT_METRIC_MASS, w->of.t, q, error);
+        (void)kt_kkt_init(&w->kkt, w->along, model, w->of.data);
+        return kt_kkt_factor(&w->kkt, KT_ROWS_ALL, KT_METRIC_MASS, w->of.t, q, error);
     }
     for (size_t j = 0; j < f; j++)
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
@@ -87,7 +87,7 @@ static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
     for (size_t i = 0; i < n * n && !w->of.dense; i++)
         d[i] = -d[i];
     if (KT_HAS_LOOPS && p && !w->of.dense)
-        kt_saddle_solve(&w->saddle, n, d, e);
+        kt_kkt_solve(&w->kkt, n, d, e);
     const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)n, d, error);
     return status == KT_OK && !kt_all_finite(d, n * n) ? kt_linearized_overflow(error) : status;
 }

@@ -21,7 +21,7 @@ kt_status kt_jacobian_singular(kt_error *error) {
 
 /* The weights by which evaluations choose among dependent equations of a kind (group.h); zero for void ones. Returns
  * the rank. */
-static int weigh(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
+static int weight_equations(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
     int rank = 0;
     memset(w->weight, 0, w->p * sizeof *w->weight);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -55,7 +55,7 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
                                 kt_error *error) {
     const size_t n = w->n, p = w->p;
     const kt_qr g = {.m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
-    w->rank = weigh(w, model, rows);
+    w->rank = weight_equations(w, model, rows);
     for (size_t r = 0; r < p; r++) {
         for (size_t i = 0; i < n; i++)
             w->factor[r * n + i] = w->weight[r] * a[i * p + r];

@@ -3,7 +3,7 @@
 
 #include "reduction/kernel.h"
 
-KT_ARENA_ARRAYS(place_arrays, kt_saddle, KT_SADDLE_FIELDS, const kt_saddle_sizes *s)
+KT_ARENA_ARRAYS(place_arrays, kt_kkt, KT_KKT_FIELDS, const kt_kkt_sizes *s)
 
 static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
 
@@ -22,8 +22,8 @@ static size_t maps_of(const kt_group *group) {
     return (size_t)group->link_count * width * (2 * base + 3 * width + kt_front_vectors(&group->front));
 }
 
-static kt_saddle_sizes sizes_of(const kt_model *model) {
-    kt_saddle_sizes s = {.links = model->n.link, .v = model->n.v, .rows = model->n.row, .groups = model->n.group};
+static kt_kkt_sizes sizes_of(const kt_model *model) {
+    kt_kkt_sizes s = {.links = model->n.link, .v = model->n.v, .rows = model->n.row, .groups = model->n.group};
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         s.maps += maps_of(group);
@@ -38,14 +38,14 @@ static kt_saddle_sizes sizes_of(const kt_model *model) {
     return s;
 }
 
-size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data *data) {
-    const kt_saddle_sizes s = sizes_of(model);
+size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data) {
+    const kt_kkt_sizes s = sizes_of(model);
     if (memory)
-        *w = (kt_saddle){.model = model, .data = data, .size = s};
+        *w = (kt_kkt){.model = model, .data = data, .size = s};
     return place_arrays(w, memory, &s);
 }
 
-kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q, kt_error *error) {
+kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     w->rows = rows;
     w->metric = metric;
@@ -54,28 +54,28 @@ kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double 
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "equations of motion",
                             "the loops' equations overflow: look for a position that is huge");
     bool done;
-    KT_BY_LEVEL(w->model->level, done =, kt_saddle_reduce, (w));
+    KT_BY_LEVEL(w->model->level, done =, kt_kkt_reduce, (w));
     if (!done)
         return kt_error_set(error, KT_ERROR_SINGULAR, "equations of motion",
                             "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
     return KT_OK;
 }
 
-void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b) {
-    KT_BY_LEVEL(w->model->level, , kt_saddle_solve, (w, columns, f, b));
+void kt_kkt_solve(const kt_kkt *w, size_t columns, double *f, const double *b) {
+    KT_BY_LEVEL(w->model->level, , kt_kkt_solve, (w, columns, f, b));
 }
 
-void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x) {
-    KT_BY_LEVEL(w->model->level, , kt_saddle_weigh, (w, columns, x));
+void kt_kkt_apply_mass(const kt_kkt *w, size_t columns, double *x) {
+    KT_BY_LEVEL(w->model->level, , kt_kkt_apply_mass, (w, columns, x));
 }
 
-size_t kt_saddle_dofs(const kt_saddle *w) {
+size_t kt_kkt_dofs(const kt_kkt *w) {
     size_t dofs = w->model->n.v;
     for (size_t g = 0; g < w->model->n.group; g++)
         dofs -= (size_t)w->data->rank[g];
     return dofs;
 }
 
-void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z) {
-    KT_BY_LEVEL(w->model->level, , kt_saddle_restrict, (w, kt_saddle_dofs(w), columns, x, z));
+void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z) {
+    KT_BY_LEVEL(w->model->level, , kt_kkt_restrict, (w, kt_kkt_dofs(w), columns, x, z));
 }

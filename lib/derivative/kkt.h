@@ -35,18 +35,18 @@
 #include "constraint/group.h"
 
 /* Right-hand sides that the memory has room for. */
-enum { KT_SADDLE_LANES = 8 };
+enum { KT_KKT_LANES = 8 };
 
-typedef struct kt_saddle_sizes {
+typedef struct kt_kkt_sizes {
     size_t links, v, rows, groups;
     size_t steps, width;   /* of all fronts; the largest number of parameters */
     size_t vectors, level; /* the most of a front */
     size_t maps, kept;     /* numbers of the maps of all groups; the most kept of a front's energies */
-} kt_saddle_sizes;
+} kt_kkt_sizes;
 
-/* Every array: type, name, count, meaning. What has a lane a right-hand side holds KT_SADDLE_LANES times as many
+/* Every array: type, name, count, meaning. What has a lane a right-hand side holds KT_KKT_LANES times as many
  * numbers. */
-#define KT_SADDLE_FIELDS(X)                                                                                            \
+#define KT_KKT_FIELDS(X)                                                                                               \
     X(double, inertia, KT_FRONT_SPACE *KT_FRONT_SPACE * s->links, "I by columns, symmetric")                           \
     X(double, axis, KT_FRONT_SPACE * s->v, "S of each degree of freedom")                                              \
     X(double, gain, KT_FRONT_SPACE * s->v, "d U of those outside groups")                                              \
@@ -55,55 +55,55 @@ typedef struct kt_saddle_sizes {
     X(size_t, begin, s->groups, "where that of a group by dense matrices does")                                        \
     X(double, map, s->maps, "of a step, by columns: -G_A, G; N; W; H W; T W by rows. Of a group: N L^-T; W; M W")      \
     X(double, kept, s->kept, "of each step of one front: Q' H Q1, and L")                                              \
-    X(double, motion, KT_SADDLE_LANES *KT_FRONT_SPACE * s->links, "P, then A")                                         \
-    X(double, x, KT_SADDLE_LANES * s->v, "f, then y, then x")                                                          \
-    X(double, b, KT_SADDLE_LANES * s->rows, "b by groups and slots")                                                   \
-    X(double, constant, KT_SADDLE_LANES * s->vectors, "the known parts of the accelerations in slots")                 \
-    X(double, pull, KT_SADDLE_LANES * s->level, "g")                                                                   \
-    X(double, z, KT_SADDLE_LANES * s->level, "A and p_t, or e")                                                        \
-    X(double, found, KT_SADDLE_LANES * s->steps * s->width, "p0 of each step, then p")                                 \
-    X(double, force, KT_SADDLE_LANES * s->v, "h of a group by dense matrices")                                         \
-    X(double, response, KT_SADDLE_LANES * s->v, "its y")
+    X(double, motion, KT_KKT_LANES *KT_FRONT_SPACE * s->links, "P, then A")                                            \
+    X(double, x, KT_KKT_LANES * s->v, "f, then y, then x")                                                             \
+    X(double, b, KT_KKT_LANES * s->rows, "b by groups and slots")                                                      \
+    X(double, constant, KT_KKT_LANES * s->vectors, "the known parts of the accelerations in slots")                    \
+    X(double, pull, KT_KKT_LANES * s->level, "g")                                                                      \
+    X(double, z, KT_KKT_LANES * s->level, "A and p_t, or e")                                                           \
+    X(double, found, KT_KKT_LANES * s->steps * s->width, "p0 of each step, then p")                                    \
+    X(double, force, KT_KKT_LANES * s->v, "h of a group by dense matrices")                                            \
+    X(double, response, KT_KKT_LANES * s->v, "its y")
 
-typedef struct kt_saddle {
+typedef struct kt_kkt {
     const kt_model *model;
     kt_data *data;
-    kt_saddle_sizes size;
+    kt_kkt_sizes size;
     kt_rows rows;     /* equations as last factored */
     kt_metric metric; /* M: the mass matrix or 1 */
     size_t mapped;    /* numbers of the maps so far */
-    KT_ARENA_DECLARE(KT_SADDLE_FIELDS)
-} kt_saddle;
+    KT_ARENA_DECLARE(KT_KKT_FIELDS)
+} kt_kkt;
 
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
-size_t kt_saddle_init(kt_saddle *w, void *memory, const kt_model *model, kt_data *data);
+size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data);
 
 /* Factors the equations at (t, q), with all rows of A or those of positions. Errors: KT_ERROR_NOT_FINITE;
  * KT_ERROR_SINGULAR where there is no inertia along a degree of freedom. O(links). */
-KT_CHECKED kt_status kt_saddle_factor(kt_saddle *w, kt_rows rows, kt_metric metric, double t, const double *q,
-                                      kt_error *error);
+KT_CHECKED kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q,
+                                   kt_error *error);
 
 /* Overwrites each of so many columns of f (nv) with x, until data are used for something else. b: as many columns, with
  * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */
-void kt_saddle_solve(const kt_saddle *w, size_t columns, double *f, const double *b);
+void kt_kkt_solve(const kt_kkt *w, size_t columns, double *f, const double *b);
 
 /* After a factorisation with the metric of the coordinates (kkt_reduced.c): columns of x (nv) become M x, M being
- * the mass matrix; and z = Z' x, as many numbers a column as kt_saddle_dofs, where the columns of Z are orthonormal and
+ * the mass matrix; and z = Z' x, as many numbers a column as kt_kkt_dofs, where the columns of Z are orthonormal and
  * span the null space of the equations; z may be x. O(links) a column. */
-void kt_saddle_weigh(const kt_saddle *w, size_t columns, double *x);
-size_t kt_saddle_dofs(const kt_saddle *w);
-void kt_saddle_restrict(const kt_saddle *w, size_t columns, const double *x, double *z);
+void kt_kkt_apply_mass(const kt_kkt *w, size_t columns, double *x);
+size_t kt_kkt_dofs(const kt_kkt *w);
+void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z);
 
-/* The kernels: kt_saddle_reduce returns false if there is no inertia along one of the degrees of freedom;
- * kt_saddle_reduce_front does this for one group, whose inertia it adds to that of the parent. */
-#define KT_SADDLE_DECLARE(level)                                                                                       \
-    bool kt_saddle_reduce_##level(kt_saddle *);                                                                        \
-    bool kt_saddle_reduce_front_##level(kt_saddle *, size_t, double *);                                                \
-    void kt_saddle_solve_##level(const kt_saddle *, size_t, double *, const double *);                                 \
-    void kt_saddle_weigh_##level(const kt_saddle *, size_t, double *);                                                 \
-    void kt_saddle_restrict_##level(const kt_saddle *, size_t, size_t, const double *, double *);
-KT_SADDLE_DECLARE(baseline)
-KT_SADDLE_DECLARE(v3)
-KT_SADDLE_DECLARE(v4)
+/* The kernels: kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom;
+ * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
+#define KT_KKT_DECLARE(level)                                                                                          \
+    bool kt_kkt_reduce_##level(kt_kkt *);                                                                              \
+    bool kt_kkt_reduce_front_##level(kt_kkt *, size_t, double *);                                                      \
+    void kt_kkt_solve_##level(const kt_kkt *, size_t, double *, const double *);                                       \
+    void kt_kkt_apply_mass_##level(const kt_kkt *, size_t, double *);                                                  \
+    void kt_kkt_restrict_##level(const kt_kkt *, size_t, size_t, const double *, double *);
+KT_KKT_DECLARE(baseline)
+KT_KKT_DECLARE(v3)
+KT_KKT_DECLARE(v4)
 
 #endif

@@ -1,59 +1,59 @@
-/* Columns of kkt.h under way, a strip of them at a time, and what both kernels that treat columns do with them. */
+/* Columns of kkt.h under way, a column8 of them at a time, and what both kernels that treat columns do with them. */
 #ifndef KT_DERIVATIVE_KKT_COLUMNS_H
 #define KT_DERIVATIVE_KKT_COLUMNS_H
 
 #include "derivative/kkt_link.h"
 
 /* One number of each right-hand side. */
-typedef double strip __attribute__((vector_size(8 * KT_SADDLE_LANES)));
+typedef double column8 __attribute__((vector_size(8 * KT_KKT_LANES)));
 
-/* A strip under way: what kt_saddle has of the same names, and whose. */
+/* A strip under way: what kt_kkt has of the same names, and whose. */
 typedef struct columns {
-    const kt_saddle *w;
+    const kt_kkt *w;
     const kt_model *model;
     kt_data *data;
-    strip *motion, *x, *b, *constant, *pull, *z, *found, *force, *response;
+    column8 *motion, *x, *b, *constant, *pull, *z, *found, *force, *response;
 } columns;
 
-static inline columns columns_of(const kt_saddle *w) {
+static inline columns columns_of(const kt_kkt *w) {
     return (columns){.w = w,
                      .model = w->model,
                      .data = w->data,
-                     .motion = (strip *)(void *)w->motion,
-                     .x = (strip *)(void *)w->x,
-                     .b = (strip *)(void *)w->b,
-                     .constant = (strip *)(void *)w->constant,
-                     .pull = (strip *)(void *)w->pull,
-                     .z = (strip *)(void *)w->z,
-                     .found = (strip *)(void *)w->found,
-                     .force = (strip *)(void *)w->force,
-                     .response = (strip *)(void *)w->response};
+                     .motion = (column8 *)(void *)w->motion,
+                     .x = (column8 *)(void *)w->x,
+                     .b = (column8 *)(void *)w->b,
+                     .constant = (column8 *)(void *)w->constant,
+                     .pull = (column8 *)(void *)w->pull,
+                     .z = (column8 *)(void *)w->z,
+                     .found = (column8 *)(void *)w->found,
+                     .force = (column8 *)(void *)w->force,
+                     .response = (column8 *)(void *)w->response};
 }
 
-KT_INLINE strip splat(double x) { return (strip){x, x, x, x, x, x, x, x}; }
+KT_INLINE column8 splat(double x) { return (column8){x, x, x, x, x, x, x, x}; }
 
-KT_INLINE strip *motion_of(const columns *k, size_t i) { return k->motion + KT_FRONT_SPACE * i; }
+KT_INLINE column8 *motion_of(const columns *k, size_t i) { return k->motion + KT_FRONT_SPACE * i; }
 
-KT_INLINE void clear(strip *x, int n) {
+KT_INLINE void clear(column8 *x, int n) {
     for (int i = 0; i < n; i++)
         x[i] = splat(0.0);
 }
 
-KT_INLINE strip dot(const double *a, const strip *x, int n) {
-    strip sum = splat(0.0);
+KT_INLINE column8 dot(const double *a, const column8 *x, int n) {
+    column8 sum = splat(0.0);
     for (int i = 0; i < n; i++)
         sum += splat(a[i]) * x[i];
     return sum;
 }
 
 /* y += a x */
-KT_INLINE void add(const double *a, strip x, int n, strip *y) {
+KT_INLINE void add(const double *a, column8 x, int n, column8 *y) {
     for (int i = 0; i < n; i++)
         y[i] += splat(a[i]) * x;
 }
 
 /* As kt_front_shift and kt_front_shift_wrench. */
-KT_INLINE void shift(int c, kt_v4 r, strip *x) {
+KT_INLINE void shift(int c, kt_v4 r, column8 *x) {
     if (c == KT_FRONT_SPACE / 2) {
         x[1] -= x[0] * splat(r[1]);
         x[2] += x[0] * splat(r[0]);
@@ -64,7 +64,7 @@ KT_INLINE void shift(int c, kt_v4 r, strip *x) {
     x[5] += x[0] * splat(r[1]) - x[1] * splat(r[0]);
 }
 
-KT_INLINE void shift_wrench(int c, kt_v4 r, strip *x) {
+KT_INLINE void shift_wrench(int c, kt_v4 r, column8 *x) {
     if (c == KT_FRONT_SPACE / 2) {
         x[0] += splat(r[0]) * x[2] - splat(r[1]) * x[1];
         return;
@@ -77,14 +77,14 @@ KT_INLINE void shift_wrench(int c, kt_v4 r, strip *x) {
 /* A group by fronts at one of its steps. */
 typedef struct front {
     kt_front f;
-    kt_saddle_map map; /* of the step s */
+    kt_kkt_map map; /* of the step s */
     const kt_front_step *step;
     const kt_front_count *count;
-    strip *found; /* of the step */
+    column8 *found; /* of the step */
     int s, base, components;
 } front;
 
-KT_INLINE strip *constant_of(const columns *k, const front *o, int32_t holder) {
+KT_INLINE column8 *constant_of(const columns *k, const front *o, int32_t holder) {
     return k->constant + kt_front_place(&o->f, holder);
 }
 
@@ -104,7 +104,7 @@ KT_INLINE void go_to(const columns *k, front *o, int s) {
     o->step = &o->f.step[s];
     o->count = &o->f.count[s];
     o->found = k->found + (size_t)(o->f.plan->step + s) * k->w->size.width;
-    (void)kt_saddle_map_find(o->count, o->base, k->w->map + k->w->at[o->f.plan->step + s], &o->map);
+    (void)kt_kkt_map_find(o->count, o->base, k->w->map + k->w->at[o->f.plan->step + s], &o->map);
 }
 
 #endif

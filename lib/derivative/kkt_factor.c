@@ -7,7 +7,7 @@
 
 /* ---- inertias as components x components numbers ------------------------------------------------------------------ */
 
-static double *inertia_of(const kt_saddle *w, size_t i) {
+static double *inertia_of(const kt_kkt *w, size_t i) {
     return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
 }
 
@@ -41,7 +41,7 @@ static void write_planar(const double *from, kt_planar_inertia *x) {
     *x = (kt_planar_inertia){.j = from[0], .h = {from[1], from[2]}, .xx = from[4], .xy = from[5], .yy = from[8]};
 }
 
-static void set_rigid(const kt_saddle *w, size_t i, int c) {
+static void set_rigid(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE) {
         kt_articulated x;
         kt_articulated_rigid(&w->model->link[i], &w->data->motion[i], &(kt_link_origin){.moment = {0.0}}, &x);
@@ -57,7 +57,7 @@ static void set_rigid(const kt_saddle *w, size_t i, int c) {
 }
 
 /* The other way round: what the methods of a group read. */
-static void hand_over(const kt_saddle *w, size_t i, int c) {
+static void hand_over(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
         write_spatial(inertia_of(w, i), &w->data->articulated[i]);
     else
@@ -70,8 +70,8 @@ static void add_square(const double *from, int c, double *to) {
 }
 
 /* Adds X' I X, where X takes the parent's acceleration to the link's origin. */
-static void pass_on(const kt_saddle *w, size_t i, int c) {
-    const kt_v4 r = kt_saddle_offset(w, i, c);
+static void pass_on(const kt_kkt *w, size_t i, int c) {
+    const kt_v4 r = kt_kkt_offset(w, i, c);
     const double *inertia = inertia_of(w, i);
     double *parent = inertia_of(w, (size_t)w->model->link[i].parent);
     for (int k = 0; k < c; k++) {
@@ -89,7 +89,7 @@ static void pass_on(const kt_saddle *w, size_t i, int c) {
 
 /* ---- links outside groups ----------------------------------------------------------------------------------------- */
 
-static int set_axes(const kt_saddle *w, size_t i, int c) {
+static int set_axes(const kt_kkt *w, size_t i, int c) {
     const kt_link *link = &w->model->link[i];
     double *s = w->axis + KT_FRONT_SPACE * (size_t)link->v;
     if (c != KT_FRONT_SPACE) {
@@ -113,11 +113,11 @@ static int set_axes(const kt_saddle *w, size_t i, int c) {
     return own.count;
 }
 
-static bool eliminate(const kt_saddle *w, size_t i, int c, int dofs) {
+static bool eliminate(const kt_kkt *w, size_t i, int c, int dofs) {
     const int32_t v = w->model->link[i].v;
     double *inertia = inertia_of(w, i);
     for (int d = dofs - 1; d >= 0; d--) {
-        const double *s = kt_saddle_axis(w, i) + d * KT_FRONT_SPACE;
+        const double *s = kt_kkt_axis(w, i) + d * KT_FRONT_SPACE;
         double *gain = w->gain + KT_FRONT_SPACE * (size_t)(v + d), u[KT_FRONT_SPACE] = {0.0};
         double along = w->model->armature[v + d], size = w->model->link[i].size + along;
         for (int j = 0; j < c; j++)
@@ -142,19 +142,19 @@ static bool eliminate(const kt_saddle *w, size_t i, int c, int dofs) {
 /* ---- groups ------------------------------------------------------------------------------------------------------- */
 
 /* The map of a group whose energy has been reduced, or whose null space is in its work memory. */
-static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
+static void set_map(kt_kkt *w, size_t g, const kt_group_work *of) {
     const int m = of->m, rank = w->data->rank[g], dofs = m - rank;
     double *at = w->map + w->mapped, *unit = of->multiplier;
-    kt_saddle_map map;
+    kt_kkt_map map;
     w->begin[g] = w->mapped;
-    w->mapped = (size_t)(kt_saddle_group_map_find(of, rank, at, &map) - w->map);
+    w->mapped = (size_t)(kt_kkt_group_map_find(of, rank, at, &map) - w->map);
     memset(unit, 0, (size_t)of->k * sizeof *unit);
     for (int r = 0; r < of->k; r++) {
         unit[r] = 1.0;
         w->model->reduction->particular(of, rank, unit, map.close + r * m);
         unit[r] = 0.0;
         if (w->metric == KT_METRIC_MASS)
-            kt_group_weigh(of, map.close + r * m, map.pull + r * m);
+            kt_group_apply_mass(of, map.close + r * m, map.pull + r * m);
         else /* of which N' takes nothing */
             memset(map.pull + r * m, 0, (size_t)m * sizeof *map.pull);
     }
@@ -173,7 +173,7 @@ static void set_map(kt_saddle *w, size_t g, const kt_group_work *of) {
     }
 }
 
-static bool reduce_dense(kt_saddle *w, size_t g, double *parent) {
+static bool reduce_dense(kt_kkt *w, size_t g, double *parent) {
     const kt_group *group = &w->model->group[g];
     const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
     double more[KT_FRONT_SPACE * KT_FRONT_SPACE];
@@ -192,7 +192,7 @@ static bool reduce_dense(kt_saddle *w, size_t g, double *parent) {
     return true;
 }
 
-static bool reduce_dense_planar(kt_saddle *w, size_t g, double *parent) {
+static bool reduce_dense_planar(kt_kkt *w, size_t g, double *parent) {
     const kt_group *group = &w->model->group[g];
     const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
     const int32_t top = group->parent ? kt_planar_index_shift(w->model, group->parent) : 0;
@@ -211,42 +211,42 @@ static bool reduce_dense_planar(kt_saddle *w, size_t g, double *parent) {
     return true;
 }
 
-static bool reduce_group(kt_saddle *w, size_t g, int c) {
+static bool reduce_group(kt_kkt *w, size_t g, int c) {
     const kt_group *group = &w->model->group[g];
     double *parent = inertia_of(w, (size_t)group->parent);
     for (int l = 0; l < group->link_count; l++)
         hand_over(w, (size_t)w->model->group_link[group->link + l], c);
     if (group->front.used)
-        return KT_KERNEL(kt_saddle_reduce_front)(w, g, parent);
+        return KT_KERNEL(kt_kkt_reduce_front)(w, g, parent);
     return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
 }
 
 /* With the metric of the coordinates. */
-static void reduce_apart(kt_saddle *w, size_t g) {
+static void reduce_apart(kt_kkt *w, size_t g) {
     const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
     if (w->model->group[g].front.used) {
-        (void)KT_KERNEL(kt_saddle_reduce_front)(w, g, NULL);
+        (void)KT_KERNEL(kt_kkt_reduce_front)(w, g, NULL);
         return;
     }
     w->model->reduction->basis(&of, w->data->rank[g]);
     set_map(w, g, &of);
 }
 
-bool KT_KERNEL(kt_saddle_reduce)(kt_saddle *w) {
+bool KT_KERNEL(kt_kkt_reduce)(kt_kkt *w) {
     const kt_model *model = w->model;
     w->mapped = 0;
     for (size_t i = 1; i < model->n.link; i++)
-        set_rigid(w, i, kt_saddle_components(model, i));
+        set_rigid(w, i, kt_kkt_components(model, i));
     if (w->metric != KT_METRIC_MASS) {
         for (size_t i = 1; i < model->n.link; i++)
-            (void)set_axes(w, i, kt_saddle_components(model, i));
+            (void)set_axes(w, i, kt_kkt_components(model, i));
         for (size_t g = 0; g < model->n.group; g++)
             reduce_apart(w, g);
         return true;
     }
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
-        const int c = kt_saddle_components(model, i), dofs = set_axes(w, i, c);
+        const int c = kt_kkt_components(model, i), dofs = set_axes(w, i, c);
         if (link->group >= 0) { /* a group is eliminated at its first link */
             if (model->group_link[model->group[link->group].link] == (int32_t)i &&
                 !reduce_group(w, (size_t)link->group, c))

@@ -10,7 +10,7 @@
 typedef struct step {
     const kt_front_count *count;
     kt_front_factor x;
-    kt_saddle_map map;
+    kt_kkt_map map;
     const double *pulled, *lower; /* Q' H Q1 by columns of base + params; L; NULL with H = 1 */
     int base, params, rank, left, kept, free;
 } step;
@@ -20,7 +20,7 @@ static void find_step(const kt_front *f, int s, int base, const double **kept, d
     *o = (step){.count = c, .base = base, .params = c->params, .rank = c->rank, .left = c->left, .kept = c->kept};
     o->free = c->left - c->kept;
     kt_front_factor_find(f, s, &o->x);
-    *map = kt_saddle_map_find(c, base, *map, &o->map);
+    *map = kt_kkt_map_find(c, base, *map, &o->map);
     if (!*kept)
         return;
     o->pulled = *kept;
@@ -43,7 +43,7 @@ static void set_column(const step *o, int c, double *column) {
     memset(column, 0, (size_t)n * sizeof *column);
     p[c] = 1.0;
     for (int j = o->count->reflectors - 1; j >= 0; j--)
-        reflect(o->x.seen + j * kt_front_padded(o->left), o->x.seen_scale[j], o->left, p);
+        reflect(o->x.coupled + j * kt_front_padded(o->left), o->x.coupled_scale[j], o->left, p);
     for (int j = o->rank - 1; j >= 0; j--)
         kt_reflect(o->x.rows + j * n, o->x.scale[j], j, n, column);
 }
@@ -115,7 +115,7 @@ static void set_close(const step *o) {
 }
 
 /* The maps of all steps, of what kt_front_reduce has kept; NULL: with H = 1. */
-static void set_maps(kt_saddle *w, const kt_front *f, int base, const double *kept) {
+static void set_maps(kt_kkt *w, const kt_front *f, int base, const double *kept) {
     double *map = w->map + w->mapped;
     for (int s = 0; s < f->group->link_count; s++) {
         step o;
@@ -127,7 +127,7 @@ static void set_maps(kt_saddle *w, const kt_front *f, int base, const double *ke
     w->mapped = (size_t)(map - w->map);
 }
 
-bool KT_KERNEL(kt_saddle_reduce_front)(kt_saddle *w, size_t g, double *parent) {
+bool KT_KERNEL(kt_kkt_reduce_front)(kt_kkt *w, size_t g, double *parent) {
     double *past = w->kept;
     const kt_front_aim aim = {
         .kind = KT_FRONT_DYNAMICS, .tau = w->model->zero, .base = w->model->group[g].parent != 0, .kept = &past};

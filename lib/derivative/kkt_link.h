@@ -6,29 +6,29 @@
 #include "derivative/kkt.h"
 #include "reduction/front_link.h"
 
-KT_INLINE int kt_saddle_components(const kt_model *model, size_t i) {
+KT_INLINE int kt_kkt_components(const kt_model *model, size_t i) {
     return model->sweep != KT_SWEEP_SPATIAL && i >= model->n.spatial ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE;
 }
 
 /* From the parent's origin to the link's. */
-KT_INLINE kt_v4 kt_saddle_offset(const kt_saddle *w, size_t i, int components) {
+KT_INLINE kt_v4 kt_kkt_offset(const kt_kkt *w, size_t i, int components) {
     if (components == KT_FRONT_SPACE)
         return w->data->motion[i].offset;
     const double *r = w->data->planar[kt_planar_index_shift(w->model, (int32_t)i)].offset;
     return (kt_v4){r[0], r[1], 0.0, 0.0};
 }
 
-KT_INLINE const double *kt_saddle_axis(const kt_saddle *w, size_t i) {
+KT_INLINE const double *kt_kkt_axis(const kt_kkt *w, size_t i) {
     return w->axis + KT_FRONT_SPACE * (size_t)w->model->link[i].v;
 }
 
 /* The map of a step, whose numbers follow each other. */
-typedef struct kt_saddle_map {
+typedef struct kt_kkt_map {
     double *back, *free, *close, *pull, *reach; /* (-G_A, G); N; W; H W; T W */
-} kt_saddle_map;
+} kt_kkt_map;
 
 /* Returns the end of the map of a step, which begins at `at`. */
-KT_INLINE double *kt_saddle_map_find(const kt_front_count *c, int base, double *at, kt_saddle_map *map) {
+KT_INLINE double *kt_kkt_map_find(const kt_front_count *c, int base, double *at, kt_kkt_map *map) {
     const size_t n = (size_t)c->params, rank = (size_t)c->rank;
     map->back = at, at += n * (size_t)(base + c->kept);
     map->free = at, at += n * (size_t)(c->left - c->kept);
@@ -38,8 +38,8 @@ KT_INLINE double *kt_saddle_map_find(const kt_front_count *c, int base, double *
     return at;
 }
 
-/* The same of a group by dense matrices: `free`, `close` and `pull`. */
-KT_INLINE double *kt_saddle_group_map_find(const kt_group_work *w, int rank, double *at, kt_saddle_map *map) {
+/* The same of a group by dense matrices: `free`, `least_step` and `pull`. */
+KT_INLINE double *kt_kkt_group_map_find(const kt_group_work *w, int rank, double *at, kt_kkt_map *map) {
     const size_t m = (size_t)w->m;
     map->free = at, at += m * (m - (size_t)rank);
     map->close = at, at += m * (size_t)w->k;

@@ -14,17 +14,17 @@
 /* A of the link. */
 KT_INLINE void accelerate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    strip *a = motion_of(k, i);
+    column8 *a = motion_of(k, i);
     memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    shift(c, kt_saddle_offset(k->w, i, c), a);
+    shift(c, kt_kkt_offset(k->w, i, c), a);
     for (int d = 0; d < kt_link_dofs(link); d++)
-        add(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
+        add(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
 }
 
 /* I A in its place. */
 KT_INLINE void load(const columns *k, size_t i, int c) {
     const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
-    strip p[KT_FRONT_SPACE], *a = motion_of(k, i);
+    column8 p[KT_FRONT_SPACE], *a = motion_of(k, i);
     clear(p, c);
     for (int j = 0; j < c; j++)
         add(inertia + j * c, a[j], c, p);
@@ -34,13 +34,13 @@ KT_INLINE void load(const columns *k, size_t i, int c) {
 /* M x of the link's coordinates, and P for the parent. */
 KT_INLINE void hand_down(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
     for (int d = 0; d < kt_link_dofs(link); d++)
-        k->x[link->v + d] = dot(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, p, c) +
+        k->x[link->v + d] = dot(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, p, c) +
                             splat(k->model->armature[link->v + d]) * k->x[link->v + d];
     if (!link->parent)
         return;
-    shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+    shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
     for (int j = 0; j < c; j++)
         up[j] += p[j];
 }
@@ -52,9 +52,9 @@ static void load_planar(const columns *k, size_t i) { load(k, i, KT_FRONT_SPACE 
 static void hand_down_spatial(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE); }
 static void hand_down_planar(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE / 2); }
 
-static bool is_spatial(const columns *k, size_t i) { return kt_saddle_components(k->model, i) == KT_FRONT_SPACE; }
+static bool is_spatial(const columns *k, size_t i) { return kt_kkt_components(k->model, i) == KT_FRONT_SPACE; }
 
-static void weigh_strip(const columns *k) {
+static void apply_mass_to_columns(const columns *k) {
     const size_t count = k->model->n.link;
     clear(k->motion, KT_FRONT_SPACE); /* the ground */
     for (size_t i = 1; i < count; i++)
@@ -68,7 +68,7 @@ static void weigh_strip(const columns *k) {
 /* ---- Z' x --------------------------------------------------------------------------------------------------------- */
 
 /* The numbers of one group follow at `z`; returns their end. */
-static strip *restrict_front(const columns *k, size_t g, strip *z) {
+static column8 *restrict_front(const columns *k, size_t g, column8 *z) {
     front o;
     int params = 0;
     begin_front(k, g, 0, &o);
@@ -87,12 +87,12 @@ static strip *restrict_front(const columns *k, size_t g, strip *z) {
     return z;
 }
 
-static strip *restrict_dense(const columns *k, size_t g, strip *z) {
+static column8 *restrict_dense(const columns *k, size_t g, column8 *z) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
     const int rank = k->data->rank[g];
-    kt_saddle_map map;
-    (void)kt_saddle_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
+    kt_kkt_map map;
+    (void)kt_kkt_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
     for (int j = 0; j < of.m - rank; j++, z++) {
         *z = splat(0.0);
         for (int i = 0; i < of.m; i++)
@@ -102,8 +102,8 @@ static strip *restrict_dense(const columns *k, size_t g, strip *z) {
 }
 
 /* In k->response. */
-static void restrict_strip(const columns *k) {
-    strip *z = k->response;
+static void restrict_columns(const columns *k) {
+    column8 *z = k->response;
     for (size_t g = 0; g < k->model->n.group; g++)
         z = (k->model->group[g].front.used ? restrict_front : restrict_dense)(k, g, z);
     for (size_t i = 1; i < k->model->n.link; i++)
@@ -120,30 +120,30 @@ static void gather(const columns *k, size_t n, int lanes, const double *x) {
             k->x[i][lane] = x[(size_t)lane * n + i];
 }
 
-static void scatter(const strip *from, size_t n, int lanes, double *x) {
+static void scatter(const column8 *from, size_t n, int lanes, double *x) {
     for (int lane = 0; lane < lanes; lane++)
         for (size_t i = 0; i < n; i++)
             x[(size_t)lane * n + i] = from[i][lane];
 }
 
-void KT_KERNEL(kt_saddle_weigh)(const kt_saddle *w, size_t count, double *x) {
+void KT_KERNEL(kt_kkt_apply_mass)(const kt_kkt *w, size_t count, double *x) {
     const columns k = columns_of(w);
     const size_t n = w->model->n.v;
-    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
-        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+    for (size_t from = 0; from < count; from += KT_KKT_LANES) {
+        const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
         gather(&k, n, lanes, x + from * n);
-        weigh_strip(&k);
+        apply_mass_to_columns(&k);
         scatter(k.x, n, lanes, x + from * n);
     }
 }
 
-void KT_KERNEL(kt_saddle_restrict)(const kt_saddle *w, size_t dofs, size_t count, const double *x, double *z) {
+void KT_KERNEL(kt_kkt_restrict)(const kt_kkt *w, size_t dofs, size_t count, const double *x, double *z) {
     const columns k = columns_of(w);
     const size_t n = w->model->n.v;
-    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
-        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+    for (size_t from = 0; from < count; from += KT_KKT_LANES) {
+        const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
         gather(&k, n, lanes, x + from * n);
-        restrict_strip(&k);
+        restrict_columns(&k);
         scatter(k.response, dofs, lanes, z + from * dofs);
     }
 }

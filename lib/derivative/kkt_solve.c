@@ -9,7 +9,7 @@
 /* The known part of the link's acceleration, and slots of relations. */
 static void enter(const columns *k, front *o) {
     const int c = o->components;
-    strip *own = constant_of(k, o, o->s), x[KT_FRONT_SPACE];
+    column8 *own = constant_of(k, o, o->s), x[KT_FRONT_SPACE];
     clear(x, c);
     if (o->step->up >= 0) {
         memcpy(x, constant_of(k, o, o->step->up), (size_t)c * sizeof *x);
@@ -32,8 +32,8 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
     const int c = o->components, n = o->count->params;
     const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
     const double *motion = o->f.w.front + o->step->at;
-    const strip *t = constant_of(k, o, o->s);
-    strip wrench[KT_FRONT_SPACE], *pull = k->pull + o->base;
+    const column8 *t = constant_of(k, o, o->s);
+    column8 wrench[KT_FRONT_SPACE], *pull = k->pull + o->base;
     memcpy(wrench, motion_of(k, i), (size_t)c * sizeof *wrench);
     for (int j = 0; j < c; j++)
         add(inertia + j * c, t[j], c, wrench);
@@ -52,8 +52,8 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
 }
 
 /* The part of an equation that is known. */
-static strip known_of(const columns *k, const front *o, const kt_loop_record *loop, int32_t index, int32_t slot) {
-    strip sum = splat(0.0);
+static column8 known_of(const columns *k, const front *o, const kt_loop_record *loop, int32_t index, int32_t slot) {
+    column8 sum = splat(0.0);
     if (loop->term_count)
         return *constant_of(k, o, kt_front_relation_of(&o->f, o->step, index));
     for (int end = 0; end < 2; end++) {
@@ -68,11 +68,11 @@ static strip known_of(const columns *k, const front *o, const kt_loop_record *lo
 static void find_right(const columns *k, const front *o) {
     const int rank = o->count->rank;
     const int32_t *pivot = o->f.w.pivot + o->count->first;
-    const strip *b = k->b + o->f.group->row;
-    for (int d = 0; d < o->count->waiting; d++)
+    const column8 *b = k->b + o->f.group->row;
+    for (int d = 0; d < o->count->received; d++)
         for (int j = 0; j < rank; j++)
-            if (pivot[j] == o->count->wait[d])
-                k->z[j] = b[pivot[j]] - *constant_of(k, o, kt_front_pending(&o->f, d));
+            if (pivot[j] == o->count->received_row[d])
+                k->z[j] = b[pivot[j]] - *constant_of(k, o, kt_front_delayed(&o->f, d));
     for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
         const int32_t index = k->model->front_loop[i];
         const kt_loop_record *loop = &k->model->loop[index];
@@ -87,26 +87,26 @@ static void find_right(const columns *k, const front *o) {
 /* The known parts of equations that the step passes on. */
 static void pass_constants(const columns *k, front *o) {
     const kt_front_count *count = o->count;
-    strip constant[KT_FRONT_PENDING];
-    clear(constant, KT_FRONT_PENDING);
-    for (int d = 0; d < count->passed; d++) {
-        for (int e = 0; e < count->waiting; e++)
-            if (count->wait[e] == count->pass[d])
-                constant[d] = *constant_of(k, o, kt_front_pending(&o->f, e));
+    column8 constant[KT_FRONT_DELAYED_MOST];
+    clear(constant, KT_FRONT_DELAYED_MOST);
+    for (int d = 0; d < count->delayed; d++) {
+        for (int e = 0; e < count->received; e++)
+            if (count->received_row[e] == count->delayed_row[d])
+                constant[d] = *constant_of(k, o, kt_front_delayed(&o->f, e));
         for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
             const int32_t index = k->model->front_loop[i];
             const kt_loop_record *loop = &k->model->loop[index];
             const int32_t *slot = kt_front_slots(&o->f, loop);
             for (int r = 0; r < loop->row_count; r++)
-                if (slot[r] == count->pass[d])
+                if (slot[r] == count->delayed_row[d])
                     constant[d] = known_of(k, o, loop, index, slot[r]);
         }
     }
-    for (int d = 0; d < count->waiting; d++)
-        kt_front_release(&o->f, kt_front_pending(&o->f, d));
-    for (int d = 0; d < count->passed; d++) {
-        *constant_of(k, o, kt_front_pending(&o->f, d)) = constant[d];
-        kt_front_enter(&o->f, kt_front_pending(&o->f, d));
+    for (int d = 0; d < count->received; d++)
+        kt_front_release(&o->f, kt_front_delayed(&o->f, d));
+    for (int d = 0; d < count->delayed; d++) {
+        *constant_of(k, o, kt_front_delayed(&o->f, d)) = constant[d];
+        kt_front_enter(&o->f, kt_front_delayed(&o->f, d));
     }
 }
 
@@ -114,8 +114,8 @@ static void leave(const columns *k, front *o) {
     for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++)
         if (k->model->loop[k->model->front_loop[i]].term_count)
             kt_front_release(&o->f, kt_front_relation_of(&o->f, o->step, k->model->front_loop[i]));
-    for (int i = o->step->leave; i < o->step->leave + o->step->leave_count; i++)
-        kt_front_release(&o->f, k->model->front_leave[i]);
+    for (int i = o->step->last_use; i < o->step->last_use + o->step->last_use_count; i++)
+        kt_front_release(&o->f, k->model->front_last_use[i]);
 }
 
 /* h = g - H W e,   p0 = W e,   t += T W e */
@@ -127,7 +127,7 @@ KT_INLINE void impose(const columns *k, front *o) {
         add(o->map.close + j * n, k->z[j], n, o->found);
     }
     for (int32_t l = 0; l < o->f.live_count; l++) {
-        strip *t = constant_of(k, o, o->f.live[l]);
+        column8 *t = constant_of(k, o, o->f.live[l]);
         for (int c = 0; c < kt_front_vector_count(&o->f, o->f.live[l]); c++, reach += rank)
             t[c] += dot(reach, k->z, rank);
     }
@@ -136,7 +136,7 @@ KT_INLINE void impose(const columns *k, front *o) {
 /* p0 += N N' h,   g = (G' h, h_A - G_A' h) */
 KT_INLINE void minimise(const columns *k, front *o) {
     const int n = o->count->params, kept = o->count->kept, u = o->count->left - kept;
-    strip *h = k->pull + o->base;
+    column8 *h = k->pull + o->base;
     for (int i = 0; i < u; i++)
         add(o->map.free + i * n, dot(o->map.free + i * n, h, n), n, o->found);
     for (int c = 0; c < o->base; c++)
@@ -146,7 +146,7 @@ KT_INLINE void minimise(const columns *k, front *o) {
     memcpy(h, k->z, (size_t)kept * sizeof *h);
 }
 
-KT_INLINE void descend(const columns *k, size_t g, int c) {
+KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
     front o;
     int params = 0;
     begin_front(k, g, c, &o);
@@ -158,7 +158,7 @@ KT_INLINE void descend(const columns *k, size_t g, int c) {
         clear(o.found, o.count->params);
         if (o.count->rank)
             find_right(k, &o);
-        if (o.count->waiting || o.count->passed)
+        if (o.count->received || o.count->delayed)
             pass_constants(k, &o);
         leave(k, &o);
         if (o.count->rank)
@@ -194,26 +194,26 @@ KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
     for (int l = group->link_count - 1; l >= 0; l--) {
         const size_t i = (size_t)k->model->group_link[group->link + l];
         const kt_link *link = &k->model->link[i];
-        strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+        column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
         for (int d = 0; d < kt_link_dofs(link); d++)
-            k->x[link->v + d] -= dot(kt_saddle_axis(k->w, i) + d * KT_FRONT_SPACE, p, c);
+            k->x[link->v + d] -= dot(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, p, c);
         if (link->parent == 0)
             continue;
-        shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+        shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
         for (int j = 0; j < c; j++)
             up[j] += p[j];
     }
 }
 
-KT_INLINE void descend_dense(const columns *k, size_t g, int c) {
+KT_INLINE void backward_pass_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
     const int m = of.m, rank = k->data->rank[g];
     const int32_t *v = k->model->group_v + group->v;
-    const strip *b = k->b + group->row;
-    strip *h = k->force, *y = k->response;
-    kt_saddle_map map;
-    (void)kt_saddle_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
+    const column8 *b = k->b + group->row;
+    column8 *h = k->force, *y = k->response;
+    kt_kkt_map map;
+    (void)kt_kkt_group_map_find(&of, rank, k->w->map + k->w->begin[g], &map);
     if (k->w->metric == KT_METRIC_MASS)
         sum_forces(k, group, c);
     clear(y, m);
@@ -235,7 +235,7 @@ KT_INLINE void descend_dense(const columns *k, size_t g, int c) {
 KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
-    const strip *a = motion_of(k, (size_t)group->parent);
+    const column8 *a = motion_of(k, (size_t)group->parent);
     for (int i = 0; i < of.m && group->parent; i++)
         for (int j = 0; j < c; j++)
             k->x[k->model->group_v[group->v + i]] -= splat(of.gain[j * of.m + i]) * a[j];
@@ -245,25 +245,25 @@ KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
 
 KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    strip *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
     for (int d = kt_link_dofs(link) - 1; d >= 0; d--) {
         const size_t v = (size_t)link->v + (size_t)d;
-        const strip force = k->x[v] - dot(k->w->axis + KT_FRONT_SPACE * v, p, c);
+        const column8 force = k->x[v] - dot(k->w->axis + KT_FRONT_SPACE * v, p, c);
         k->x[v] = force * splat(k->w->inverse[v]);
         add(k->w->gain + KT_FRONT_SPACE * v, force, c, p);
     }
     if (!link->parent)
         return;
-    shift_wrench(c, kt_saddle_offset(k->w, i, c), p);
+    shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
     for (int j = 0; j < c; j++)
         up[j] += p[j];
 }
 
 KT_INLINE void respond(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    strip *a = motion_of(k, i);
+    column8 *a = motion_of(k, i);
     memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    shift(c, kt_saddle_offset(k->w, i, c), a);
+    shift(c, kt_kkt_offset(k->w, i, c), a);
     for (int d = 0; d < kt_link_dofs(link); d++) {
         const size_t v = (size_t)link->v + (size_t)d;
         if (link->group < 0)
@@ -277,17 +277,17 @@ KT_INLINE bool is_first(const kt_model *model, size_t i) {
     return g >= 0 && model->group_link[model->group[g].link] == (int32_t)i;
 }
 
-KT_INLINE void go_down(const columns *k, size_t i, int c) {
+KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (g < 0)
         eliminate(k, i, c);
     else if (is_first(k->model, i) && k->model->group[g].front.used)
-        descend(k, (size_t)g, c);
+        backward_pass_front(k, (size_t)g, c);
     else if (is_first(k->model, i))
-        descend_dense(k, (size_t)g, c);
+        backward_pass_dense(k, (size_t)g, c);
 }
 
-KT_INLINE void go_up(const columns *k, size_t i, int c) {
+KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (is_first(k->model, i) && k->model->group[g].front.used)
         ascend(k, (size_t)g, c);
@@ -296,18 +296,18 @@ KT_INLINE void go_up(const columns *k, size_t i, int c) {
     respond(k, i, c);
 }
 
-static void go_down_spatial(const columns *k, size_t i) { go_down(k, i, KT_FRONT_SPACE); }
-static void go_down_planar(const columns *k, size_t i) { go_down(k, i, KT_FRONT_SPACE / 2); }
-static void go_up_spatial(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE); }
-static void go_up_planar(const columns *k, size_t i) { go_up(k, i, KT_FRONT_SPACE / 2); }
+static void backward_pass_spatial(const columns *k, size_t i) { backward_pass(k, i, KT_FRONT_SPACE); }
+static void backward_pass_planar(const columns *k, size_t i) { backward_pass(k, i, KT_FRONT_SPACE / 2); }
+static void forward_pass_spatial(const columns *k, size_t i) { forward_pass(k, i, KT_FRONT_SPACE); }
+static void forward_pass_planar(const columns *k, size_t i) { forward_pass(k, i, KT_FRONT_SPACE / 2); }
 
 /* With the metric of the coordinates: groups are apart, and outside them x = f. */
 KT_INLINE void solve_group(const columns *k, size_t g, int c) {
     if (k->model->group[g].front.used) {
-        descend(k, g, c);
+        backward_pass_front(k, g, c);
         ascend(k, g, c);
     } else {
-        descend_dense(k, g, c);
+        backward_pass_dense(k, g, c);
     }
 }
 
@@ -317,12 +317,12 @@ static void solve_group_planar(const columns *k, size_t g) { solve_group(k, g, K
 static void solve_apart(const columns *k) {
     for (size_t g = 0; g < k->model->n.group; g++) {
         const size_t first = (size_t)k->model->group_link[k->model->group[g].link];
-        const bool spatial = kt_saddle_components(k->model, first) == KT_FRONT_SPACE;
+        const bool spatial = kt_kkt_components(k->model, first) == KT_FRONT_SPACE;
         (spatial ? solve_group_spatial : solve_group_planar)(k, g);
     }
 }
 
-static void solve_strip(const columns *k) {
+static void solve_columns(const columns *k) {
     const size_t count = k->model->n.link;
     if (k->w->metric != KT_METRIC_MASS) {
         solve_apart(k);
@@ -330,9 +330,9 @@ static void solve_strip(const columns *k) {
     }
     clear(k->motion, (int)(KT_FRONT_SPACE * count));
     for (size_t i = count - 1; i > 0; i--)
-        (kt_saddle_components(k->model, i) == KT_FRONT_SPACE ? go_down_spatial : go_down_planar)(k, i);
+        (kt_kkt_components(k->model, i) == KT_FRONT_SPACE ? backward_pass_spatial : backward_pass_planar)(k, i);
     for (size_t i = 1; i < count; i++)
-        (kt_saddle_components(k->model, i) == KT_FRONT_SPACE ? go_up_spatial : go_up_planar)(k, i);
+        (kt_kkt_components(k->model, i) == KT_FRONT_SPACE ? forward_pass_spatial : forward_pass_planar)(k, i);
 }
 
 /* b of one column, by groups and slots. */
@@ -350,12 +350,12 @@ static void load_equations(const columns *k, const double *b, int lane) {
     }
 }
 
-void KT_KERNEL(kt_saddle_solve)(const kt_saddle *w, size_t count, double *f, const double *b) {
+void KT_KERNEL(kt_kkt_solve)(const kt_kkt *w, size_t count, double *f, const double *b) {
     const columns k = columns_of(w);
     const size_t n = w->model->n.v, p = w->model->n.row;
     clear(k.b, (int)p);
-    for (size_t from = 0; from < count; from += KT_SADDLE_LANES) {
-        const int lanes = count - from < KT_SADDLE_LANES ? (int)(count - from) : KT_SADDLE_LANES;
+    for (size_t from = 0; from < count; from += KT_KKT_LANES) {
+        const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
         clear(k.x, (int)n);
         for (int lane = 0; lane < lanes; lane++) {
             for (size_t i = 0; i < n; i++)
@@ -363,7 +363,7 @@ void KT_KERNEL(kt_saddle_solve)(const kt_saddle *w, size_t count, double *f, con
             if (b)
                 load_equations(&k, b + (from + (size_t)lane) * p, lane);
         }
-        solve_strip(&k);
+        solve_columns(&k);
         for (int lane = 0; lane < lanes; lane++)
             for (size_t i = 0; i < n; i++)
                 f[(from + (size_t)lane) * n + i] = k.x[i][lane];

@@ -22,14 +22,15 @@ kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, k
 kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
                           kt_error *error) {
     kt_violation violation;
-    if (!kt_reduction_kernels_of(model)->look(model, data, t, q, NULL, NULL, &violation))
+    if (!kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation))
         return refuse_overflow(error);
     return kt_loops_factor_again(model, data, rows, error);
 }
 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
-    return kt_reduction_kernels_of(model)->ready(model, data, rows, true) ? kt_loops_refuse_singular(model, data, error)
-                                                                          : refuse_overflow(error);
+    return kt_reduction_kernels_of(model)->prepare(model, data, rows, true)
+               ? kt_loops_refuse_singular(model, data, error)
+               : refuse_overflow(error);
 }
 
 /* The arrays of a group's equations. */
@@ -64,28 +65,29 @@ void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi)
 kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                            const double *force, double *x, kt_error *error) {
     exchange(model, data, RIGHT, right, NULL);
-    if (kt_reduction_kernels_of(model)->close(model, data, metric, force, x))
+    if (kt_reduction_kernels_of(model)->least_step(model, data, metric, force, x))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
 }
 
 /* Groups that have been solved in their own form are factored. */
-static kt_status unsolve(const kt_model *model, kt_data *data, kt_error *error) {
+static kt_status refactor(const kt_model *model, kt_data *data, kt_error *error) {
     bool some = false, fine;
     for (size_t g = 0; g < model->n.group; g++)
-        some |= data->solved[g];
+        some |= data->special_form[g];
     if (!some)
         return KT_OK;
-    KT_BY_LEVEL(model->level, fine =, kt_groups_unsolve, (model, data));
+    KT_BY_LEVEL(model->level, fine =, kt_groups_refactor, (model, data));
     return fine ? kt_loops_refuse_singular(model, data, error) : refuse_overflow(error);
 }
 
-kt_status kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda, kt_error *error) {
-    const kt_status status = unsolve(model, data, error);
+kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,
+                                  kt_error *error) {
+    const kt_status status = refactor(model, data, error);
     if (status != KT_OK)
         return status;
-    KT_BY_LEVEL(model->level, , kt_groups_share, (model, data, force));
+    KT_BY_LEVEL(model->level, , kt_groups_multipliers_of, (model, data, force));
     exchange(model, data, MULTIPLIER, NULL, lambda);
     return KT_OK;
 }

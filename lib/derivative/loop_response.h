@@ -17,13 +17,13 @@ KT_CHECKED kt_status kt_loops_factor_again(const kt_model *model, kt_data *data,
 KT_CHECKED kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error);
 
 /* After kt_loops_factor: the least x with J x = right (numbers by the order of the loops' equations; NULL: zeros), as
- * `close` in kernel.h, force being what acts besides. */
+ * `least_step` in kernel.h, force being what acts besides. */
 KT_CHECKED kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                                       const double *force, double *x, kt_error *error);
 
 /* After kt_loops_factor: lambda, in the order of the loops' equations, with J' lambda = force; phi; and J x. */
-KT_CHECKED kt_status kt_loops_share(const kt_model *model, kt_data *data, const double *force, double *lambda,
-                                    kt_error *error);
+KT_CHECKED kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,
+                                             kt_error *error);
 void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi);
 void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, double *out);
 

@@ -135,7 +135,7 @@ static kt_status refuse_singular(const kt_linearized *w, const double *q, const 
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     kt_violation violation;
-    (void)(kernels->look(w->model, w->data, w->t, q, v, NULL, &violation) &&
+    (void)(kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
            kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
     return kt_loops_refuse_singular(w->model, w->data, error);
 }
@@ -179,7 +179,7 @@ static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, 
     if (w->dense)
         kt_jacobian_qr_multipliers(&w->qr, w->change, w->lambda);
     else
-        status = kt_loops_share(w->model, w->data, w->change, w->lambda, error);
+        status = kt_loops_multipliers_of(w->model, w->data, w->change, w->lambda, error);
     if (status != KT_OK)
         return status;
     const kt_dual_motion at = {
@@ -222,7 +222,7 @@ static bool is_along_tree(const kt_model *model) {
 size_t kt_stiffness_work_size(const kt_model *model) {
     const bool by_tree = is_along_tree(model);
     return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
-           (KT_HAS_LOOPS && by_tree ? kt_saddle_init(NULL, NULL, model, NULL) : 0);
+           (KT_HAS_LOOPS && by_tree ? kt_kkt_init(NULL, NULL, model, NULL) : 0);
 }
 
 static bool is_finite(const kt_linearized *w) {
@@ -258,26 +258,26 @@ static void write_closed(kt_linearized *w, double *basis, double *mass, double *
 }
 
 /* D + M w in place of D; `e` is E, `x` as much memory as D. */
-static void add_across(const kt_saddle *along, size_t n, const double *e, double *x, double *d) {
+static void add_across(const kt_kkt *along, size_t n, const double *e, double *x, double *d) {
     memset(x, 0, n * n * sizeof *x);
-    kt_saddle_solve(along, n, x, e);
-    kt_saddle_weigh(along, n, x);
+    kt_kkt_solve(along, n, x, e);
+    kt_kkt_apply_mass(along, n, x);
     for (size_t i = 0; i < n * n; i++)
         d[i] += x[i];
 }
 
 /* Z from Z' 1, n x f, and Z' M Z; x: n x n numbers. */
-static void write_basis(const kt_saddle *along, size_t n, size_t f, double *x, double *basis, double *mass) {
+static void write_basis(const kt_kkt *along, size_t n, size_t f, double *x, double *basis, double *mass) {
     memset(x, 0, n * n * sizeof *x);
     for (size_t i = 0; i < n; i++)
         x[i * (n + 1)] = 1.0;
-    kt_saddle_restrict(along, n, x, x);
+    kt_kkt_restrict(along, n, x, x);
     for (size_t j = 0; j < f; j++)
         for (size_t i = 0; i < n; i++)
             basis[j * n + i] = x[i * f + j];
     memcpy(x, basis, n * f * sizeof *x);
-    kt_saddle_weigh(along, f, x);
-    kt_saddle_restrict(along, f, x, mass);
+    kt_kkt_apply_mass(along, f, x);
+    kt_kkt_restrict(along, f, x, mass);
 }
 
 /* All of it along the tree. */
@@ -285,12 +285,12 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, do
                              double *stiffness, double *damping, kt_error *error) {
     const size_t n = w->n;
     double *x = w->mass; /* M is not needed: it is applied along the tree, too */
-    kt_saddle along;
-    (void)kt_saddle_init(&along, memory, w->model, w->data);
-    const kt_status status = kt_saddle_factor(&along, KT_ROWS_ALL, KT_METRIC_IDENTITY, w->t, q, error);
+    kt_kkt along;
+    (void)kt_kkt_init(&along, memory, w->model, w->data);
+    const kt_status status = kt_kkt_factor(&along, KT_ROWS_ALL, KT_METRIC_IDENTITY, w->t, q, error);
     if (status != KT_OK)
         return status;
-    const size_t f = kt_saddle_dofs(&along);
+    const size_t f = kt_kkt_dofs(&along);
     if (f != (size_t)kt_model_mobility(w->model).minimal)
         return kt_jacobian_singular(error);
     if (f == 0)
@@ -300,8 +300,8 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, do
     if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
         return kt_linearized_overflow(error);
     write_basis(&along, n, f, x, basis, mass);
-    kt_saddle_restrict(&along, n, w->d_q, stiffness);
-    kt_saddle_restrict(&along, n, w->d_v, damping);
+    kt_kkt_restrict(&along, n, w->d_q, stiffness);
+    kt_kkt_restrict(&along, n, w->d_v, damping);
     return KT_OK;
 }
 

@@ -3,7 +3,8 @@
 #include "dynamics/dof.h"
 
 /* I W, F and 2B' W of the link alone. */
-KT_INLINE void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 acceleration, kt_gradient_link *x) {
+KT_INLINE void set_link_wrenches(const kt_link *link, const kt_link_motion *m, kt_v4 acceleration,
+                                 kt_gradient_link *x) {
     kt_v4 j[3];
     kt_v4_rotate_inertia(m->axes, &link->inertia, j);
     const kt_v4 h = kt_v4_apply_to(m->axes, link->moment), mass = kt_v4_splat(link->mass), w = m->omega;
@@ -36,7 +37,7 @@ KT_INLINE void forward_pass(const kt_model *model, const kt_link_motion *motion,
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
         x->w[0] = px->w[0] + spin;
         x->w[1] = px->w[1] + kt_v4_cross(px->w[0], m->offset) + shift;
-        weigh(link, m, acceleration, x);
+        set_link_wrenches(link, m, acceleration, x);
     }
 }
 

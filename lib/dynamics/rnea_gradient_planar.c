@@ -34,7 +34,7 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
 KT_INLINE double across(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; } /* J a . b */
 
 /* The link's own sums. */
-KT_INLINE void weigh(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_gradient_link *x) {
+KT_INLINE void set_link_wrenches(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_gradient_link *x) {
     const kt_v2 first = kt_planar_sum(kt_v2_load(m->rotation), link->moment[0], link->moment[1]); /* m c */
     const kt_v2 h = kt_v2_across(first), a = kt_v2_load(m->linear), mass = kt_v2_splat(link->mass);
     x->force = mass * a + (kt_v2_splat(m->alpha) * h - kt_v2_splat(m->omega * m->omega) * first);
@@ -71,7 +71,7 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
             x->velocity += kt_v2_splat(v[link->v]) * e;
             x->u += kt_v2_splat(w[link->v]) * e;
         }
-        weigh(link, m, x);
+        set_link_wrenches(link, m, x);
     }
 }
 

@@ -326,9 +326,10 @@ double kt_control_rejected(const kt_integrator *it, double error);
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
 /* Adaptive steps: a motion that advances, over so many tries, by less than KT_PROGRESS of its time per try makes no
- * progress. */
+ * progress; nor does one that advances by less than KT_PROGRESS_LASTING over so many such windows of tries in a row. */
 #define KT_PROGRESS 1e-10
-enum { KT_PROGRESS_TRIES = 10000 };
+#define KT_PROGRESS_LASTING 1e-9
+enum { KT_PROGRESS_TRIES = 10000, KT_PROGRESS_WINDOWS = 5 };
 
 /* err_last of the step size control before the first step, and its lower bound (Hairer's DOPRI5). */
 #define KT_CONTROL_ERROR_FLOOR 1e-4

@@ -169,9 +169,13 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
 
 static const char advice_on_model[] =
     "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
-static const char advice_on_motion[] =
-    "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
-    "stiff, by a strong damper or a light body on a hard spring, take radau5";
+/* A method that solves Newton's equations is not sent to another one that does. */
+static const char *advice_on_motion(const kt_integrator *it) {
+    return kt_method_needs_newton(it->method)
+               ? "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
+               : "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
+                 "stiff, by a strong damper or a light body on a hard spring, take radau5";
+}
 
 /* The component with the largest part in the error estimate of the last try of the step h. */
 static size_t worst_component(const kt_integrator *it, double h) {
@@ -211,13 +215,14 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
     return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
-                        is_of_error(r) ? advice_on_motion : advice_on_model);
+                        is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
 /* Progress. Accepted steps may nevertheless lead nowhere: near a point where velocities grow without bound they shrink
- * with the distance to it, and where forces jump back and forth they stay as short as one jump allows. Therefore, every
- * KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be KT_PROGRESS of the time; a run that
- * would need more than 1 / KT_PROGRESS tries counts as stuck. */
+ * with the distance to it, and where forces jump back and forth, or are not known better, they stay as short as one jump
+ * allows. Therefore, every KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be KT_PROGRESS of
+ * the time, and in one of KT_PROGRESS_WINDOWS such windows KT_PROGRESS_LASTING: a run that would need more than
+ * 1 / KT_PROGRESS tries counts as stuck at once, one that would need a tenth of that if it does not get faster. */
 static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
@@ -227,7 +232,9 @@ static bool is_stuck(kt_integrator *it, double t_limit) {
     const uint64_t tries = m->counts.steps + m->counts.rejected + 1;
     if (tries - m->window < KT_PROGRESS_TRIES)
         return false;
-    const bool stuck = m->advanced < KT_PROGRESS * KT_PROGRESS_TRIES * time_scale(it, t_limit);
+    const double time = KT_PROGRESS_TRIES * time_scale(it, t_limit);
+    m->slow = m->advanced < KT_PROGRESS_LASTING * time ? m->slow + 1 : 0;
+    const bool stuck = m->advanced < KT_PROGRESS * time || m->slow >= KT_PROGRESS_WINDOWS;
     if (!stuck)
         m->advanced = 0.0;
     m->window = tries;
@@ -241,12 +248,13 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
     if (advanced > 0.0 && isfinite(left))
         snprintf(rest, sizeof rest, ", and %.2g more would be needed", left / advanced * KT_PROGRESS_TRIES);
     it->memory.advanced = 0.0;
+    it->memory.slow = 0;
     it->memory.counts.rejected++;
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
                         "%.3g%s: the motion does not get on. %s",
                         KT_PROGRESS_TRIES, advanced, fabs(h), rest,
-                        is_of_error(r) ? advice_on_motion : advice_on_model);
+                        is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
 /* Whether the tolerances are below the state's own rounding, whatever the step: the error estimate of a step is then

@@ -37,7 +37,7 @@ KT_INLINE void kt_front_reflect(const double *u, double t, int n, double *x) {
 }
 
 /* Writes the reflector of an equation, as qr.h stores it: zeros, a one at `head`, and its tail up to n. */
-KT_INLINE void kt_front_unfold(const double *row, int head, int n, double *u) {
+KT_INLINE void kt_front_expand_reflector(const double *row, int head, int n, double *u) {
     const int all = kt_front_padded(n);
     for (int i = 0; i < head; i++)
         u[i] = 0.0;
@@ -50,7 +50,7 @@ KT_INLINE void kt_front_unfold(const double *row, int head, int n, double *u) {
 
 /* Turns x, of n entries from `from` on, zeros behind them, into the reflector that maps it onto its entry `head`, which
  * becomes *to. Returns t, or 0 where x is zero or its squares underflow. */
-KT_INLINE double kt_front_fold(double *x, int head, int n, double *to) {
+KT_INLINE double kt_front_make_reflector(double *x, int head, int n, double *to) {
     const double squares = kt_front_dot(x, x, n);
     if (!(squares > 0.0))
         return 0.0;

@@ -71,7 +71,8 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
                            kt_residual *residual, kt_error *error) {
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
-    if (KT_HAS_LOOPS && model->n.group && !kt_reduction_kernels_of(model)->look(model, data, t, q, v, NULL, &violation))
+    if (KT_HAS_LOOPS && model->n.group &&
+        !kt_reduction_kernels_of(model)->residuals(model, data, t, q, v, NULL, &violation))
         return kt_input_refuse_not_finite(model, t, &input, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;

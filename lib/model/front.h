@@ -13,10 +13,10 @@ typedef struct kt_front_step {
     int32_t link;
     int32_t up; /* the step of its parent, or -1 if that is the group's parent */
     int32_t slot;
-    int32_t loop, loop_count;   /* in model->front_loop: the loops that are complete with this link */
-    int32_t term, term_count;   /* in model->front_term: the terms of relations on this link's coordinate */
-    int32_t leave, leave_count; /* in model->front_leave: steps of links on which nothing depends any more */
-    size_t at;                  /* its first number among the group's matrices */
+    int32_t loop, loop_count;         /* in model->front_loop: the loops that are complete with this link */
+    int32_t term, term_count;         /* in model->front_term: the terms of relations on this link's coordinate */
+    int32_t last_use, last_use_count; /* in model->front_last_use: steps of links on which nothing depends any more */
+    size_t at;                        /* its first number among the group's matrices */
 } kt_front_step;
 
 /* A term of a relation of joint positions, whose equation is collected term by term. */
@@ -31,19 +31,19 @@ typedef struct kt_front_plan {
     bool used;                /* otherwise the group is reduced by dense matrices */
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
-    int32_t pending;          /* and equations that a step passes on: KT_FRONT_PENDING or none */
+    int32_t delayed_most;     /* and equations that a step passes on: KT_FRONT_DELAYED_MOST or none */
     int32_t width;            /* the largest number of parameters, in whole lanes */
     size_t count;             /* of the numbers that it needs in the data */
 } kt_front_plan;
 
 /* The number of components of an acceleration in space; in a plane there are half as many. The number of equations that
  * can be passed on at a time. */
-enum { KT_FRONT_SPACE = 6, KT_FRONT_PENDING = 6 };
+enum { KT_FRONT_SPACE = 6, KT_FRONT_DELAYED_MOST = 6 };
 
 /* The most that a step can have: parameters, the new ones included; equations that it closes; parameters that are kept;
  * vectors in slots, an upper bound of that. */
 typedef struct kt_front_size {
-    size_t params, rows, kept, touch;
+    size_t params, rows, kept, vectors;
 } kt_front_size;
 
 /* A number of entries, rounded up to whole lanes (linear/lanes.h). */
@@ -54,7 +54,7 @@ static inline int kt_front_padded(int n) { return (n + KT_FRONT_LANES - 1) / KT_
 static inline size_t kt_front_step_count(const kt_front_size *s) {
     const size_t base = KT_FRONT_SPACE, n = s->params, k = s->rows, half = n / 2, more = KT_FRONT_LANES - 1;
     const size_t reflectors = s->kept < half ? s->kept : half;
-    return base * n + k * (n + 1) + k + k * s->touch + k + reflectors * (n + more + 1) +
+    return base * n + k * (n + 1) + k + k * s->vectors + k + reflectors * (n + more + 1) +
            n * (s->kept + base + more + 1);
 }
 
@@ -62,7 +62,7 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
  * of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is computed
  * on the way. */
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
-    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->pending;
+    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->delayed_most;
 }
 static inline size_t kt_front_level(const kt_front_plan *plan) {
     return (size_t)kt_front_padded(plan->width + KT_FRONT_SPACE);

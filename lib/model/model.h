@@ -71,11 +71,11 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
     X(kt_front_step, front, n->front, "steps of the groups that are reduced by fronts")                                \
     X(int32_t, front_loop, kt_where(n->front, n->loop), "loops, in the order in which these steps complete them")      \
-    X(int32_t, front_leave, n->front, "steps of links, in the order in which their slots are released")                \
+    X(int32_t, front_last_use, n->front, "steps of links, in the order in which their slots are released")             \
     X(kt_front_term, front_term, kt_where(n->front, n->term), "terms of relations, in the order of these steps")       \
     X(double, front_usual, KT_ROWS_COUNT * n->front, "size of a step's last independent equation, the largest seen")   \
     X(int32_t, front_step, kt_where(n->front, n->group_v), "steps of links, by first coordinates, group by group")     \
-    X(bool, front_waits, KT_ROWS_COUNT * n->front, "whether a later step completes redundant equations")               \
+    X(bool, front_may_delay, KT_ROWS_COUNT * n->front, "whether a later step completes redundant equations")           \
     X(int32_t, front_cap, KT_ROWS_COUNT * n->front, "independent equations up to a step, at generic positions")        \
     X(bool, held, n->v, "coordinates whose positions assembly fixes")                                                  \
     X(bool, held_velocity, n->v, "coordinates whose velocities assembly fixes")                                        \
@@ -192,10 +192,10 @@ typedef struct kt_front_motion {
  * reflectors that part these from the others; vectors in slots. */
 typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, reflectors, vectors;
-    int32_t first;                                          /* the equations' place among the group's pivots */
-    int32_t waiting, passed;                                /* equations passed on to this step, and by it */
-    int32_t wait[KT_FRONT_PENDING], pass[KT_FRONT_PENDING]; /* which */
-    double last;                                            /* size of the last independent equation */
+    int32_t first;             /* the equations' place among the group's pivots */
+    int32_t received, delayed; /* equations passed on to this step, and by it */
+    int32_t received_row[KT_FRONT_DELAYED_MOST], delayed_row[KT_FRONT_DELAYED_MOST]; /* which */
+    double last; /* size of the last independent equation */
 } kt_front_count;
 
 /* Every array of the data: type, name, count, meaning. */
@@ -233,11 +233,11 @@ typedef struct kt_front_count {
     X(double, last, n->group, "size of its last independent direction if it is near a singular position")              \
     X(kt_front_count, front, n->front, "steps of the groups that are reduced by fronts, as last factored")             \
     X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
-    X(int32_t, front_live, kt_where(n->front, n->front + n->loop + KT_FRONT_PENDING),                                  \
+    X(int32_t, front_live, kt_where(n->front, n->front + n->loop + KT_FRONT_DELAYED_MOST),                             \
       "slots in use: of links, of relations, passed on")                                                               \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
-    X(uint8_t, solved, n->group, "0, or that a group is solved in its own form (reduction/kernel.h)")                  \
+    X(uint8_t, special_form, n->group, "0, or that a group is solved in its own form (reduction/kernel.h)")            \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
     X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
     X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \

@@ -58,7 +58,7 @@ static void add_total(const kt_front_total *total, kt_articulated *to) {
     to->force += (kt_v4){total->bias[3], total->bias[4], total->bias[5], 0.0};
 }
 
-static bool close_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = group->parent != 0};
     kt_front_total total;
@@ -70,7 +70,7 @@ static bool close_front(const kt_model *model, kt_data *data, int32_t g, const d
     return true;
 }
 
-KT_INLINE bool close_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool geared) {
+KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool geared) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
@@ -84,14 +84,17 @@ KT_INLINE bool close_dense(const kt_model *model, kt_data *data, int32_t g, cons
     return true;
 }
 
-static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
-    return close_dense(model, data, g, tau, true);
+static __attribute__((noinline)) bool eliminate_dense_geared(const kt_model *model, kt_data *data, int32_t g,
+                                                             const double *tau) {
+    return eliminate_dense(model, data, g, tau, true);
 }
 
-static __attribute__((noinline)) bool close_group(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+static __attribute__((noinline)) bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
+                                                      const double *tau) {
     if (model->group[g].apart)
-        return model->group[g].front.used ? close_front(model, data, g, tau) : close_geared(model, data, g, tau);
-    return close_dense(model, data, g, tau, false);
+        return model->group[g].front.used ? eliminate_front(model, data, g, tau)
+                                          : eliminate_dense_geared(model, data, g, tau);
+    return eliminate_dense(model, data, g, tau, false);
 }
 
 /* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
@@ -121,17 +124,17 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
     const int32_t group = model->link[i].group;
     data->articulated[i] = *x;
     const bool first = model->group_link[model->group[group].link] == (int32_t)i;
-    return first && !close_group(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
+    return first && !eliminate_whole(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
 }
 
 /* `context` is not NULL if groups of few equations are not eliminated. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const int32_t group = model->link[i].group;
-    const bool few = group >= 0 && context && data->solved[group];
-    if (group >= 0 && !few)
+    const bool delassus = group >= 0 && context && data->special_form[group];
+    if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
-    if (few)
+    if (delassus)
         keep_inverse(model, data, i, x, 0.0);
     return kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
@@ -139,10 +142,10 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
 static kt_elimination eliminate_geared(const kt_model *model, kt_data *data, size_t i, const double *tau,
                                        kt_articulated *x, void *context) {
     const int32_t group = model->link[i].group;
-    const bool few = group >= 0 && context && data->solved[group];
-    if (group >= 0 && !few)
+    const bool delassus = group >= 0 && context && data->special_form[group];
+    if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
-    if (few)
+    if (delassus)
         keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
     return kt_eliminate_geared(model, data, i, tau, x, NULL);
 }
@@ -157,9 +160,9 @@ static kt_front_base front_base(const kt_data *data, const kt_group *group) {
     return (kt_front_base){{m->alpha[0], m->alpha[1], m->alpha[2], m->linear[0], m->linear[1], m->linear[2]}};
 }
 
-KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool few, double *a) {
+KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, double *a) {
     const kt_link *link = &model->link[i];
-    if (link->group < 0 || (few && data->solved[link->group])) {
+    if (link->group < 0 || (delassus && data->special_form[link->group])) {
         kt_link_respond(model, data, i, a);
         return;
     }
@@ -177,33 +180,33 @@ KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool f
 KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
     respond_to(model, data, i, false, a);
 }
-KT_INLINE void respond_few(const kt_model *model, kt_data *data, size_t i, double *a) {
+KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, double *a) {
     respond_to(model, data, i, true, a);
 }
 
 /* Solves the groups of few equations, between the passes; returns the first link of one that cannot be solved, or 0. */
-static size_t solve_few(const kt_model *model, kt_data *data, size_t end) {
+static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
-        if (data->solved[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
+        if (data->special_form[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
             return (size_t)link;
     }
     return 0;
 }
 
 /* The same with groups of few equations, which delassus.h solves between the passes. */
-static size_t accelerate_few(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
-    bool few = true;
-    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &few);
-    const size_t unsolved = failed ? failed : solve_few(model, data, end);
+static size_t accelerate_delassus(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+    bool delassus = true;
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &delassus);
+    const size_t unsolved = failed ? failed : solve_delassus(model, data, end);
     if (!unsolved)
-        kt_articulated_forward(model, data, end, respond_few, a);
+        kt_articulated_forward(model, data, end, respond_delassus, a);
     return unsolved;
 }
 
 static void respond_geared(const kt_model *model, kt_data *data, size_t i, double *a) {
     const int32_t group = model->link[i].group;
-    if (group < 0 || data->solved[group])
+    if (group < 0 || data->special_form[group])
         kt_link_respond_geared(model, data, i, a);
     else
         respond(model, data, i, a);
@@ -211,20 +214,20 @@ static void respond_geared(const kt_model *model, kt_data *data, size_t i, doubl
 
 /* Either with armature. */
 static __attribute__((noinline)) size_t accelerate_geared(const kt_model *model, kt_data *data, const double *tau,
-                                                          size_t end, bool few, double *a) {
-    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, few ? &few : NULL);
-    const size_t unsolved = failed || !few ? failed : solve_few(model, data, end);
+                                                          size_t end, bool delassus, double *a) {
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, delassus ? &delassus : NULL);
+    const size_t unsolved = failed || !delassus ? failed : solve_delassus(model, data, end);
     if (!unsolved)
         kt_articulated_forward(model, data, end, respond_geared, a);
     return unsolved;
 }
 
-size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end, bool few,
-                                        double *a) {
+size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
+                                        bool delassus, double *a) {
     if (model->geared)
-        return accelerate_geared(model, data, tau, end, few, a);
-    if (few)
-        return accelerate_few(model, data, tau, end, a);
+        return accelerate_geared(model, data, tau, end, delassus, a);
+    if (delassus)
+        return accelerate_delassus(model, data, tau, end, a);
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
     if (!failed)
         kt_articulated_forward(model, data, end, respond, a);
@@ -233,7 +236,7 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
-    data->solved[g] = KT_SOLVED_NOT;
+    data->special_form[g] = KT_SPECIAL_FORM_NONE;
     if (group->front.used)
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
@@ -259,25 +262,26 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
 }
 
-bool KT_KERNEL(kt_group_ready)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool few) {
-    const bool solved = few && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
-    data->solved[g] = solved ? kt_solved_as(regular) : KT_SOLVED_NOT;
+bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
+                                 bool delassus) {
+    const bool solved = delassus && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    data->special_form[g] = solved ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
     return solved || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
 
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                          const double *tau, const kt_wrench *external, bool regular, bool few, double *a) {
+                          const double *tau, const kt_wrench *external, bool regular, bool delassus, double *a) {
     const size_t end = model->n.link;
     KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, end);
     size_t failed = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         fill_group(model, data, g, true, q, v, t);
-        if (!KT_KERNEL(kt_group_ready)(model, data, g, KT_ROWS_ALL, regular, few))
+        if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, delassus))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
         return failed;
-    return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, few, a);
+    return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, delassus, a);
 }
 
 /* If groups of few equations cannot be solved by their own method, for whatever reason, the general one decides. */
@@ -309,8 +313,8 @@ void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t 
             w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
 }
 
-static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
-                 kt_violation *violation) {
+static bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const bool *held, kt_violation *violation) {
     *violation = kt_violation_none;
     KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.link);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -335,44 +339,46 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
     }
 }
 
-static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+static bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, true);
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true);
     return fine;
 }
 
-bool KT_KERNEL(kt_groups_unsolve)(const kt_model *model, kt_data *data) {
+bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     bool some = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        if (!data->solved[g])
+        if (!data->special_form[g])
             continue;
         some = true;
-        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], data->solved[g] == KT_SOLVED_REGULAR) < 0)
+        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
+                                       data->special_form[g] == KT_SPECIAL_FORM_REGULAR) < 0)
             return false;
     }
     return some;
 }
 
 /* Closes a group by its own form, if that is `solved`; otherwise factors it. */
-static bool close_solved(const kt_model *model, kt_data *data, size_t g, double *step) {
+static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
     if (model->group[g].delassus) {
         KT_KERNEL(kt_delassus_least)(model, data, g, step);
         return true;
     }
-    if (KT_KERNEL(kt_narrow_close)(model, data, g, NULL, step))
+    if (KT_KERNEL(kt_front4_solve)(model, data, g, NULL, step))
         return true;
-    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g], data->solved[g] == KT_SOLVED_REGULAR);
+    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
+                                     data->special_form[g] == KT_SPECIAL_FORM_REGULAR);
     return false;
 }
 
-bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *step) {
+bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, double *step) {
     const kt_reduction_kind *kind = model->reduction;
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
-        if (data->solved[g] && close_solved(model, data, g, step))
+        if (data->special_form[g] && least_step_special(model, data, g, step))
             continue;
         if (group->front.used) {
             const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
@@ -392,15 +398,15 @@ bool KT_KERNEL(kt_groups_close)(const kt_model *model, kt_data *data, double *st
 
 /* min dv' M dv / 2 - force' dv with A dv = right: the equations of motion at rest, with dv in place of the
  * accelerations. */
-static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
+static bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
-        return KT_KERNEL(kt_groups_close)(model, data, step);
+        return KT_KERNEL(kt_groups_least_step)(model, data, step);
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
     data->motion[0].linear = kt_v4_splat(0.0);
     if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.link, model->few, step) == 0)
         return true;
-    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
+    return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
 }
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
@@ -415,7 +421,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
-        if (data->solved[g])
+        if (data->special_form[g])
             continue;
         if (group->front.used) {
             KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
@@ -435,7 +441,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
     }
 }
 
-void KT_KERNEL(kt_groups_share)(const kt_model *model, kt_data *data, const double *force) {
+void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, const double *force) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
@@ -443,7 +449,7 @@ void KT_KERNEL(kt_groups_share)(const kt_model *model, kt_data *data, const doub
         for (int i = 0; i < w.m; i++)
             need[i] = force[model->group_v[group->v + i]];
         if (group->front.used)
-            KT_KERNEL(kt_front_share)(model, data, g, w.multiplier);
+            KT_KERNEL(kt_front_multipliers_of)(model, data, g, w.multiplier);
         else
             model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
     }
@@ -461,13 +467,13 @@ static void basis(const kt_model *model, kt_data *data) {
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     double size = 0.0;
     const bool solved = model->group[g].few && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
-    data->solved[g] = solved ? KT_SOLVED_WHOLE : KT_SOLVED_NOT;
+    data->special_form[g] = solved ? KT_SPECIAL_FORM_WHOLE : KT_SPECIAL_FORM_NONE;
     return solved ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
 }
 
 bool KT_KERNEL(kt_damped_solve)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
                                 double *step) {
-    if (data->solved[g])
+    if (data->special_form[g])
         return KT_KERNEL(kt_delassus_damp)(model, data, g, gap, damping, step);
     const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
     if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
@@ -481,11 +487,11 @@ const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {.forward = forward
                                                               .measure = KT_KERNEL(kt_damped_measure),
                                                               .damp = KT_KERNEL(kt_damped_solve),
                                                               .nullspace = KT_KERNEL(kt_front_nullspace),
-                                                              .look = look,
+                                                              .residuals = residuals,
                                                               .factor = KT_KERNEL(kt_groups_factor),
-                                                              .ready = ready,
+                                                              .prepare = prepare,
                                                               .fill = fill,
-                                                              .close = close_groups,
+                                                              .least_step = least_step,
                                                               .multipliers = multipliers,
                                                               .basis = basis,
                                                               .react = KT_KERNEL(kt_react)};

@@ -12,21 +12,21 @@
  * kt_spatial_clear: sets wrenches and the inertias from children to zero.
  * kt_spatial_motion: all of these, then external wrenches (may be NULL); the ground's acceleration is minus gravity.
  * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
- *   which the inertia is singular, or 0. `few`: groups of few equations are solved by delassus.h, which has prepared
- *   them.
- * kt_group_ready: as kt_group_factor; if `few`, groups of few equations are prepared for delassus.h (data->solved).
- *   Returns false if a number is not finite.
- * kt_groups_unsolve: factors the groups that are `solved`; returns false if there are none or a number is not finite.
+ *   which the inertia is singular, or 0. `delassus`: groups of few equations are solved by delassus.h, which has
+ *   prepared them.
+ * kt_group_prepare: as kt_group_factor; if `delassus`, groups of few equations are prepared for delassus.h
+ *   (data->special_form). Returns false if a number is not finite.
+ * kt_groups_refactor: factors the groups in their special forms; returns false if there are none or a number is not
+ *   finite.
  * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
  *   left out. Returns -1 if a number is not finite.
  * kt_groups_factor: factors all groups; returns false if a number is not finite.
  * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
  *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
  * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h.
- * kt_groups_close: the least step in coordinates; coordinates outside all groups do not change.
- * kt_groups_share: the multipliers of all equations as last factored, in the groups' work memory, of given joint
- * forces:
- *   A' lambda = force (nv). No group may be `solved`. */
+ * kt_groups_least_step: the least step in coordinates; coordinates outside all groups do not change.
+ * kt_groups_multipliers_of: the multipliers of all equations as last factored, in the groups' work memory, of given
+ *   joint forces: A' lambda = force (nv). No group may be in its special form. */
 #define KT_CLOSED_DECLARE(level)                                                                                       \
     void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
     void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
@@ -35,13 +35,13 @@
                                    size_t);                                                                            \
     size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, bool, double *);         \
     int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
-    bool kt_group_ready_##level(const kt_model *, kt_data *, size_t, kt_rows, bool, bool);                             \
-    bool kt_groups_unsolve_##level(const kt_model *, kt_data *);                                                       \
+    bool kt_group_prepare_##level(const kt_model *, kt_data *, size_t, kt_rows, bool, bool);                           \
+    bool kt_groups_refactor_##level(const kt_model *, kt_data *);                                                      \
     bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
     void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
                                     kt_violation *);                                                                   \
-    bool kt_groups_close_##level(const kt_model *, kt_data *, double *);                                               \
-    void kt_groups_share_##level(const kt_model *, kt_data *, const double *);                                         \
+    bool kt_groups_least_step_##level(const kt_model *, kt_data *, double *);                                          \
+    void kt_groups_multipliers_of_##level(const kt_model *, kt_data *, const double *);                                \
     double kt_damped_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
     bool kt_damped_solve_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);
 KT_CLOSED_DECLARE(baseline)

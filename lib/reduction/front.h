@@ -1,22 +1,22 @@
-/* A constraint group reduced link by link, for groups of many loops: its cost grows with their number, not with the
- * cube of it.
+/* Frontal elimination of a constraint group (Irons 1970), for groups of many loops: its cost grows with their number,
+ * not with the cube of it.
  *
  * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are
- * taken parents first (compile/front_order.c). Its motions are x = x0 + X p with parameters p, of which there are no more
- * than the links still to come can distinguish. For each link i on which one of them or a loop that is still open
- * depends, a slot holds T_i in (alpha, a)_i = T_i p + t_i. A step
+ * taken parents first (compile/front_order.c). Its motions are x = x0 + X p with parameters p, of which there are no
+ * more than the links still to come can distinguish. A link i is active as long as one of these or an incomplete loop
+ * depends on it; then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step
  *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
  *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces
- *   closes its loops    D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
+ *   completes loops     D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
- *   keeps what is seen  with T' = Q [R; 0] of all open links, the last parameters of Q'p are not seen by any link or loop
- *                       still to come, and are those of least energy: p_u = H_uu^-1 (g_u - H_ut p_t). Where they are
- *                       few, Q is replaced by as few reflectors that part the same spaces
+ *   keeps coupled ones  with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no link or loop
+ *                       still to come depends on them, and they are those of least energy: p_u = H_uu^-1 (g_u - H_ut
+ *                       p_t). Where they are few, Q is replaced by as few reflectors that part the same spaces
  * After the last link nothing is kept, and a backward pass through the steps gives x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
  * An equation that is small at a step although it usually is not, where a later step completes equations that are
- * redundant, is passed on, as a row D whose slot holds D and the constant part like T and t: the later one may
+ * redundant, is a delayed row, whose slot holds D and the constant part like T and t: the later step may
  * determine the same motion far better, as of three wheels joined by three rods one that is at its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
@@ -52,13 +52,13 @@ typedef struct kt_front_total {
  * kt_front_apply: A x for x (nv) into out (k); if size is not NULL, the largest term of each sum.
  * kt_front_factor: factors the equations; returns the rank, or -1 if a number is not finite. Sets data->last and near.
  * kt_front_measure: the factors of a damped problem, without eliminating any equation; returns the sum of the squares
- * of
- *   the equations' entries D over their scales.
+ *   of the equations' entries D over their scales.
  * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
  * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the accelerations a (nv) and those
  *   of the links in data->motion.
- * kt_front_share: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last factored.
+ * kt_front_multipliers_of: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last
+ *   factored.
  * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
 #define KT_FRONT_DECLARE(level)                                                                                        \
     void kt_front_fill_##level(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *,        \
@@ -69,7 +69,7 @@ typedef struct kt_front_total {
     bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
     void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
     void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, const double *, double *);                  \
-    void kt_front_share_##level(const kt_model *, kt_data *, size_t, double *);                                        \
+    void kt_front_multipliers_of_##level(const kt_model *, kt_data *, size_t, double *);                               \
     void kt_front_nullspace_##level(const kt_model *, kt_data *, size_t, int, double *);
 KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)
@@ -84,15 +84,15 @@ typedef struct kt_front {
     const kt_front_plan *plan;
     const kt_front_step *step;
     kt_front_count *count;
-    const kt_front_count *passing; /* the step whose passed equations are in slots, or NULL */
+    const kt_front_count *delaying; /* the step whose passed equations are in slots, or NULL */
     kt_group_work w;
     const bool *fixed;
-    int32_t *live, live_count; /* slots in use: links', then relations' */
-    int components;            /* of an acceleration: 3 or 6 */
-    int width, level;          /* strides: of what slots hold, of the energy */
-    double *touch, *constant;  /* T' and t: a vector of `width` and a number a component */
-    double *copy;              /* of T', as many vectors as there are parameters */
-    double *speed;             /* two a slot */
+    int32_t *live, live_count;            /* slots in use: links', then relations' */
+    int components;                       /* of an acceleration: 3 or 6 */
+    int width, level;                     /* strides: of what slots hold, of the energy */
+    double *link_acceleration, *constant; /* T' and t: a vector of `width` and a number a component */
+    double *copy;                         /* of T', as many vectors as there are parameters */
+    double *speed;                        /* two a slot */
     double *energy, *pull, *size, *z, *spare, *product;
     double **kept; /* of kt_front_aim */
 } kt_front;
@@ -114,7 +114,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
     kt_group_find(model, data, g, rows, &f->w);
     const size_t vectors = kt_front_vectors(plan), level = (size_t)f->level;
     double *at = f->w.front + plan->count - kt_front_running_count(plan);
-    f->touch = at, at += vectors * (size_t)plan->width;
+    f->link_acceleration = at, at += vectors * (size_t)plan->width;
     f->constant = at, at += vectors;
     f->copy = at, at += (size_t)plan->width * (size_t)plan->width;
     f->speed = at, at += 2 * (size_t)plan->slots;
@@ -128,13 +128,14 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
 
 /* What a step keeps for the backward pass, by its counts. The order is that in which the counts become known. */
 typedef struct kt_front_factor {
-    double *motion;            /* T_i', a vector of `params` a component */
-    double *rows, *scale, *y;  /* D', rows of `params`, factored; reflectors; y */
-    double *early;             /* the first `rank` entries of Q' T', a vector */
-    double *force;             /* what its equations exert on y (multipliers) */
-    double *seen, *seen_scale; /* reflectors Q' that part p_t, which is kept, from p_u: vectors of `left`, padded */
-    double *free;              /* p_u = free - gain (A, p_t): */
-    double *gain;              /* rows of components + kept, padded */
+    double *motion;           /* T_i', a vector of `params` a component */
+    double *rows, *scale, *y; /* D', rows of `params`, factored; reflectors; y */
+    double *early;            /* the first `rank` entries of Q' T', a vector */
+    double *force;            /* what its equations exert on y (multipliers) */
+    double *coupled,
+        *coupled_scale; /* reflectors Q' that part p_t, which is kept, from p_u: vectors of `left`, padded */
+    double *free;       /* p_u = free - gain (A, p_t): */
+    double *gain;       /* rows of components + kept, padded */
 } kt_front_factor;
 
 static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_factor *x) {
@@ -148,15 +149,15 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
     x->y = at, at += k;
     x->early = at, at += k * v;
     x->force = at, at += k;
-    x->seen = at, at += reflectors * left;
-    x->seen_scale = at, at += reflectors;
+    x->coupled = at, at += reflectors * left;
+    x->coupled_scale = at, at += reflectors;
     x->free = at, at += c->left - c->kept;
     x->gain = at;
 }
 
 /* The holders: a link is given by its step, a relation by the number of links and its index, and the d-th equation that
  * has been passed on by these numbers and d. */
-static inline int32_t kt_front_pending(const kt_front *f, int d) {
+static inline int32_t kt_front_delayed(const kt_front *f, int d) {
     return f->group->link_count + f->plan->relations + d;
 }
 
@@ -167,7 +168,7 @@ static inline size_t kt_front_place(const kt_front *f, int32_t holder) {
                           : KT_FRONT_SPACE * (size_t)f->plan->slots + (size_t)(holder - links);
 }
 static inline double *kt_front_vector(const kt_front *f, int32_t holder) {
-    return f->touch + kt_front_place(f, holder) * (size_t)f->width;
+    return f->link_acceleration + kt_front_place(f, holder) * (size_t)f->width;
 }
 static inline double *kt_front_constant(const kt_front *f, int32_t holder) {
     return f->constant + kt_front_place(f, holder);

@@ -7,21 +7,21 @@
 #include <string.h>
 
 /* An open link: T' and t. */
-typedef struct narrow_link {
+typedef struct front4_link {
     kt_v4 motion[3];
     double constant[3];
-} narrow_link;
+} front4_link;
 
-typedef struct narrow {
+typedef struct front4 {
     kt_front f;
-    kt_narrow_step *kept;
-    narrow_link link[KT_NARROW_SLOTS]; /* by slots */
+    kt_front4_step *kept;
+    front4_link link[KT_FRONT4_SLOTS]; /* by slots */
     uint32_t open;                     /* slots in use, as bits */
-    kt_v4 energy[KT_NARROW], pull, size;
+    kt_v4 energy[KT_FRONT4_PARAMS], pull, size;
     double last; /* the smallest of the last directions relative to their usual sizes */
-} narrow;
+} front4;
 
-static const kt_v4 unit[KT_NARROW] = {
+static const kt_v4 unit[KT_FRONT4_PARAMS] = {
     {1.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}, {0.0, 0.0, 0.0, 1.0}};
 static const kt_v4 first_three = {1.0, 1.0, 1.0, 0.0};
 
@@ -32,19 +32,19 @@ KT_INLINE double dot(kt_v4 a, kt_v4 b) {
 }
 
 /* x = sum a_i r_i */
-KT_INLINE kt_v4 combine(kt_v4 a, const kt_v4 r[KT_NARROW]) {
+KT_INLINE kt_v4 combine(kt_v4 a, const kt_v4 r[KT_FRONT4_PARAMS]) {
     return (kt_v4_splat(a[0]) * r[0] + kt_v4_splat(a[1]) * r[1]) +
            (kt_v4_splat(a[2]) * r[2] + kt_v4_splat(a[3]) * r[3]);
 }
 
 /* Adds the energy T' IA T of a link, and the forces -T' (IA t + bias). */
-KT_INLINE void weigh_link(narrow *s, const kt_planar_inertia *x, const narrow_link *own) {
+KT_INLINE void weigh_link(front4 *s, const kt_planar_inertia *x, const front4_link *own) {
     const double ta = own->constant[0], tb = own->constant[1], tc = own->constant[2];
     const kt_v4 a = own->motion[0], b = own->motion[1], c = own->motion[2];
     const kt_v4 j = kt_v4_splat(x->j), hx = kt_v4_splat(x->h[0]), hy = kt_v4_splat(x->h[1]);
     const kt_v4 xx = kt_v4_splat(x->xx), xy = kt_v4_splat(x->xy), yy = kt_v4_splat(x->yy);
     const kt_v4 fa = j * a + (hx * b + hy * c), fb = hx * a + (xx * b + xy * c), fc = hy * a + (xy * b + yy * c);
-    for (int i = 0; i < KT_NARROW; i++)
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         s->energy[i] += kt_v4_splat(a[i]) * fa + (kt_v4_splat(b[i]) * fb + kt_v4_splat(c[i]) * fc);
     const double na = x->moment + (x->j * ta + (x->h[0] * tb + x->h[1] * tc));
     const double nb = x->force[0] + (x->h[0] * ta + (x->xx * tb + x->xy * tc));
@@ -55,7 +55,7 @@ KT_INLINE void weigh_link(narrow *s, const kt_planar_inertia *x, const narrow_li
 
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
  * coordinate. */
-KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const double *tau, bool geared) {
+KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool geared) {
     const int32_t k = kt_planar_index_shift(s->f.model, step->link);
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
@@ -63,7 +63,7 @@ KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const doub
     kt_v4 a = {0.0}, b = a, c = a;
     double ta = 0.0, tb = 0.0, tc = 0.0, u[2];
     if (step->up >= 0) {
-        const narrow_link *up = &s->link[s->f.step[step->up].slot];
+        const front4_link *up = &s->link[s->f.step[step->up].slot];
         const double rx = m->offset[0], ry = m->offset[1];
         a = up->motion[0];
         b = up->motion[1] - kt_v4_splat(ry) * a;
@@ -79,7 +79,7 @@ KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const doub
         b += kt_v4_splat(u[0]) * own;
         c += kt_v4_splat(u[1]) * own;
     }
-    s->link[step->slot] = (narrow_link){.motion = {a, b, c}, .constant = {ta, tb, tc}};
+    s->link[step->slot] = (front4_link){.motion = {a, b, c}, .constant = {ta, tb, tc}};
     s->open |= 1U << step->slot;
     if (tau) {
         weigh_link(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
@@ -93,7 +93,7 @@ KT_INLINE void take_link(narrow *s, const kt_front_step *step, int n, const doub
 }
 
 /* The equations that a step completes: D and e. Returns their number. */
-KT_INLINE int complete_loops(const narrow *s, const kt_front_step *step, kt_v4 *d, double *e) {
+KT_INLINE int complete_loops(const front4 *s, const kt_front_step *step, kt_v4 *d, double *e) {
     int count = 0;
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const kt_loop_record *loop = &s->f.model->loop[s->f.model->front_loop[i]];
@@ -108,7 +108,7 @@ KT_INLINE int complete_loops(const narrow *s, const kt_front_step *step, kt_v4 *
                 if (at < 0)
                     continue;
                 const double *w = kt_front_wrench(&s->f, slot[r], k);
-                const narrow_link *link = &s->link[s->f.step[at].slot];
+                const front4_link *link = &s->link[s->f.step[at].slot];
                 for (int c = 0; c < KT_FRONT_SPACE / 2; c++) {
                     d[count] += kt_v4_splat(w[c]) * link->motion[c];
                     e[count] -= w[c] * link->constant[c];
@@ -135,7 +135,7 @@ KT_INLINE reflector reflector_of(kt_v4 x, int j) {
 KT_INLINE kt_v4 reflect(const reflector *h, kt_v4 x) { return x - kt_v4_splat(h->t * dot(h->u, x)) * h->u; }
 
 /* p0 and Z for D p = e. Returns the size of the last direction. */
-KT_INLINE double factor(int rank, int n, kt_v4 *d, double *e, kt_narrow_step *out) {
+KT_INLINE double factor(int rank, int n, kt_v4 *d, double *e, kt_front4_step *out) {
     if (rank == 2 && dot(d[1], d[1]) > dot(d[0], d[0])) {
         const kt_v4 row = d[0];
         const double right = e[0];
@@ -160,20 +160,21 @@ KT_INLINE double factor(int rank, int n, kt_v4 *d, double *e, kt_narrow_step *ou
 }
 
 /* p = p0 + Z p2 in the open links and the energy; `left` parameters remain. */
-KT_INLINE void impose(narrow *s, const kt_narrow_step *kept, int left) {
+KT_INLINE void impose(front4 *s, const kt_front4_step *kept, int left) {
     const kt_v4 none = kt_v4_splat(0.0), *z = kept->basis, p = kept->particular;
-    kt_v4 r[KT_NARROW], product[KT_NARROW], pull = none, size = none, energy[KT_NARROW] = {none, none, none, none};
-    for (int i = 0; i < KT_NARROW; i++)
+    kt_v4 r[KT_FRONT4_PARAMS], product[KT_FRONT4_PARAMS], pull = none, size = none,
+                                                          energy[KT_FRONT4_PARAMS] = {none, none, none, none};
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         r[i] = (kt_v4){z[0][i], z[1][i], z[2][i], p[i]};
     for (uint32_t open = s->open; open; open &= open - 1) {
-        narrow_link *link = &s->link[__builtin_ctz(open)];
+        front4_link *link = &s->link[__builtin_ctz(open)];
         for (int c = 0; c < KT_FRONT_SPACE / 2; c++) {
             const kt_v4 x = combine(link->motion[c], r);
             link->motion[c] = x * first_three;
             link->constant[c] += x[3];
         }
     }
-    for (int i = 0; i < KT_NARROW; i++) {
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++) {
         product[i] = combine(s->energy[i], r);
         pull += kt_v4_splat(s->pull[i] - product[i][3]) * r[i];
         size += kt_v4_splat(s->size[i]) * (r[i] * r[i]);
@@ -182,14 +183,14 @@ KT_INLINE void impose(narrow *s, const kt_narrow_step *kept, int left) {
         energy[j] = first_three * combine(z[j], product);
     s->pull = pull * first_three;
     s->size = size * first_three;
-    for (int i = 0; i < KT_NARROW; i++)
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         s->energy[i] = energy[i];
 }
 
 /* p = H^-1 g of n parameters by Cholesky's method; false if there is no inertia along one of them beyond rounding
  * errors (maggi_kane.h). */
-static bool minimise(const narrow *s, int n, kt_v4 *out) {
-    double l[KT_NARROW][KT_NARROW], x[KT_NARROW] = {0.0};
+static bool minimise(const front4 *s, int n, kt_v4 *out) {
+    double l[KT_FRONT4_PARAMS][KT_FRONT4_PARAMS], x[KT_FRONT4_PARAMS] = {0.0};
     for (int j = 0; j < n; j++) {
         for (int i = j; i < n; i++) {
             l[i][j] = s->energy[i][j];
@@ -216,16 +217,16 @@ static bool minimise(const narrow *s, int n, kt_v4 *out) {
 }
 
 /* A step; *n parameters before and after. */
-KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau, bool geared, int *n) {
+KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau, bool geared, int *n) {
     const kt_front_step *step = &s->f.step[at];
-    kt_narrow_step *kept = &s->kept[at];
-    kt_v4 d[KT_NARROW_ROWS];
-    double e[KT_NARROW_ROWS];
+    kt_front4_step *kept = &s->kept[at];
+    kt_v4 d[KT_FRONT4_ROWS];
+    double e[KT_FRONT4_ROWS];
     take_link(s, step, *n, tau, geared);
     kept->params = ++*n;
     kept->rank = complete_loops(s, step, d, e);
-    for (int i = step->leave; i < step->leave + step->leave_count; i++)
-        s->open &= ~(1U << s->f.step[s->f.model->front_leave[i]].slot);
+    for (int i = step->last_use; i < step->last_use + step->last_use_count; i++)
+        s->open &= ~(1U << s->f.step[s->f.model->front_last_use[i]].slot);
     if (kept->rank) {
         kept->basis[0] = kept->basis[1] = kept->basis[2] = kt_v4_splat(0.0);
         const double size = factor(kept->rank, *n, d, e, kept) / usual[at];
@@ -241,13 +242,13 @@ KT_INLINE bool advance(narrow *s, int at, const double *usual, const double *tau
     if (!minimise(s, *n, &kept->last))
         return false;
     *n = 0;
-    for (int i = 0; i < KT_NARROW; i++)
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         s->energy[i] = kt_v4_splat(0.0);
     s->pull = s->size = kt_v4_splat(0.0);
     return true;
 }
 
-KT_INLINE bool advance_all(narrow *s, const double *usual, const double *tau, bool geared) {
+KT_INLINE bool advance_all(front4 *s, const double *usual, const double *tau, bool geared) {
     int n = 0;
     for (int at = 0; at < s->f.group->link_count; at++)
         if (!advance(s, at, usual, tau, geared, &n))
@@ -255,15 +256,15 @@ KT_INLINE bool advance_all(narrow *s, const double *usual, const double *tau, bo
     return true;
 }
 
-static __attribute__((noinline)) bool advance_geared(narrow *s, const double *usual, const double *tau) {
+static __attribute__((noinline)) bool advance_geared(front4 *s, const double *usual, const double *tau) {
     return advance_all(s, usual, tau, true);
 }
 
-static void respond(const narrow *s, double *a) {
+static void respond(const front4 *s, double *a) {
     kt_v4 p = kt_v4_splat(0.0);
     for (int at = s->f.group->link_count - 1; at >= 0; at--) {
-        const kt_narrow_step *kept = &s->kept[at];
-        double last[KT_NARROW];
+        const kt_front4_step *kept = &s->kept[at];
+        double last[KT_FRONT4_PARAMS];
         if (kept->ends)
             p = kept->last;
         if (kept->rank)
@@ -274,16 +275,16 @@ static void respond(const narrow *s, double *a) {
     }
 }
 
-bool KT_KERNEL(kt_narrow_close)(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a) {
-    narrow s;
+bool KT_KERNEL(kt_front4_solve)(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a) {
+    front4 s;
     const kt_rows rows = data->factored[g];
     kt_front_find(model, data, g, rows, &s.f);
     const double *usual = model->front_usual + (size_t)rows * model->n.front + s.f.plan->step;
-    s.kept = (kt_narrow_step *)(void *)s.f.w.front; /* groups' matrices begin at multiples of eight numbers */
+    s.kept = (kt_front4_step *)(void *)s.f.w.front; /* groups' matrices begin at multiples of eight numbers */
     s.open = 0;
     s.last = (double)INFINITY;
     s.pull = s.size = kt_v4_splat(0.0);
-    for (int i = 0; i < KT_NARROW; i++)
+    for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         s.energy[i] = kt_v4_splat(0.0);
     if (!(model->geared ? advance_geared(&s, usual, tau) : advance_all(&s, usual, tau, false)))
         return false;

@@ -14,25 +14,25 @@
 #include "reduction/front.h"
 
 /* The most parameters, equations of a step and open links. */
-enum { KT_NARROW = 4, KT_NARROW_ROWS = 2, KT_NARROW_SLOTS = 16 };
+enum { KT_FRONT4_PARAMS = 4, KT_FRONT4_ROWS = 2, KT_FRONT4_SLOTS = 16 };
 
 /* What a step keeps for the backward pass, in the group's memory for fronts. */
-typedef struct kt_narrow_step {
+typedef struct kt_front4_step {
     kt_v4 basis[3], particular; /* Z by columns; p0 */
     kt_v4 last;                 /* the parameters that it minimises out */
     int32_t params, rank;
     bool ends;
-} kt_narrow_step;
+} kt_front4_step;
 
-static inline size_t kt_narrow_count(size_t steps) { return steps * sizeof(kt_narrow_step) / sizeof(double); }
+static inline size_t kt_front4_count(size_t steps) { return steps * sizeof(kt_front4_step) / sizeof(double); }
 
 /* Writes the accelerations of a group on the ground, whose equations have been filled and whose bias is computed
  * (planar_group.h), to a; without tau the least solution of A x = right. False if that is left to front_factor.c.
  * Sets what kt_front_factor does, for the equations data->factored. */
-#define KT_NARROW_DECLARE(level)                                                                                       \
-    bool kt_narrow_close_##level(const kt_model *, kt_data *, size_t, const double *, double *);
-KT_NARROW_DECLARE(baseline)
-KT_NARROW_DECLARE(v3)
-KT_NARROW_DECLARE(v4)
+#define KT_FRONT4_DECLARE(level)                                                                                       \
+    bool kt_front4_solve_##level(const kt_model *, kt_data *, size_t, const double *, double *);
+KT_FRONT4_DECLARE(baseline)
+KT_FRONT4_DECLARE(v3)
+KT_FRONT4_DECLARE(v4)
 
 #endif

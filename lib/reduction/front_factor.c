@@ -129,7 +129,7 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
         *first = kt_larger(*first, norm[best]);
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * *first))
             break;
-        if (usual && k - rank <= f->plan->pending && is_small(f, d->pivot[best], norm[best], *usual))
+        if (usual && k - rank <= f->plan->delayed_most && is_small(f, d->pivot[best], norm[best], *usual))
             break;
         if (best != rank) {
             const double norm_of = norm[rank];
@@ -148,14 +148,14 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
 }
 
 /* Takes the equations that earlier steps have passed on, whose rows follow those of the step. */
-KT_INLINE void take_passed(kt_front *f, kt_front_count *count, int n, double *rows, int32_t *pivot) {
-    for (int d = 0; f->passing && d < f->passing->passed; d++) {
-        const int32_t slot = kt_front_pending(f, d);
-        count->wait[count->waiting++] = pivot[count->rows] = f->passing->pass[d];
+KT_INLINE void take_delayed(kt_front *f, kt_front_count *count, int n, double *rows, int32_t *pivot) {
+    for (int d = 0; f->delaying && d < f->delaying->delayed; d++) {
+        const int32_t slot = kt_front_delayed(f, d);
+        count->received_row[count->received++] = pivot[count->rows] = f->delaying->delayed_row[d];
         memcpy(rows + count->rows++ * n, kt_front_vector(f, slot), (size_t)n * sizeof *rows);
         kt_front_release(f, slot);
     }
-    f->passing = NULL;
+    f->delaying = NULL;
 }
 
 /* Passes the equations on that have not been eliminated, but for those that are redundant here: what is left of them,
@@ -166,21 +166,21 @@ KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor
     double *early = x->early;
     for (int32_t l = 0; l < f->live_count; l++)
         early += kt_front_vector_count(f, f->live[l]) * rank;
-    for (int c = rank; c < count->rows && count->rows - rank <= f->plan->pending; c++) {
+    for (int c = rank; c < count->rows && count->rows - rank <= f->plan->delayed_most; c++) {
         const double *row = x->rows + c * n, weight = f->w.weight ? f->w.weight[pivot[c]] : 1.0;
         if (!(kt_squares(row, rank, n) > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             continue;
-        const int32_t slot = kt_front_pending(f, count->passed);
+        const int32_t slot = kt_front_delayed(f, count->delayed);
         double *t = kt_front_vector(f, slot);
         for (int j = 0; j < rank; j++)
             *early++ = row[j] / weight;
         for (int i = rank; i < kt_front_padded(n); i++)
             t[i - rank] = i < n ? row[i] / weight : 0.0;
-        count->pass[count->passed++] = pivot[c];
+        count->delayed_row[count->delayed++] = pivot[c];
         kt_front_enter(f, slot);
     }
-    if (count->passed)
-        f->passing = count;
+    if (count->delayed)
+        f->delaying = count;
 }
 
 /* Removes the first of n entries. */
@@ -193,7 +193,7 @@ KT_INLINE void shorten(double *x, int first, int n) {
 KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n, int rank) {
     double *early = x->early;
     for (int j = 0; j < rank; j++) {
-        kt_front_unfold(x->rows + j * n, j, n, f->spare);
+        kt_front_expand_reflector(x->rows + j * n, j, n, f->spare);
         for (int32_t l = 0; l < f->live_count; l++) {
             double *t = kt_front_vector(f, f->live[l]);
             for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width)
@@ -244,7 +244,7 @@ KT_INLINE int factor_seen(const kt_front *f, int count, int n, double *scale) {
         double *u = f->copy + rank * end, *of = f->copy + v * end, r;
         for (int i = 0; i < end; i++)
             u[i] = i < rank ? 0.0 : of[i];
-        scale[rank] = kt_front_fold(u, rank, n, &r);
+        scale[rank] = kt_front_make_reflector(u, rank, n, &r);
         if (scale[rank] == 0.0)
             continue;
         for (int w = v + 1; w < count; w++)
@@ -255,19 +255,19 @@ KT_INLINE int factor_seen(const kt_front *f, int count, int n, double *scale) {
 }
 
 /* Of n parameters, the last of Q'p are not seen. As few reflectors move these, the columns of Q, to the end. */
-KT_INLINE void reflect_unseen(const kt_front *f, const double *scale, int rank, int n, const kt_front_factor *x) {
+KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, int n, const kt_front_factor *x) {
     const int end = kt_front_padded(n);
     for (int c = 0; c < n - rank; c++) {
-        double *u = x->seen + c * end, r;
+        double *u = x->coupled + c * end, r;
         for (int i = 0; i < end; i++)
             u[i] = i == rank + c ? 1.0 : 0.0;
         for (int j = rank - 1; j >= 0; j--)
             kt_front_reflect(f->copy + j * end, scale[j], n, u);
         for (int j = 0; j < c; j++)
-            kt_front_reflect(x->seen + j * end, x->seen_scale[j], n, u);
+            kt_front_reflect(x->coupled + j * end, x->coupled_scale[j], n, u);
         for (int i = n - c; i < n; i++)
             u[i] = 0.0;
-        x->seen_scale[c] = kt_front_fold(u, n - 1 - c, n, &r);
+        x->coupled_scale[c] = kt_front_make_reflector(u, n - 1 - c, n, &r);
     }
 }
 
@@ -284,16 +284,16 @@ KT_INLINE int keep_seen(const kt_front *f, kt_front_count *count, int s) {
     count->reflectors = kept < n - kept ? kept : n - kept;
     kt_front_factor_find(f, s, &x);
     if (count->reflectors == kept) {
-        memcpy(x.seen, f->copy, (size_t)(kept * end) * sizeof *x.seen);
-        memcpy(x.seen_scale, scale, (size_t)kept * sizeof *scale);
+        memcpy(x.coupled, f->copy, (size_t)(kept * end) * sizeof *x.coupled);
+        memcpy(x.coupled_scale, scale, (size_t)kept * sizeof *scale);
     } else {
-        reflect_unseen(f, scale, kept, n, &x);
+        reflect_free(f, scale, kept, n, &x);
     }
     for (int32_t l = 0; l < f->live_count; l++) {
         double *t = kt_front_vector(f, f->live[l]);
         for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width)
             for (int j = 0; j < count->reflectors; j++)
-                kt_front_reflect(x.seen + j * end, x.seen_scale[j], n, t);
+                kt_front_reflect(x.coupled + j * end, x.coupled_scale[j], n, t);
     }
     return kept;
 }
@@ -303,7 +303,7 @@ typedef struct front_goal {
     bool eliminate, regular;
     const double *usual;
     const int32_t *cap;
-    const bool *waits;
+    const bool *may_delay;
 } front_goal;
 
 /* What has been found up to a step. */
@@ -328,11 +328,11 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     take_terms(f, step, at->params);
     count->rows = complete_loops(f, step, n, x.rows, pivot);
     if (count->rows)
-        take_passed(f, count, n, x.rows, pivot);
-    kt_front_leave(f, step);
+        take_delayed(f, count, n, x.rows, pivot);
+    kt_front_release_last_uses(f, step);
     kt_front_factor_find(f, s, &x);
     if (count->rows && goal->eliminate) {
-        const double *usual = goal->waits[s] && !goal->regular ? goal->usual + s : NULL;
+        const double *usual = goal->may_delay[s] && !goal->regular ? goal->usual + s : NULL;
         const kt_qr d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector = x.scale};
         const int rank = factor_rows(f, &d, goal->cap[s] - at->rank - at->dropped, usual, &at->first);
         if (rank < 0)
@@ -350,7 +350,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
         if (usual)
             pass_on(f, count, &x, pivot, rank, at->first);
     }
-    at->pivots += count->rows - count->passed;
+    at->pivots += count->rows - count->delayed;
     count->vectors = count_vectors(f);
     count->left = n - count->rank;
     at->params = count->kept = keep_seen(f, count, s);
@@ -372,7 +372,7 @@ int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, k
                              .regular = regular,
                              .usual = model->front_usual + first,
                              .cap = model->front_cap + first,
-                             .waits = model->front_waits + first};
+                             .may_delay = model->front_may_delay + first};
     found at = {.first = f.w.least * f.w.least, .last = (double)INFINITY};
     data->factored[g] = rows;
     data->last[g] = 0.0;

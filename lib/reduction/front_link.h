@@ -111,12 +111,12 @@ static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_ste
 }
 
 /* Releases the slots of relations that are complete and of links on which nothing depends any more. */
-static inline void kt_front_leave(kt_front *f, const kt_front_step *step) {
+static inline void kt_front_release_last_uses(kt_front *f, const kt_front_step *step) {
     for (int i = step->loop; i < step->loop + step->loop_count; i++)
         if (f->model->loop[f->model->front_loop[i]].term_count)
             kt_front_release(f, kt_front_relation_of(f, step, f->model->front_loop[i]));
-    for (int i = step->leave; i < step->leave + step->leave_count; i++)
-        kt_front_release(f, f->model->front_leave[i]);
+    for (int i = step->last_use; i < step->last_use + step->last_use_count; i++)
+        kt_front_release(f, f->model->front_last_use[i]);
 }
 
 /* Takes the coordinates of a step's link from its parameters; returns how many others there are. */

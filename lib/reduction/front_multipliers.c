@@ -75,7 +75,7 @@ static void find_covectors(const kt_front *f) {
         for (int i = at->rank; i < at->params; i++)
             c[i - at->rank] = c[i];
         for (int j = 0; j < at->reflectors; j++)
-            kt_front_reflect(x.seen + j * kt_front_padded(at->left), x.seen_scale[j], at->left, c);
+            kt_front_reflect(x.coupled + j * kt_front_padded(at->left), x.coupled_scale[j], at->left, c);
         params = at->kept;
     }
 }
@@ -121,12 +121,12 @@ static void solve_multipliers(const kt_front_count *count, const kt_front_factor
 }
 
 /* Before the step the slots hold the equations that it has taken, and not those that it has passed on. */
-static void return_passed(kt_front *f, const kt_front_count *count, const double *lambda) {
-    for (int d = 0; d < count->passed; d++)
-        kt_front_release(f, kt_front_pending(f, d));
-    for (int d = 0; d < count->waiting; d++) {
-        *kt_front_constant(f, kt_front_pending(f, d)) = lambda[count->wait[d]];
-        kt_front_enter(f, kt_front_pending(f, d));
+static void return_delayed(kt_front *f, const kt_front_count *count, const double *lambda) {
+    for (int d = 0; d < count->delayed; d++)
+        kt_front_release(f, kt_front_delayed(f, d));
+    for (int d = 0; d < count->received; d++) {
+        *kt_front_constant(f, kt_front_delayed(f, d)) = lambda[count->received_row[d]];
+        kt_front_enter(f, kt_front_delayed(f, d));
     }
 }
 
@@ -156,12 +156,12 @@ static void find_multipliers(kt_front *f, double *lambda) {
         kt_front_factor_find(f, s, &x);
         unload_slots(f, x.early, f->count[s].rank, x.force);
         solve_multipliers(&f->count[s], &x, f->w.pivot + f->count[s].first, lambda);
-        return_passed(f, &f->count[s], lambda);
+        return_delayed(f, &f->count[s], lambda);
         for (int i = step->loop; i < step->loop + step->loop_count; i++)
             if (model->loop[model->front_loop[i]].term_count)
                 kt_front_enter(f, kt_front_relation_of(f, step, model->front_loop[i]));
-        for (int i = step->leave; i < step->leave + step->leave_count; i++)
-            kt_front_enter(f, model->front_leave[i]);
+        for (int i = step->last_use; i < step->last_use + step->last_use_count; i++)
+            kt_front_enter(f, model->front_last_use[i]);
         load_slots(f, step, lambda);
         undo_step(f, s);
     }
@@ -174,7 +174,7 @@ void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_
     find_multipliers(&f, lambda);
 }
 
-void KT_KERNEL(kt_front_share)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
+void KT_KERNEL(kt_front_multipliers_of)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     for (int s = 0; s < f.group->link_count; s++)

@@ -25,7 +25,7 @@ void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t 
         for (int i = n ? at->kept : at->left; i < at->left; i++)
             p[i] = 0.0;
         for (int j = at->reflectors - 1; j >= 0; j--)
-            kt_front_reflect(factor.seen + j * kt_front_padded(at->left), factor.seen_scale[j], at->left, p);
+            kt_front_reflect(factor.coupled + j * kt_front_padded(at->left), factor.coupled_scale[j], at->left, p);
         for (int i = at->left - 1; i >= 0; i--)
             p[at->rank + i] = p[i];
         for (int i = 0; i < at->rank; i++)

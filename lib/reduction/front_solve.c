@@ -173,10 +173,10 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
     const kt_front_step *step = &f->step[s];
     const int rank = f->count[s].rank, n = f->count[s].params;
     const int32_t *pivot = f->w.pivot + f->count[s].first;
-    for (int d = 0; d < f->count[s].waiting; d++)
+    for (int d = 0; d < f->count[s].received; d++)
         for (int j = 0; j < rank; j++)
-            if (pivot[j] == f->count[s].wait[d])
-                x->y[j] = f->w.right[pivot[j]] - *kt_front_constant(f, kt_front_pending(f, d));
+            if (pivot[j] == f->count[s].received_row[d])
+                x->y[j] = f->w.right[pivot[j]] - *kt_front_constant(f, kt_front_delayed(f, d));
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
@@ -198,25 +198,25 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
 KT_INLINE void pass_constants(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     const kt_front_count *count = &f->count[s];
-    double constant[KT_FRONT_PENDING] = {0.0};
-    for (int d = 0; d < count->passed; d++) {
-        for (int e = 0; e < count->waiting; e++)
-            if (count->wait[e] == count->pass[d])
-                constant[d] = *kt_front_constant(f, kt_front_pending(f, e));
+    double constant[KT_FRONT_DELAYED_MOST] = {0.0};
+    for (int d = 0; d < count->delayed; d++) {
+        for (int e = 0; e < count->received; e++)
+            if (count->received_row[e] == count->delayed_row[d])
+                constant[d] = *kt_front_constant(f, kt_front_delayed(f, e));
         for (int i = step->loop; i < step->loop + step->loop_count; i++) {
             const int32_t index = f->model->front_loop[i];
             const kt_loop_record *loop = &f->model->loop[index];
             const int32_t *slot = kt_front_slots(f, loop);
             for (int r = 0; r < loop->row_count; r++)
-                if (slot[r] == count->pass[d])
+                if (slot[r] == count->delayed_row[d])
                     constant[d] = constant_of(f, step, loop, index, slot[r]);
         }
     }
-    for (int d = 0; d < count->waiting; d++)
-        kt_front_release(f, kt_front_pending(f, d));
-    for (int d = 0; d < count->passed; d++) {
-        *kt_front_constant(f, kt_front_pending(f, d)) = constant[d];
-        kt_front_enter(f, kt_front_pending(f, d));
+    for (int d = 0; d < count->received; d++)
+        kt_front_release(f, kt_front_delayed(f, d));
+    for (int d = 0; d < count->delayed; d++) {
+        *kt_front_constant(f, kt_front_delayed(f, d)) = constant[d];
+        kt_front_enter(f, kt_front_delayed(f, d));
     }
 }
 
@@ -317,9 +317,9 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
     if (u <= 0)
         return true;
     for (int j = 0; j < count->reflectors; j++) {
-        const double *v = x->seen + j * kt_front_padded(count->left);
+        const double *v = x->coupled + j * kt_front_padded(count->left);
         place_reflector(f, v, base, all);
-        reflect_energy(f, f->spare, x->seen_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
+        reflect_energy(f, f->spare, x->coupled_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
     if (!kt_dense_cholesky_within(f->energy + t * (f->level + 1), (size_t)f->level, u, judge ? f->size + t : NULL))
         return false;
@@ -337,7 +337,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
 }
 
 /* The least coordinates: all parameters that nothing sees are zero. */
-KT_INLINE void leave_unseen(const kt_front *f, int s, const kt_front_factor *x) {
+KT_INLINE void keep_free(const kt_front *f, int s, const kt_front_factor *x) {
     const size_t u = (size_t)(f->count[s].left - f->count[s].kept);
     memset(x->free, 0, u * sizeof *x->free);
     memset(x->gain, 0, u * (size_t)kt_front_padded(f->count[s].kept) * sizeof *x->gain);
@@ -402,15 +402,15 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
             add_violations(f, s, &x, aim->gap);
         if (count->rank)
             find_y(f, s, &x);
-        if (count->waiting || count->passed)
+        if (count->received || count->delayed)
             pass_constants(f, s);
-        kt_front_leave(f, step);
+        kt_front_release_last_uses(f, step);
         if (count->rank && !least)
             impose(f, s, &x, base);
         if (count->rank)
             carry_y(f, &x, count->rank);
         if (least)
-            leave_unseen(f, s, &x);
+            keep_free(f, s, &x);
         else if (!minimise(f, s, &x, base, dynamics))
             return false;
         params = count->kept;
@@ -451,14 +451,14 @@ KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
         p[kept + i] = x.free[i] - (base + kept ? kt_front_dot(gain, z, base + kept) : 0.0);
     }
     for (int j = count->reflectors - 1; j >= 0; j--)
-        kt_front_reflect(x.seen + j * kt_front_padded(left), x.seen_scale[j], left, p);
+        kt_front_reflect(x.coupled + j * kt_front_padded(left), x.coupled_scale[j], left, p);
     if (!rank)
         return;
     for (int i = left - 1; i >= 0; i--)
         p[rank + i] = p[i];
     memcpy(p, x.y, (size_t)rank * sizeof *p);
     for (int j = rank - 1; j >= 0; j--) {
-        kt_front_unfold(x.rows + j * n, j, n, f->spare);
+        kt_front_expand_reflector(x.rows + j * n, j, n, f->spare);
         kt_front_reflect(f->spare, x.scale[j], n, p);
     }
 }

@@ -4,10 +4,12 @@
 
 #include "reduction/method.h"
 
-/* data->solved: groups of few equations (delassus.h) and of narrow fronts (front4.h) may be solved in their own
+/* data->special_form: groups of few equations (delassus.h) and of narrow fronts (front4.h) may be solved in their own
  * forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
-enum { KT_SOLVED_NOT = 0, KT_SOLVED_REGULAR, KT_SOLVED_WHOLE };
-static inline uint8_t kt_solved_as(bool regular) { return regular ? KT_SOLVED_REGULAR : KT_SOLVED_WHOLE; }
+enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
+static inline uint8_t kt_special_form_as(bool regular) {
+    return regular ? KT_SPECIAL_FORM_REGULAR : KT_SPECIAL_FORM_WHOLE;
+}
 
 typedef struct kt_reduction_kernels {
     /* Computes the accelerations of a mechanism with loops; sets data->rank and data->near of each group. `regular`:
@@ -17,17 +19,17 @@ typedef struct kt_reduction_kernels {
                       const double *tau, const kt_wrench *external, bool regular, double *a);
     /* Fills the equations at (t, q), and `right` with -(A v + phi_t); if v is NULL, velocities are not considered.
      * Coordinates to be held (NULL: none) count as constants. Returns false if a number is not finite. */
-    bool (*look)(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
-                 kt_violation *violation);
+    bool (*residuals)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const bool *held, kt_violation *violation);
     /* Factors the equations that have been filled; returns false if a number is not finite. `regular`: as above. */
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
-    /* As `factor`, for `close` alone: groups are left to their own forms at regular positions. */
-    bool (*ready)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
+    /* As `factor`, for `least_step` alone: groups are left to their own forms at regular positions. */
+    bool (*prepare)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* Computes the least step (nv) with A step = right, as last factored: in coordinates (then only those of groups
      * change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
-    bool (*close)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
+    bool (*least_step)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
     /* A x of a group that is reduced by fronts (front.h), into out (k); if size is not NULL, the largest terms. */
     void (*apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x, double *out,
                   double *size);

@@ -18,7 +18,7 @@
 enum { KT_SHORT = 9 };
 
 /* y += N (N' M N)^-1 z, or with `anew` y = N (N' M N)^-1 z; z is overwritten. */
-KT_INLINE void kt_group_spread(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
+KT_INLINE void kt_group_expand_basis(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
     const int m = w->m;
     kt_dense_solve(w->reduced, dofs, z);
     for (int i = 0; i < m && anew; i++)
@@ -31,7 +31,7 @@ KT_INLINE void kt_group_spread(const kt_group_work *w, int dofs, bool anew, doub
 }
 
 /* y = M x */
-KT_INLINE void kt_group_weigh(const kt_group_work *w, const double *x, double *y) {
+KT_INLINE void kt_group_apply_mass(const kt_group_work *w, const double *x, double *y) {
     const int m = w->m;
     if (m >= KT_SHORT)
         kt_dense_apply(w->mass, m, m, x, y);
@@ -48,7 +48,7 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
     for (int c = 0; c < dofs; c++) {
         const double *n = w->basis + (size_t)c * (size_t)m;
         double sum = 0.0;
-        kt_group_weigh(w, n, half);
+        kt_group_apply_mass(w, n, half);
         for (int i = 0; i < m; i++)
             sum += n[i] * n[i] * w->mass[i * (m + 1)];
         size[c] = sum;
@@ -68,12 +68,12 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
     kt_group_reduce(w, dofs, size);
     if (!kt_dense_cholesky(w->reduced, dofs, size))
         return false;
-    kt_group_weigh(w, w->free, half);
+    kt_group_apply_mass(w, w->free, half);
     for (int i = 0; i < m; i++)
         half[i] = w->bias[i] - half[i];
     for (int c = 0; c < dofs; c++)
         z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
-    kt_group_spread(w, dofs, false, z, w->free);
+    kt_group_expand_basis(w, dofs, false, z, w->free);
     for (int c = 0; c < width; c++) {
         double *k = w->gain + (size_t)c * (size_t)m;
         for (int r = 0; r < dofs; r++) {
@@ -83,7 +83,7 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
                 sum += n[i] * w->coupling[width * i + c];
             z[r] = sum;
         }
-        kt_group_spread(w, dofs, true, z, k);
+        kt_group_expand_basis(w, dofs, true, z, k);
     }
     return true;
 }
@@ -101,7 +101,7 @@ static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_g
     }
     if (!kt_dense_cholesky(w->reduced, dofs, NULL))
         return false;
-    kt_group_spread(w, dofs, false, z, w->free);
+    kt_group_expand_basis(w, dofs, false, z, w->free);
     return true;
 }
 

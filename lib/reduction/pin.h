@@ -44,7 +44,7 @@ typedef struct kt_pin {
     const kt_planar_link *link[KT_PIN_LINKS];
     kt_v2 offset[KT_PIN_LINKS]; /* from the previous link */
     kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
-    kt_v2 bend[KT_PIN_LINKS];   /* acceleration from the velocities alone */
+    kt_v2 bias[KT_PIN_LINKS];   /* acceleration from the velocities alone */
     kt_v2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
     kt_v2 c[KT_PIN_LINKS];
     kt_v2 drift; /* -b'' */
@@ -66,7 +66,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
                                    const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
                                    kt_pin *p) {
     const kt_v2 none = {0.0, 0.0};
-    kt_v2 at = -kt_v2_load(flat->origin), rate = none, bend = none;
+    kt_v2 at = -kt_v2_load(flat->origin), rate = none, bias = none;
     const int32_t first = kt_planar_index_shift(model, 0);
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
@@ -75,7 +75,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         const kt_planar_motion *m = &data->planar[index];
         p->offset[i] = kt_v2_load(m->offset);
         at += p->offset[i];
-        bend += kt_v2_load(m->linear);
+        bias += kt_v2_load(m->linear);
         rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
         w = m->omega;
         p->along[i] = none;
@@ -84,12 +84,12 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
             rate += kt_v2_splat(v[link->v]) * p->along[i];
         }
         p->at[i] = at;
-        p->bend[i] = bend;
+        p->bias[i] = bias;
     }
     const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->link[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
     return (kt_pin_end){.point = at + arm,
                         .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
-                        .linear = bend - kt_v2_splat(w * w) * arm,
+                        .linear = bias - kt_v2_splat(w * w) * arm,
                         .omega = w};
 }
 
@@ -162,7 +162,7 @@ typedef struct kt_pin_sum {
 
 KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_v2 ground, bool rides,
                           const kt_planar_inertia *x, kt_pin_sum *sum) {
-    const kt_v2 h = kt_v2_load(x->h), a = body->a + (p->bend[i] + ground);
+    const kt_v2 h = kt_v2_load(x->h), a = body->a + (p->bias[i] + ground);
     const double moment = x->j * body->w + kt_v2_dot(h, body->u);
     const kt_v2 force = h * kt_v2_splat(body->w) + kt_pin_apply(x, body->u);
     sum->inertia += body->w * moment + kt_v2_dot(body->u, force);
@@ -211,9 +211,9 @@ KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const
     }
 }
 
-KT_INLINE bool kt_pin_close(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
-                            const kt_planar_loop *flat, int32_t top, int first, const double *gravity, const double *v,
-                            const double *tau, double *a) {
+KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
+                                const kt_planar_loop *flat, int32_t top, int first, const double *gravity,
+                                const double *v, const double *tau, double *a) {
     const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
     const double omega = data->planar[top].omega;
     kt_pin p;

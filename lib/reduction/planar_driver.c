@@ -56,7 +56,8 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
 }
 
 /* The same by fronts, after the bias. */
-static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau, double *a) {
+static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau,
+                            double *a) {
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};
     kt_front_total total;
     const double *x = total.inertia, *bias = total.bias;
@@ -76,8 +77,8 @@ static bool close_front(const kt_model *model, kt_data *data, int32_t g, int32_t
     return true;
 }
 
-KT_INLINE bool close_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
-                           int32_t top, const double *tau, bool geared, double *a) {
+KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
+                               int32_t top, const double *tau, bool geared, double *a) {
     kt_planar_inertia total;
     kt_planar_group_assemble(model, data, group, w, top, tau, &total);
     for (int i = 0; i < w->m && geared; i++)
@@ -91,31 +92,32 @@ KT_INLINE bool close_dense(const kt_model *model, kt_data *data, const kt_group 
     return true;
 }
 
-static __attribute__((noinline)) bool close_geared(const kt_model *model, kt_data *data, const kt_group *group,
-                                                   const kt_group_work *w, int32_t top, const double *tau, double *a) {
-    return close_dense(model, data, group, w, top, tau, true, a);
+static __attribute__((noinline)) bool eliminate_dense_geared(const kt_model *model, kt_data *data,
+                                                             const kt_group *group, const kt_group_work *w, int32_t top,
+                                                             const double *tau, double *a) {
+    return eliminate_dense(model, data, group, w, top, tau, true, a);
 }
 
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
  * accelerations. */
-static bool close_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                        const double *tau, double *a) {
+static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                            const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
     kt_group_find(model, data, (size_t)g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
-    if (data->solved[g])
-        return KT_KERNEL(kt_narrow_close)(model, data, (size_t)g, tau, a);
+    if (data->special_form[g])
+        return KT_KERNEL(kt_front4_solve)(model, data, (size_t)g, tau, a);
     if (group->apart)
-        return group->front.used ? close_front(model, data, g, top, tau, a)
-                                 : close_geared(model, data, group, &w, top, tau, a);
-    return close_dense(model, data, group, &w, top, tau, false, a);
+        return group->front.used ? eliminate_front(model, data, g, top, tau, a)
+                                 : eliminate_dense_geared(model, data, group, &w, top, tau, a);
+    return eliminate_dense(model, data, group, &w, top, tau, false, a);
 }
 
 /* Does the same for a group of one pin, whose equations have not been filled; returns false if it needs the general
  * method. */
-static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                      const double *v, const double *tau, double *a) {
+static bool eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                          const double *v, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     const int32_t index = model->group_loop[group->loop];
     const kt_loop_record *loop = &model->loop[index];
@@ -124,13 +126,13 @@ static bool close_pin(const kt_model *model, kt_data *data, int32_t g, int32_t t
     data->rank[g] = group->rank[KT_ROWS_ALL];
     switch (loop->length[0]) {
     case 0:
-        return kt_pin_close(model, data, group, loop, flat, top, 0, gravity, v, tau, a);
+        return kt_pin_eliminate(model, data, group, loop, flat, top, 0, gravity, v, tau, a);
     case 1:
-        return kt_pin_close(model, data, group, loop, flat, top, 1, gravity, v, tau, a);
+        return kt_pin_eliminate(model, data, group, loop, flat, top, 1, gravity, v, tau, a);
     case 2:
-        return kt_pin_close(model, data, group, loop, flat, top, 2, gravity, v, tau, a);
+        return kt_pin_eliminate(model, data, group, loop, flat, top, 2, gravity, v, tau, a);
     default:
-        return kt_pin_close(model, data, group, loop, flat, top, 3, gravity, v, tau, a);
+        return kt_pin_eliminate(model, data, group, loop, flat, top, 3, gravity, v, tau, a);
     }
 }
 
@@ -144,8 +146,8 @@ typedef struct closure {
     double *a;
 } closure;
 
-KT_INLINE bool is_few(const closure *c, const kt_planar_link *link) {
-    return c->data->solved[link->group] && c->model->group[link->group].delassus;
+KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
+    return c->data->special_form[link->group] && c->model->group[link->group].delassus;
 }
 
 static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
@@ -163,8 +165,8 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].pin;
-    const bool done = pin ? close_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
-                          : close_group(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
+    const bool done = pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+                          : eliminate_whole(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
 }
 
@@ -175,7 +177,7 @@ KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_plana
                                       kt_planar_eliminate *joint) {
     if (link->group < 0)
         return joint(link, m, tau, x, response, NULL);
-    if (is_few(c, link)) {
+    if (is_delassus(c, link)) {
         store_inverse(c, link, m, x);
         return joint(link, m, tau, x, response, NULL);
     }
@@ -213,7 +215,7 @@ static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32
 KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha, kt_v2 *linear,
                        kt_planar_motion *m, double *a, void *context) {
     const closure *c = context;
-    if (link->group < 0 || is_few(c, link)) {
+    if (link->group < 0 || is_delassus(c, link)) {
         kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
         return;
     }
@@ -232,11 +234,11 @@ static __attribute__((noinline)) size_t backward_geared(const kt_model *model, k
 }
 
 /* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
-static size_t solve_few(const closure *c, const kt_plane *plane) {
+static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
-        if (c->data->solved[g] && model->group[g].delassus && k >= plane->first && k < plane->last &&
+        if (c->data->special_form[g] && model->group[g].delassus && k >= plane->first && k < plane->last &&
             !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
             return g;
     }
@@ -253,7 +255,7 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
                                             : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
-        const size_t unsolved = model->few ? solve_few(&c, plane) : model->n.group;
+        const size_t unsolved = model->few ? solve_delassus(&c, plane) : model->n.group;
         if (unsolved < model->n.group)
             return (size_t)model->group_link[model->group[unsolved].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
@@ -275,12 +277,12 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
         KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
 }
 
-/* Narrow fronts are left to front4.h if `special` (data->solved); the others as kt_group_ready. */
-static bool group_ready(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
+/* Narrow fronts are left to front4.h if `special` (data->special_form); the others as kt_group_prepare. */
+static bool prepare_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
     const kt_group *group = &model->group[g];
     if (!special || !group->narrow || group->count[rows] != group->count[KT_ROWS_ALL])
-        return KT_KERNEL(kt_group_ready)(model, data, g, rows, regular, special);
-    data->solved[g] = kt_solved_as(regular);
+        return KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, special);
+    data->special_form[g] = kt_special_form_as(regular);
     data->factored[g] = rows;
     data->near[g] = false;
     data->rank[g] = group->rank[rows];
@@ -292,10 +294,10 @@ static bool has_fixed(const kt_data *data, const kt_group *group) {
     return group->narrow && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
 }
 
-static bool ready(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+static bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= group_ready(model, data, g, rows, regular, !has_fixed(data, &model->group[g]));
+        fine &= prepare_group(model, data, g, rows, regular, !has_fixed(data, &model->group[g]));
     return fine;
 }
 
@@ -309,7 +311,7 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
         if (special && model->group[g].pin)
             continue;
         fill_moving(model, data, g, q, v, t);
-        if (!group_ready(model, data, g, KT_ROWS_ALL, regular, special))
+        if (!prepare_group(model, data, g, KT_ROWS_ALL, regular, special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (failed)
@@ -327,8 +329,8 @@ static size_t forward(const kt_model *model, kt_data *data, double t, const doub
     return try_forward(model, data, t, q, v, tau, external, regular, false, a);
 }
 
-static bool look(const kt_model *model, kt_data *data, double t, const double *q, const double *v, const bool *held,
-                 kt_violation *violation) {
+static bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                      const bool *held, kt_violation *violation) {
     *violation = kt_violation_none;
     pose(model, data, q);
     if (has_spatial(model))
@@ -346,20 +348,20 @@ static void fill(const kt_model *model, kt_data *data, double t, const double *q
         fill_moving(model, data, g, q, v, t);
 }
 
-static bool close_groups(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
+static bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
-        return KT_KERNEL(kt_groups_close)(model, data, step);
+        return KT_KERNEL(kt_groups_least_step)(model, data, step);
     move(model, data, model->zero);
     if (has_spatial(model)) {
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
         data->motion[0].linear = kt_v4_splat(0.0);
         if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->few, step))
-            return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
+            return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
     }
     if (accelerate(model, data, NULL, force, true, step) == 0)
         return true;
-    return KT_KERNEL(kt_groups_unsolve)(model, data) && close_groups(model, data, metric, force, step);
+    return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
 }
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
@@ -367,8 +369,8 @@ const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = 
                                                                      .measure = KT_KERNEL(kt_damped_measure),
                                                                      .damp = KT_KERNEL(kt_damped_solve),
                                                                      .nullspace = KT_KERNEL(kt_front_nullspace),
-                                                                     .look = look,
+                                                                     .residuals = residuals,
                                                                      .factor = KT_KERNEL(kt_groups_factor),
-                                                                     .ready = ready,
+                                                                     .prepare = prepare,
                                                                      .fill = fill,
-                                                                     .close = close_groups};
+                                                                     .least_step = least_step};

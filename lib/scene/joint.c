@@ -122,12 +122,16 @@ static const kt_table free_position = {.fields = free_position_fields,
 static const kt_table free_velocity = {
     .fields = free_velocity_fields, .count = 2, .flow = true, .example = "{linear: [x, y, z], angular: [x, y, z]}"};
 
+/* A list of one number stands for that number where there is one coordinate, so that scenes can be written by programs
+ * that know nothing of types. */
+static bool is_list_of_one(const kt_node *node) { return node->kind == KT_NODE_LIST && node->count == 1; }
+
 static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node, kt_joint_type type, int count,
                              kt_quantity of_angle, double *out) {
     kt_quantity quantities[KT_JOINT_NQ_MAX];
     for (int k = 0; k < count; k++)
         quantities[k] = is_length(type, k) ? KT_QUANTITY_NUMBER : of_angle;
-    if (count == 1)
+    if (count == 1 && !is_list_of_one(node))
         return kt_read_number(r, scope, node, quantities[0], out);
     return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
 }
@@ -217,7 +221,7 @@ static bool read_armature(kt_reader *r, const kt_scope *scope, kt_node *node, co
     kt_joint *joint = object;
     const int count = velocity_counts[joint->type];
     (void)field;
-    if (count > 1 && node->kind == KT_NODE_LIST)
+    if (is_list_of_one(node) || (count > 1 && node->kind == KT_NODE_LIST))
         return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, NULL, joint->armature);
     if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &joint->armature[0]))
         return false;

@@ -1,13 +1,8 @@
-/* Numbers and angles as a scene file writes them.
- *
- * The grammar of a number is that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal
- * forms:
- *   [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
- * strtod rounds it; the grammar is checked first because strtod reads more (hexadecimal, infinity, leading blanks).
- */
+/* Numbers and angles as a scene file writes them. */
 #include "scene/number.h"
 
 #include "algebra/angle.h"
+#include "base/decimal.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -23,32 +18,6 @@ static bool is_one_of(const char *text, const char *const *words) {
 
 static const char *skip_sign(const char *c) { return *c == '+' || *c == '-' ? c + 1 : c; }
 
-static const char *skip_digits(const char *c) {
-    while (*c >= '0' && *c <= '9')
-        c++;
-    return c;
-}
-
-/* Returns the end of the number that text begins with, or text itself if it begins with none. */
-static const char *skip_number(const char *text) {
-    const char *whole = skip_sign(text);
-    const char *c = skip_digits(whole);
-    size_t digits = (size_t)(c - whole);
-    if (*c == '.') {
-        const char *fraction = c + 1;
-        c = skip_digits(fraction);
-        digits += (size_t)(c - fraction);
-    }
-    if (digits == 0)
-        return text;
-    if (*c == 'e' || *c == 'E') {
-        const char *exponent = skip_sign(c + 1);
-        if (skip_digits(exponent) > exponent)
-            c = skip_digits(exponent);
-    }
-    return c;
-}
-
 /* 0x1F, 0o17; also with a sign. */
 static bool is_hex(const char *text) {
     const char *c = skip_sign(text);
@@ -60,7 +29,7 @@ static bool is_hex(const char *text) {
 /* Whole numbers with a needless leading zero, such as 017. */
 static bool is_octal(const char *text) {
     const char *c = skip_sign(text);
-    return c[0] == '0' && c[1] != '\0' && *skip_digits(c) == '\0';
+    return c[0] == '0' && c[1] != '\0' && c[strspn(c, "0123456789")] == '\0';
 }
 
 static bool is_not_finite(const char *text) {
@@ -112,7 +81,7 @@ kt_scalar kt_scalar_classify(const char *text, double *value) {
         return KT_SCALAR_HEX;
     if (is_octal(text))
         return KT_SCALAR_OCTAL;
-    const char *end = skip_number(text);
+    const char *end = kt_decimal_end(text);
     return end == text ? KT_SCALAR_TEXT : classify_number(text, end, value);
 }
 

@@ -31,7 +31,7 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
     const size_t p = model->n.row, n = p ? model->n.v : 0;
     const bool dense = kt_linearized_is_dense(model);
     const size_t dense_factors = dense ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0;
-    const size_t factors = dense || !p ? dense_factors : kt_saddle_init(NULL, NULL, model, NULL);
+    const size_t factors = dense || !p ? dense_factors : kt_kkt_init(NULL, NULL, model, NULL);
     if (memory)
         *w = (kt_projection_work){.model = model, .n = n, .p = p, .dense = dense};
     const size_t bytes = place_arrays(w, memory, model, n, p, dense ? n : 0, factors);
@@ -64,9 +64,8 @@ static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, 
 
 static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
     const kt_model *model = w->model;
-    (void)kt_saddle_init(&w->saddle, w->factors, model, w->data);
-    const kt_status status =
-        kt_saddle_factor(&w->saddle, rows, mass ? KT_METRIC_MASS : KT_METRIC_IDENTITY, w->t, q, error);
+    (void)kt_kkt_init(&w->kkt, w->factors, model, w->data);
+    const kt_status status = kt_kkt_factor(&w->kkt, rows, mass ? KT_METRIC_MASS : KT_METRIC_IDENTITY, w->t, q, error);
     for (size_t g = 0; g < model->n.group && status == KT_OK; g++)
         if (w->data->rank[g] < model->group[g].rank[rows])
             return kt_jacobian_singular(error);
@@ -99,7 +98,7 @@ static void solve_dense(const kt_projection_work *w, bool mass, const double *e,
 /* Overwrites columns g in x with x of W x - J' lambda = g, J x = e. */
 static void solve(const kt_projection_work *w, bool mass, size_t columns, const double *e, double *x) {
     if (!w->dense)
-        kt_saddle_solve(&w->saddle, columns, x, e);
+        kt_kkt_solve(&w->kkt, columns, x, e);
     for (size_t c = 0; c < columns && w->dense; c++)
         solve_dense(w, mass, e + c * w->p, x + c * w->n);
 }
@@ -107,7 +106,7 @@ static void solve(const kt_projection_work *w, bool mass, size_t columns, const 
 /* lambda of J' lambda = W x; `momentum` is M x. */
 static kt_status find_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
     if (!w->dense)
-        return kt_loops_share(w->model, w->data, momentum, w->lambda, error);
+        return kt_loops_multipliers_of(w->model, w->data, momentum, w->lambda, error);
     kt_jacobian_qr_multipliers(&w->qr, momentum, w->lambda);
     return KT_OK;
 }

@@ -33,9 +33,9 @@ static kt_status add_loops(kt_projection_work *w, const double *q, const double 
     const kt_loop_sum sum = {.lambda = {w->lambda, w->residual}, .p = {w->response, z}};
     for (size_t i = 0; i < w->n; i++)
         w->work[i] = w->by_g[i] - y[i];
-    kt_status status = kt_loops_share(w->model, w->data, w->by_x, w->lambda, error);
+    kt_status status = kt_loops_multipliers_of(w->model, w->data, w->by_x, w->lambda, error);
     if (status == KT_OK)
-        status = kt_loops_share(w->model, w->data, w->work, w->residual, error);
+        status = kt_loops_multipliers_of(w->model, w->data, w->work, w->residual, error);
     if (status == KT_OK)
         kt_loop_gradient(w->model, w->data, w->t, q, &sum, w->dof, w->chain, by_xi, w->work);
     return status;

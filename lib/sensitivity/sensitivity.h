@@ -156,7 +156,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, lambda, p, "its multipliers")                                                                            \
     X(double, residual, p, "phi, or b'")                                                                               \
     X(double, jacobian, n *p, "p x n")                                                                                 \
-    X(char, factors, factors, "of `qr` or `saddle`")                                                                   \
+    X(char, factors, factors, "of `qr` or `kkt`")                                                                      \
     X(double, metric, m *m, "W")                                                                                       \
     X(double, half, m *m, "W Z")                                                                                       \
     X(double, reduced, m *m, "Z' W Z, factored")                                                                       \
@@ -186,7 +186,7 @@ typedef struct kt_projection_work {
     size_t n, p;
     bool dense;                                   /* which of the two factors */
     kt_jacobian_qr qr;                            /* in `factors`, as is */
-    kt_saddle saddle;                             /* this one */
+    kt_kkt kkt;                                   /* this one */
     kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
     uint32_t iterations;                          /* of the positions, by the last kt_projection_run */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)

@@ -25,9 +25,9 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
         w->inverse_force[i] += model->armature[i] * a[i] - (tau ? tau[i] : 0.0);
         w->momentum[i] += model->armature[i] * by_tau[i] - mu[i];
     }
-    status = kt_loops_share(model, w->data, w->inverse_force, p->lambda, error);
+    status = kt_loops_multipliers_of(model, w->data, w->inverse_force, p->lambda, error);
     if (status == KT_OK)
-        status = kt_loops_share(model, w->data, w->momentum, p->residual, error);
+        status = kt_loops_multipliers_of(model, w->data, w->momentum, p->residual, error);
     if (status != KT_OK)
         return status;
     const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};

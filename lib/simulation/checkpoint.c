@@ -3,19 +3,67 @@
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
  * began, the history of the method, torques and wrenches of the last and of the next step, and with a
  * transformation the user model's state.
+ *
+ * What comes after a checkpoint depends on the model, on the method and on its settings, too: the head tells them, and a
+ * block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
+ * may go on with others.
  */
+#include "base/sum.h"
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <stdio.h>
 #include <string.h>
 
+/* What the steps and records after a checkpoint depend on: name, words, value. One list writes, compares and tells. */
+#define KT_CHECKPOINT_SETTINGS(X)                                                                                      \
+    X(step, "a step of", simulation->step)                                                                             \
+    X(relative, "a relative tolerance of", adaptive ? options->relative_tolerance : 0.0)                               \
+    X(absolute, "an absolute tolerance of", adaptive ? options->absolute_tolerance : 0.0)                              \
+    X(max_step, "a longest step of", adaptive ? options->max_step : 0.0)                                               \
+    X(max_steps, "a largest number of steps of", adaptive ? (double)options->max_steps : 0.0)                          \
+    X(duration, "a duration of", simulation->duration)                                                                 \
+    X(interval, "an interval between records of", simulation->interval)                                                \
+    X(unprojected, "the option 'unprojected' at", simulation->unprojected)                                             \
+    X(accelerates, "accelerations of the caller's at", simulation->acceleration != NULL)                               \
+    X(projects, "a projection of the caller's at", simulation->projection != NULL)
+
+typedef struct kt_checkpoint_settings {
+#define KT_CHECKPOINT_SETTING(name, words, value) double name;
+    KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)
+#undef KT_CHECKPOINT_SETTING
+} kt_checkpoint_settings;
+
 typedef struct kt_checkpoint_head {
     char kind[16];   /* "kinetree state" */
     char method[32]; /* its name, cut to fit */
     uint64_t size, nq, nv, body;
+    uint64_t model; /* checksum: see sum_of_model */
+    kt_checkpoint_settings settings;
 } kt_checkpoint_head;
 
 static const char checkpoint_kind[16] = "kinetree state";
+
+static uint64_t sum_of_text(uint64_t sum, const char *text) {
+    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
+}
+
+/* Names, order and types of bodies, loops and effects, and the library's version, which the layout belongs to. */
+static uint64_t sum_of_model(const kt_model *model) {
+    uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const int numbers[] = {kt_body_parent(model, body), at.q, at.nq, at.v, at.nv};
+        sum = kt_sum_add(sum_of_text(sum, kt_body_name(model, body)), numbers, sizeof numbers);
+    }
+    for (int loop = 0; loop < kt_loop_count(model); loop++) {
+        const int type = (int)kt_loop_type_of(model, loop);
+        sum = kt_sum_add(sum_of_text(sum, kt_loop_name(model, loop)), &type, sizeof type);
+    }
+    for (size_t i = 0; i < model->n.effect; i++)
+        sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
+    return sum;
+}
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
@@ -52,6 +100,14 @@ static kt_checkpoint_offsets measure(const kt_simulation_sizes *size) {
     return at;
 }
 
+static kt_checkpoint_settings settings_of(const kt_simulation *simulation) {
+    const kt_integrator_options *options = &simulation->integrator->options;
+    const bool adaptive = !(simulation->step > 0.0);
+#define KT_CHECKPOINT_SETTING(name, words, value) .name = value,
+    return (kt_checkpoint_settings){KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)};
+#undef KT_CHECKPOINT_SETTING
+}
+
 static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     kt_checkpoint_head head;
     memset(&head, 0, sizeof head);
@@ -65,6 +121,8 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     head.nq = simulation->size.nq;
     head.nv = simulation->size.nv;
     head.body = simulation->size.body;
+    head.model = sum_of_model(simulation->user_model);
+    head.settings = settings_of(simulation);
     return head;
 }
 
@@ -90,6 +148,18 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.integrator, &memory, sizeof memory);
 }
 
+static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, kt_error *error) {
+#define KT_CHECKPOINT_SETTING(name, words, value)                                                                      \
+    if (memcmp(&its->name, &own->name, sizeof own->name) != 0)                                                         \
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",                                                    \
+                            "it was made with " words " %.9g, and this simulation has %.9g; kt_simulation_set_state "  \
+                            "takes over a time and a state alone, and lays steps and records anew from there",         \
+                            its->name, own->name);
+    KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)
+#undef KT_CHECKPOINT_SETTING
+    return KT_OK;
+}
+
 /* Whether the block is of this kind of simulation. */
 static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint_head *head, kt_error *error) {
     kt_checkpoint_head own = make_head(simulation);
@@ -108,7 +178,12 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
             error, KT_ERROR_ARGUMENT, "checkpoint",
             "it is of another model, or only one of the two keeps an energy balance: %llu bytes; here: %llu",
             (unsigned long long)head->size, (unsigned long long)own.size);
-    return KT_OK;
+    if (head->model != own.model)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                            "it is of another model, with as many coordinates but other names or types, or of another "
+                            "version of the library, which is %s here",
+                            kt_version());
+    return check_settings(&head->settings, &own.settings, error);
 }
 
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {

@@ -95,6 +95,11 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
         return kt_error_set(error, cause->code, where,
                             "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
                             cause->message, simulation->step);
+    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected && simulation->groups > 0)
+        return kt_error_set(error, from->code, where,
+                            "%s. Loops are left to drift open (unprojected), which makes accelerations uncertain near "
+                            "singular positions: let them be closed after each step",
+                            from->message);
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0) {
         (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),

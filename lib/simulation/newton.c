@@ -21,6 +21,9 @@
  *
  *     (sigma M + C Z + K P S E Z) x = M Z'r_v - C x_0 - K (P S r_q + P S E x_0)
  *
+ * Where drives leave no velocity free, Z and these matrices are empty: x_v = r_v / sigma, as if J were 0. Accelerations
+ * are then functions of time and of a state that the projection puts back onto the loops.
+ *
  * A Rosenbrock method, whose order depends on an exact J, has the matrices without reduction, M = 1, K = -da/dq and C =
  * -da/dv in all directions, also those that violate the loops (kt_acceleration_derivatives).
  *
@@ -36,11 +39,12 @@
 #include <string.h>
 
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size) {
-    size->all_directions = exact && kt_loop_group_count(model) > 0;
-    const bool loops = kt_loop_group_count(model) > 0 && !exact;
-    size->free = loops ? (size_t)kt_model_mobility(model).minimal : size->nv;
-    size->basis = loops ? size->nv * size->free : 0;
-    size->along = loops ? size->free * size->free : 0;
+    const bool loops = kt_loop_group_count(model) > 0;
+    size->all_directions = loops && exact;
+    size->reduced = loops && !exact;
+    size->free = size->reduced ? (size_t)kt_model_mobility(model).minimal : size->nv;
+    size->basis = size->reduced ? size->nv * size->free : 0;
+    size->along = size->reduced ? size->free * size->free : 0;
     size->turning = size->quaternion;
     size->vectors = 4 * 2 * size->nq;
     size->stiffness_work = size->all_directions ? kt_acceleration_work_size(model) : kt_stiffness_work_size(model);
@@ -244,7 +248,7 @@ static void keep_turning(kt_simulation *s, const double *y) {
 static void reduce_along(kt_simulation *s) {
     const size_t nv = s->size.nv, free = s->size.free;
     memset(s->along, 0, 2 * s->size.along * sizeof *s->along);
-    for (size_t j = 0; j < free && s->size.along > 0; j++) {
+    for (size_t j = 0; j < free && s->size.reduced; j++) {
         const vector z = {s->basis + j * nv, NULL}, k = {s->along + j * free, NULL},
                      c = {s->along + s->size.along + j * free, NULL};
         add_product(s->stiffness, free, nv, 1.0, z, k);
@@ -268,21 +272,26 @@ static kt_status differentiate_all(kt_simulation *s, double t, const double *q, 
     return KT_OK;
 }
 
-static int jacobian(double t, const double *y, const double *dydt, void *user) {
-    kt_simulation *s = user;
+/* M, C and K at a state, where any velocity is free. */
+static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     const double *q = y, *v = y + s->size.nq, *tau = s->tau;
     const kt_wrench *external = s->external;
-    kt_error error = {0};
+    if (s->size.free == 0)
+        return KT_OK;
     if (s->transformation != NULL && (tau != NULL || external != NULL))
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
-    const kt_status status =
-        s->size.all_directions
-            ? differentiate_all(s, t, q, v, tau, external, &error)
-            : kt_stiffness_evaluate(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau,
-                                    external, dydt + s->size.nq, s->size.basis > 0 ? s->basis : NULL, s->mass,
-                                    s->stiffness, s->damping, &error);
+    if (s->size.all_directions)
+        return differentiate_all(s, t, q, v, tau, external, error);
+    return kt_stiffness_evaluate(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external,
+                                 a, s->size.reduced ? s->basis : NULL, s->mass, s->stiffness, s->damping, error);
+}
+
+static int jacobian(double t, const double *y, const double *dydt, void *user) {
+    kt_simulation *s = user;
+    kt_error error = {0};
+    const kt_status status = differentiate(s, t, y, dydt + s->size.nq, &error);
     if (status != KT_OK && !kt_simulation_is_recoverable(status))
         s->cause = error;
     if (status != KT_OK)
@@ -305,7 +314,7 @@ static vector work_of(const kt_simulation *s, size_t which, bool complex) {
 static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, bool complex) {
     const vector z = work_of(s, 0, complex);
     clear(z, s->size.nv);
-    if (s->size.basis > 0)
+    if (s->size.reduced)
         memcpy(z.re, s->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
     else
         z.re[j] = 1.0;
@@ -325,8 +334,8 @@ static void add_column(vector to, kt_complex factor, const double *x, size_t n) 
 static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free;
     const kt_complex one = {1.0, 0.0};
-    const double *stiffness = s->size.along > 0 ? s->along : s->stiffness;
-    const double *damping = s->size.along > 0 ? s->along + s->size.along : s->damping;
+    const double *stiffness = s->size.reduced ? s->along : s->stiffness;
+    const double *damping = s->size.reduced ? s->along + s->size.along : s->damping;
     clear(to, n);
     add_column(to, sigma, s->mass + j * n, n);
     add_column(to, one, damping + j * n, n);
@@ -406,7 +415,7 @@ static int solve(double *re, double *im, void *user) {
     tangents_of(s, moved.re, push.re);
     if (complex)
         tangents_of(s, moved.im, push.im);
-    if (s->size.basis > 0)
+    if (s->size.reduced)
         solve_loops(s, sigma, push, r_v);
     else
         solve_tree(s, push, r_v);

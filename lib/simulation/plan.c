@@ -157,10 +157,12 @@ static void add_step(list *l, const kt_model *model, const kt_run *run) {
 static void add_record(list *l, const kt_run *run, unsigned record) {
     static const char why[] = "not recorded";
     const unsigned energies = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
-    add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATION) != 0, "evaluation", why);
+    add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATIONS) != 0, "evaluation", why);
     add_or_drop(l, KT_PHASE_RECORD, "energies", (record & energies) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "residuals of loops", (record & KT_RECORD_CONSTRAINT) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTIONS) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "momentum", (record & KT_RECORD_MOMENTUM) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "orientations", (record & KT_RECORD_ORIENTATION) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", why);
 }
 

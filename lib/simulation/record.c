@@ -85,7 +85,7 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
 
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     simulation->cached = KT_CACHED_NOTHING;
     if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
                                                 simulation->external, simulation->a, error) != 0)
@@ -201,7 +201,7 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
 }
 
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATION) != 0;
+    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)

@@ -95,6 +95,7 @@ typedef struct kt_simulation_sizes {
     size_t gap; /* effects that act on one side of a boundary */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
+    bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv */
@@ -192,7 +193,13 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
                                                 double *y, kt_error *error);
 
 /* The bits that request reactions at each record. */
-enum { KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER };
+enum {
+    KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER,
+    KT_RECORD_ACCELERATIONS = KT_RECORD_ACCELERATION | KT_RECORD_MARKER_ACCELERATION,
+    /* read from the kinematics by who is given the record */
+    KT_RECORD_KINEMATICS =
+        KT_RECORD_MOMENTUM | KT_RECORD_ORIENTATION | KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION
+};
 
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);

@@ -37,7 +37,7 @@ static bool try_to_kill_at(const char *scene, const char *more, long long bytes)
     }
     int how = 0;
     while (waitpid(child, &how, WNOHANG) == 0)
-        if (size_of("part.csv.partial") >= bytes && size_of("part.state") >= 0)
+        if (size_of("part.csv.partial") >= bytes && size_of("part.state") > 0)
             kill(child, SIGKILL);
         else
             nanosleep(&(struct timespec){0, 200000}, NULL);
@@ -92,10 +92,17 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
     break_off();
     const char resume[] = "--out part.csv --summary part.json --resume";
     kt_expect(0, NULL, "cp part.csv.partial before.csv; cp part.state good");
-    kt_expect(1, "it belongs to another scene, or to this one run with other options",
+    kt_expect(1,
+              "it belongs to a run with other options: that was by auto, tolerance 1e-09, 4 s, a record every 0.001 s; "
+              "this one is by tsit5, tolerance 1e-09, 4 s, a record every 0.001 s",
               "$K run chain.yaml %s --integrator tsit5 %s good", options, resume);
-    kt_expect(1, "it belongs to another scene, or to this one run with other options",
+    kt_expect(1, "it belongs to a run with other options",
               "$K run chain.yaml %s --out part.csv --resume good --interval 0.01", options);
+    kt_expect(1, "it belongs to a run with other options",
+              "$K run chain.yaml %s --out part.csv --resume good --duration 5", options);
+    kt_expect(1, "it belongs to a run that recorded something else",
+              "$K run chain.yaml %s --out part.csv --resume good --record position", options);
+    kt_expect(1, "it is empty", ": >empty; $K run chain.yaml %s %s empty", options, resume);
     kt_expect(1, "it belongs to another scene",
               "sed 's/mass: 1$/mass: 1.5/; s/-9.8/-9.7/' chain.yaml >other.yaml; $K run other.yaml %s %s good", options,
               resume);
@@ -123,6 +130,140 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
     kt_expect(0, NULL, "cmp part.csv.partial before.csv");
     kt_expect(1, "standard output cannot be taken up again", "$K run chain.yaml --out - --checkpoint x");
     kt_expect(1, "--plot would not show", "$K run chain.yaml --resume x --plot x.svg");
+}
+
+/* ---- other runs -------------------------------------------------------------------------------------------------- */
+
+/* A killed run, whose records another run writes over: neither is touched. Then the first run itself goes on. */
+KT_TEST(records_of_another_run_are_refused) {
+    const char words[] = "another run has written over them";
+    break_off();
+    kt_expect(0, NULL, "cp part.csv.partial a.csv; cp part.state good");
+    kt_expect(0, NULL, "$K run chain.yaml %s --tolerance 1e-8 --out part.csv --quiet; cp part.csv b.csv", options);
+    kt_expect(1, words, "$K run chain.yaml %s --out part.csv --resume good", options);
+    kt_expect(0, NULL, "cmp part.csv b.csv; test ! -e part.csv.partial");
+    kt_expect(0, NULL, "cp b.csv part.csv.partial");
+    kt_expect(1, words, "$K run chain.yaml %s --out part.csv --resume good", options);
+    kt_expect(0, NULL, "cmp part.csv.partial b.csv");
+    kt_expect(1, words, "sed '3s/[0-9]$/x/' a.csv >part.csv.partial; $K run chain.yaml %s --out part.csv --resume good",
+              options);
+    kt_expect(0, NULL, "rm part.csv; mv a.csv part.csv.partial; $K run chain.yaml %s --out part.csv --resume good",
+              options);
+    kt_expect(0, NULL, "$K run chain.yaml %s --out whole.csv; cmp whole.csv part.csv", options);
+}
+
+/* A run that lasts until it is killed. Returns its process once it has written a checkpoint. */
+static pid_t start_long_run(void) {
+    char line[512];
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; rm -f long.*");
+    snprintf(line, sizeof line,
+             "exec %s run chain.yaml --quiet --duration 1e5 --interval 1e-2 --out long.csv --checkpoint long.state "
+             "--checkpoint-interval 1e-3",
+             KT_COMMAND);
+    const pid_t child = fork();
+    if (child == 0) {
+        execl("/bin/sh", "sh", "-c", line, (char *)NULL);
+        _exit(127);
+    }
+    for (int i = 0; i < 50000 && size_of("long.state") <= 0; i++)
+        nanosleep(&(struct timespec){0, 200000}, NULL);
+    kt_check_above("its checkpoint", (double)size_of("long.state"), 0.0);
+    return child;
+}
+
+KT_TEST(second_run_with_one_checkpoint_is_refused_at_its_start) {
+    const char words[] = "checkpoint long.state cannot be written: another run writes its checkpoints there";
+    const pid_t child = start_long_run();
+    int how = 0;
+    for (int i = 0; i < 3; i++) /* a checkpoint comes every millisecond: each of them is another file */
+        kt_expect(4, words, "$K run chain.yaml --quiet --duration 1 --out second.csv --checkpoint long.state");
+    kt_expect(0, NULL, "test ! -e second.csv -a ! -e second.csv.partial");
+    kt_expect(4, "another run is writing it", "$K run chain.yaml --quiet --duration 1 --out long.csv");
+    kt_check_true("the first goes on", waitpid(child, &how, WNOHANG) == 0);
+    kill(child, SIGKILL);
+    (void)waitpid(child, &how, 0);
+    kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out second.csv --checkpoint long.state");
+}
+
+/* A run that is through before its first checkpoint leaves no empty file, and an old one as it was. */
+KT_TEST(run_without_a_checkpoint_leaves_the_file_as_it_was) {
+    kt_expect(0, NULL,
+              "$K make chain --links 2 >two.yaml; $K run two.yaml --quiet --duration 1 --out o.csv --checkpoint x");
+    kt_expect(0, NULL, "test ! -e x");
+    kt_expect(0, NULL,
+              "echo old >x; $K run two.yaml --quiet --duration 1 --out o.csv --checkpoint x; echo old | cmp - x");
+}
+
+/* ---- what is told of the time before the break ------------------------------------------------------------------- */
+
+KT_TEST(summary_may_be_asked_for_at_the_break) {
+    const char same[] = "sed '/cpu_seconds/d; /evaluations/d; /factorizations/d'";
+    kt_expect(0, NULL, "$K run %s %s --out whole.csv --summary whole.json", KT_SCENES "/four-bar.yaml", options);
+    char line[512];
+    bool killed = false;
+    for (int i = 0; i < 20 && !killed; i++) {
+        (void)unlink("part.state");
+        (void)unlink("part.csv");
+        snprintf(line, sizeof line,
+                 "%s run %s %s --out part.csv --checkpoint part.state --checkpoint-interval 1e-3 & while test ! -s "
+                 "part.state && kill -0 $! 2>/dev/null; do :; done; kill -9 $! 2>/dev/null; wait; test ! -e part.csv",
+                 KT_COMMAND, KT_SCENES "/four-bar.yaml", options);
+        killed = kt_shell("%s", line).code == 0;
+    }
+    kt_check_true("it was killed", killed);
+    kt_expect(0, NULL, "$K run %s %s --out part.csv --summary part.json --resume part.state",
+              KT_SCENES "/four-bar.yaml", options);
+    kt_expect(0, NULL, "%s whole.json >a; %s part.json >b; cmp a b; cmp whole.csv part.csv", same, same);
+}
+
+/* Of steps that are too long for the modes that the watch has found before and after the break. */
+KT_TEST(warnings_are_those_of_an_unbroken_run) {
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
+    check_break("chain.yaml", "--integrator rk4 --step 0.02");
+    json_t *root = kt_json(kt_read_file("part.json"));
+    kt_check_above("warnings", (double)json_array_size(json_object_get(root, "warnings")), 0.0);
+    json_decref(root);
+}
+
+/* ---- random breaks ----------------------------------------------------------------------------------------------- */
+
+/* Runs until a random moment, if it does not end before. Returns whether it was killed. */
+static bool run_until(long microseconds, const char *line) {
+    int how = 0;
+    const pid_t child = fork();
+    if (child == 0) {
+        execl("/bin/sh", "sh", "-c", line, (char *)NULL);
+        _exit(127);
+    }
+    nanosleep(&(struct timespec){0, 1000 * microseconds}, NULL);
+    kill(child, SIGKILL);
+    (void)waitpid(child, &how, 0);
+    return WIFSIGNALED(how);
+}
+
+/* Killed again and again, at any moment, also while it resumes: the bytes at the end are those of an unbroken run. A
+ * run that is killed before its first checkpoint is begun anew. */
+KT_TEST(run_that_is_killed_at_random_times_ends_with_the_same_bytes) {
+    char line[512];
+    kt_random random = kt_random_of_test();
+    int breaks = 0;
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; $K run chain.yaml %s --out whole.csv", options);
+    for (int round = 0; round < 3; round++) {
+        kt_expect(0, NULL, "rm -f part.*");
+        bool killed = true;
+        for (int i = 0; killed && i < 200; i++) {
+            const bool resumes = size_of("part.state") > 0;
+            snprintf(line, sizeof line,
+                     "exec %s run chain.yaml %s --out part.csv --checkpoint part.state --checkpoint-interval 1e-2 %s",
+                     KT_COMMAND, options, resumes ? "--resume part.state" : "");
+            killed = run_until((long)((1.0 + 0.1 * i) * kt_random_uniform(&random, 1e2, 2e5)), line);
+            breaks += killed;
+        }
+        kt_check_true("it came to its end", !killed);
+        kt_expect(0, NULL, "cmp part.csv whole.csv");
+    }
+    kt_note("%d breaks", breaks);
+    kt_check_above("breaks", breaks, 5.0);
 }
 
 KT_TEST(checkpoint_that_cannot_be_written_ends_the_run) {

@@ -117,7 +117,42 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--branching is for a tree", "$K make chain --branching 3");
     kt_expect(1, "point masses", "$K make chain --joint spherical --shape point");
     kt_expect(1, "has 2 numbers, and the scene has 1 velocity coordinate", "$K evaluate p.yaml --acceleration=1,2");
-    kt_expect(1, "'x' is none", "$K evaluate p.yaml --acceleration=x");
+    kt_expect(1, "takes numbers with commas between, not 'x'", "$K evaluate p.yaml --acceleration=x");
+}
+
+/* strtod reads more than what people write as numbers. */
+KT_TEST(numbers_of_options_are_decimal) {
+    static const struct {
+        const char *words, *line;
+    } table[] = {
+        {"--duration takes a number, not '0x10'", "run p.yaml --duration 0x10"},
+        {"--duration takes a number, not 'infinity'", "run p.yaml --duration infinity"},
+        {"--duration takes a number, not '1e'", "run p.yaml --duration 1e"},
+        {"--step takes a number above zero, not '0x1p-9'", "run p.yaml --step 0x1p-9"},
+        {"--interval takes a number above zero, not ' 1'", "run p.yaml --interval ' 1'"},
+        {"--tolerance takes a number", "run p.yaml --tolerance 0x1p-20"},
+        {"--tolerance takes a number", "run p.yaml --tolerance 1e-6,0x1p-20"},
+        {"--tolerance takes a number", "run p.yaml --tolerance 1e-6,1e-6,1e-6"},
+        {"--tolerance takes a number", "run p.yaml --tolerance 0,0"},
+        {"--tolerance takes a number", "run p.yaml --tolerance 1e-6,-1e-6"},
+        {"--rho takes a number, not '0x1p-1'", "run p.yaml --integrator two-step --step 1e-3 --rho 0x1p-1"},
+        {"not '0x1'", "evaluate p.yaml --acceleration=0x1"},
+        {"--at takes times", "draw p.yaml --at 0x0,0x1"},
+        {"'0x10,0'", "draw p.yaml --view 0x10,0"},
+        {"--steps takes numbers above zero", "accuracy p.yaml --steps 0x1p-9"},
+        {"--goal takes numbers above zero", "accuracy p.yaml --goal 1e-3,nan"},
+        {"--budget takes a number above zero", "accuracy p.yaml --budget 0x10"},
+        {"--angle takes an angle", "make chain --angle 0x1deg"},
+        {"--links takes a whole number, not '0x10'", "make chain --links 0x10"},
+        {"--samples takes a whole number, not '1e1'", "stability p.yaml --samples 1e1"},
+        {"--stops takes a number above zero", "import p.urdf --stops 0x10"},
+        {"--checkpoint-interval takes a number above zero", "run p.yaml --checkpoint c --checkpoint-interval 0x1"},
+    };
+    kt_write_file("p.yaml", pendulum);
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        kt_expect(1, table[i].words, "$K %s", table[i].line);
+    kt_expect(0, NULL, "$K run p.yaml --duration +.1e+0 --tolerance 0,1e-3 --quiet --out a.csv");
+    kt_expect(0, NULL, "$K run p.yaml --duration 1.e-1 --tolerance 1e-3,0 --quiet --out a.csv");
 }
 
 /* Faults of the scene: status 2, every one with its place, as compilers tell them. */

@@ -41,15 +41,15 @@ static void draw(const tangle *g, const tangle_system *s, kt_random *random, rig
 }
 
 static bool solve(const kt_model *model, kt_data *data, const tangle *g, kt_metric metric, right_sides *r) {
-    const size_t size = kt_saddle_init(NULL, NULL, model, NULL);
+    const size_t size = kt_kkt_init(NULL, NULL, model, NULL);
     void *memory = aligned_alloc(KT_ALIGNMENT, size);
-    kt_saddle w;
+    kt_kkt w;
     kt_error e = {0};
     memset(memory, 0xFF, size);
-    (void)kt_saddle_init(&w, memory, model, data);
-    const bool fine = kt_tree_fine("factors", kt_saddle_factor(&w, KT_ROWS_ALL, metric, g->t, g->q, &e), &e);
+    (void)kt_kkt_init(&w, memory, model, data);
+    const bool fine = kt_tree_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, metric, g->t, g->q, &e), &e);
     if (fine)
-        kt_saddle_solve(&w, COLUMNS, r->f, r->b);
+        kt_kkt_solve(&w, COLUMNS, r->f, r->b);
     free(memory);
     return fine;
 }

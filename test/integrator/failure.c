@@ -270,7 +270,8 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
         const kt_integrator_options options = tolerance(1e-4, 1e-4);
         kt_check_equal_int(adaptive[i], explode(adaptive[i], &options, &it, &error), KT_ERROR_STEP);
         kt_check_contains("words", error.message, "Look for a jump or a pole of a force");
-        kt_check_contains("words", error.message, "stiff");
+        kt_check_true("implicit methods are not sent to radau5",
+                      (strstr(error.message, "radau5") == NULL) == kt_method_is_implicit(kt_method_find(adaptive[i])));
         kt_check_contains("time", error.where, "t = ");
         kt_check_near("time", kt_integrator_time(it), 1.0,
                       strcmp(adaptive[i], "rkc2") == 0 ? 2e-3 : 1e-3); /* the global error, magnified by y */
@@ -331,8 +332,8 @@ static int constant(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-/* The status after 10001 tries of steps no longer than h, from t. */
-static kt_status creep(double t, double h, double t_limit) {
+/* The status after `tries` tries of steps no longer than h, from t. */
+static kt_status creep_for(int tries, double t, double h, double t_limit) {
     const kt_integrator_callbacks callbacks = {constant, NULL, NULL};
     kt_error error;
     kt_status status = KT_OK;
@@ -340,11 +341,13 @@ static kt_status creep(double t, double h, double t_limit) {
     options.initial_step = options.max_step = h;
     kt_integrator *it = integrator_make(kt_method_find("bs32"), 1, &options);
     is_ok("start", kt_integrator_start(it, t, (double[]){1.0}, &callbacks, &error), &error);
-    for (int i = 0; status == KT_OK && i < 10001; i++)
+    for (int i = 0; status == KT_OK && i < tries; i++)
         status = kt_integrator_step(it, t_limit, &error);
     integrator_free(it);
     return status;
 }
+
+static kt_status creep(double t, double h, double t_limit) { return creep_for(10001, t, h, t_limit); }
 
 KT_TEST(a_ten_thousand_millionth_of_the_time_a_try_is_progress) {
     kt_check_equal_int("0.99e-10 of the limit", creep(0.0, 0.99e-10 * 3.0, 3.0), KT_ERROR_STEP);
@@ -352,6 +355,12 @@ KT_TEST(a_ten_thousand_millionth_of_the_time_a_try_is_progress) {
     kt_check_equal_int("0.99e-10 of now", creep(3.0, 0.99e-10 * 3.0, HUGE_VAL), KT_ERROR_STEP);
     kt_check_equal_int("1.01e-10 of now", creep(3.0, 1.01e-10 * 3.0, HUGE_VAL), KT_OK);
     kt_check_equal_int("backwards, 0.99e-10 of the limit", creep(-3.0, 0.99e-10 * 6.0, -6.0), KT_ERROR_STEP);
+}
+
+KT_TEST(a_thousand_millionth_of_the_time_a_try_is_no_progress_in_the_long_run) {
+    kt_check_equal_int("0.99e-9, four windows of tries", creep_for(49999, 0.0, 0.99e-9 * 3.0, 3.0), KT_OK);
+    kt_check_equal_int("0.99e-9, five windows of tries", creep_for(50001, 0.0, 0.99e-9 * 3.0, 3.0), KT_ERROR_STEP);
+    kt_check_equal_int("1.01e-9, five windows of tries", creep_for(50001, 0.0, 1.01e-9 * 3.0, 3.0), KT_OK);
 }
 
 KT_TEST(a_state_that_overflows_is_not_committed) {

@@ -143,7 +143,7 @@ static double rope_error(const rope_plan *plan) {
     double a[LINKAGE_NQ], exact[ROPE], error = (double)NAN;
     if (build_rope(&l, plan) && linkage_accelerate(&l, 0.0, a)) {
         double most = 0.0;
-        kt_check_true("of few equations", l.data->solved[0]);
+        kt_check_true("of few equations", l.data->special_form[0]);
         kt_check_equal_int("planar", l.model->n.planar > 1, plan->plan == KT_PLAN_AUTO);
         solve_rope(&l, plan, exact);
         error = 0.0;
@@ -192,7 +192,7 @@ static double rope_projection_error(const rope_plan *plan, kt_metric metric) {
     if (built && linkage_build(&l, 0.0) && linkage_compile(&dense)) {
         error = linkage_projections_differ((const kt_model *const[2]){l.model, dense.model},
                                            (kt_data *const[2]){l.data, dense.data}, 0.0, l.q, l.v);
-        kt_check_true("of few equations", l.data->solved[0]);
+        kt_check_true("of few equations", l.data->special_form[0]);
     }
     linkage_free(&l);
     linkage_free(&dense);
@@ -222,7 +222,7 @@ static double rope_assembly_error(const rope_plan *plan) {
     if (built && linkage_compile(&l) && linkage_compile(&dense)) {
         error = linkage_assemblies_differ((const kt_model *const[2]){l.model, dense.model},
                                           (kt_data *const[2]){l.data, dense.data}, 0.0, l.q, l.v, 1e-2);
-        kt_check_true("of few equations", l.data->solved[0]);
+        kt_check_true("of few equations", l.data->special_form[0]);
     }
     linkage_free(&l);
     linkage_free(&dense);
@@ -272,7 +272,7 @@ static void check_short(int bars, kt_joint_type type, bool few) {
         linkage_accelerate(&l, 0.0, a) &&
         linkage_fine("dense", kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e),
                      &e)) {
-        kt_check_equal_int("of few equations", l.data->solved[0] != 0, few);
+        kt_check_equal_int("of few equations", l.data->special_form[0] != 0, few);
         error = 0.0;
         for (int i = 0; i < l.nv; i++) {
             most = fmax(most, fabs(b[i]));
@@ -319,7 +319,7 @@ static bool evaluate(const tangle *g, kt_structure structure, few_results *r) {
                      &e);
     r->solved = r->redundant = false;
     for (size_t i = 0; fine && i < model->n.group; i++) {
-        r->solved |= data->solved[i];
+        r->solved |= data->special_form[i];
         r->redundant |= model->group[i].rank[KT_ROWS_ALL] < model->group[i].count[KT_ROWS_ALL];
     }
     r->near = fine && tangle_was_near_singular(model, data);

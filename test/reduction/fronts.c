@@ -62,7 +62,7 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
         const kt_group *group = &fronts->group[i];
         const bool flat = (size_t)fronts->group_link[group->link] >= fronts->n.spatial;
         o->fronts += group->front.used;
-        o->few += data->solved[i];
+        o->few += data->special_form[i];
         o->narrow += group->narrow;
         o->ranks += group->rank[KT_ROWS_ALL] != dense->group[i].rank[KT_ROWS_ALL];
         planar = planar || flat;
@@ -478,7 +478,7 @@ KT_TEST(row_is_assembled_around_a_held_crank_as_by_dense_matrices) {
                            linkage_assemblies_differ((const kt_model *const[2]){l.model, dense.model},
                                                      (kt_data *const[2]){l.data, dense.data}, 0.0, l.q, l.v, 1e-2),
                            1e-13);
-            kt_check_equal_int("narrow", l.data->solved[0] != 0, !held);
+            kt_check_equal_int("narrow", l.data->special_form[0] != 0, !held);
         }
         linkage_free(&l);
         linkage_free(&dense);
@@ -579,7 +579,7 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
             if (linkage_compile(&dense) && linkage_accelerate(&l, 0.0, a) &&
                 linkage_fine("dense",
                              kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
-                narrow += l.data->solved[0];
+                narrow += l.data->special_form[0];
                 for (int i = 0; i < l.nv; i++)
                     most = fmax(most, fabs(b[i]));
                 for (int i = 0; i < l.nv; i++)

@@ -155,7 +155,7 @@ static void solve(const matrices *m, const double *f, const double *b, solution 
 /* ---- what is compared -------------------------------------------------------------------------------------------- */
 
 typedef struct errors {
-    kt_worst acceleration, equation, force, saddle, position, velocity;
+    kt_worst acceleration, equation, force, kkt, position, velocity;
 } errors;
 
 static errors begin(void) {
@@ -168,7 +168,7 @@ static void conclude(const errors *e) {
     kt_check_worst(&e->acceleration);
     kt_check_worst(&e->equation);
     kt_check_worst(&e->force);
-    kt_check_worst(&e->saddle);
+    kt_check_worst(&e->kkt);
     kt_check_worst(&e->position);
     kt_check_worst(&e->velocity);
 }
@@ -216,9 +216,9 @@ static void compare_accelerations(const linkage *l, const double *tau, const mat
 static void compare_saddle(const linkage *l, const matrices *m, const char *of, kt_random *random, errors *e) {
     static solution exact;
     double f[COORDINATES], b[ROWS], most = 0.0;
-    const size_t size = kt_saddle_init(NULL, NULL, l->model, NULL);
+    const size_t size = kt_kkt_init(NULL, NULL, l->model, NULL);
     void *memory = aligned_alloc(KT_ALIGNMENT, size);
-    kt_saddle w;
+    kt_kkt w;
     kt_error error = {0};
     memset(b, 0, sizeof b);
     for (int i = 0; i < m->nv; i++) {
@@ -230,11 +230,11 @@ static void compare_saddle(const linkage *l, const matrices *m, const char *of, 
     solve(m, f, b, &exact);
     for (int i = 0; i < m->nv; i++)
         most = fmax(most, exact.moved[i]);
-    (void)kt_saddle_init(&w, memory, l->model, l->data);
-    if (linkage_fine("factors", kt_saddle_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error)) {
-        kt_saddle_solve(&w, 1, f, b);
+    (void)kt_kkt_init(&w, memory, l->model, l->data);
+    if (linkage_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error)) {
+        kt_kkt_solve(&w, 1, f, b);
         for (int i = 0; i < m->nv; i++)
-            kt_worst_near(&e->saddle, f[i], exact.x[i], 4.0 * (l->model->group[0].front.used ? exact.moved[i] : most),
+            kt_worst_near(&e->kkt, f[i], exact.x[i], 4.0 * (l->model->group[0].front.used ? exact.moved[i] : most),
                           "%s, %d", of, i);
     }
     free(memory);

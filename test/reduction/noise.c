@@ -199,7 +199,7 @@ KT_TEST(an_error_about_loops_always_names_one) {
             kt_violation violation;
             kt_error e = {0};
             kt_check_true("filled",
-                          kt_reduction_kernels_of(l.model)->look(l.model, l.data, 0.0, &q, &v, NULL, &violation));
+                          kt_reduction_kernels_of(l.model)->residuals(l.model, l.data, 0.0, &q, &v, NULL, &violation));
             kt_check_equal_int("error", kt_open_loops_error(l.model, l.data, 0.0, "open are", moving, &e),
                                KT_ERROR_CONSTRAINT);
             kt_check_contains("names", e.message, "open are: 'first' by 0 (");
@@ -273,7 +273,7 @@ KT_TEST(position_is_near_singular_below_a_hundredth_of_the_usual) {
     if (linkage_build(&l, 0.0)) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_of(l.model);
         kt_violation violation;
-        kt_check_true("filled", kernels->look(l.model, l.data, 0.0, l.q, l.v, NULL, &violation));
+        kt_check_true("filled", kernels->residuals(l.model, l.data, 0.0, l.q, l.v, NULL, &violation));
         for (int k = 0; k < 2; k++) {
             (void)kernels->factor(l.model, l.data, KT_ROWS_ALL, false);
             l.model->group[0].usual[KT_ROWS_ALL] = usual[k] * l.data->last[0];

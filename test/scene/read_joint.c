@@ -77,6 +77,8 @@ KT_TEST(armature_is_one_number_or_one_for_each_degree_of_freedom) {
         double armature[6];
     } table[] = {
         {"{type: revolute, armature: 0.5}", {0.5}},
+        {"{type: revolute, armature: [0.5]}", {0.5}},
+        {"{type: screw, pitch: 1, armature: [0.5]}", {0.5}},
         {"{type: cylindrical, armature: 0.5}", {0.5, 0.5}},
         {"{type: planar, armature: [1, 2, 0.25]}", {1, 2, 0.25}},
         {"{type: spherical, armature: 3}", {3, 3, 3}},

@@ -199,6 +199,121 @@ KT_TEST(wrong_checkpoint_is_refused_and_changes_nothing) {
     kt_model_free(another);
 }
 
+/* ---- settings ---------------------------------------------------------------------------------------------------- */
+
+/* A block of a simulation with this run and these options is refused by one with the others, and changes nothing. */
+static void check_refused(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                          const kt_run *other_run, const kt_simulation_options *other_options, const char *words) {
+    kt_simulation *from = kt_scene_simulate(model, run, options);
+    kt_simulation *to = kt_scene_simulate(model, other_run, other_options);
+    kt_error error = {KT_OK, "", ""};
+    if (from == NULL || to == NULL)
+        return;
+    const size_t size = kt_simulation_state_size(from);
+    void *block = malloc(size), *before = malloc(size), *after = malloc(size);
+    kt_check_equal_int("sizes", (long long)kt_simulation_state_size(to), (long long)size);
+    (void)kt_fine("step", kt_simulation_step(from, 0.1, &error), &error);
+    kt_simulation_save(from, block);
+    kt_simulation_save(to, before);
+    kt_check_equal_int(words, kt_simulation_restore(to, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, words);
+    kt_simulation_save(to, after);
+    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    free(block);
+    free(before);
+    free(after);
+    kt_simulation_free(from);
+    kt_simulation_free(to);
+}
+
+/* One step of a checkpoint taken by 1e-3 s covered 1.5 s where the other simulation had steps of 2.5e-3 s. */
+KT_TEST(checkpoint_of_other_settings_is_refused_in_words) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run fixed = kt_run_fixed("rk4", 1e-3, 3.0), adaptive = kt_run_fixed("dopri5", 0.0, 3.0);
+    const kt_simulation_options plain = kt_simulation_options_default();
+    kt_run run = fixed;
+    kt_simulation_options options = plain;
+    run.step = 2.5e-3;
+    check_refused(model, &fixed, &plain, &run, &plain,
+                  "made with a step of 0.001, and this simulation has 0.0025; "
+                  "kt_simulation_set_state takes over a time and a state alone");
+    run = fixed;
+    run.duration = 4.0;
+    check_refused(model, &fixed, &plain, &run, &plain, "a duration of 3, and this simulation has 4");
+    run = fixed;
+    run.interval = 0.5;
+    check_refused(model, &fixed, &plain, &run, &plain, "an interval between records of 0.003,");
+    options.unprojected = true;
+    check_refused(model, &fixed, &plain, &fixed, &options, "the option 'unprojected' at 0,");
+    run = adaptive;
+    run.relative = 1e-6;
+    check_refused(model, &adaptive, &plain, &run, &plain, "a relative tolerance of 1e-09, and");
+    run = adaptive;
+    run.absolute = 1e-6;
+    check_refused(model, &adaptive, &plain, &run, &plain, "an absolute tolerance of 1e-09, and");
+    options = plain;
+    options.max_step = 0.01;
+    check_refused(model, &adaptive, &plain, &adaptive, &options, "a longest step of 0, and");
+    options = plain;
+    options.max_steps = 1000;
+    check_refused(model, &adaptive, &plain, &adaptive, &options, "a largest number of steps of 0, and");
+    kt_model_free(model);
+}
+
+/* A block fits a model by its structure: one whose body has another name is another, a copy with another mass is not. */
+KT_TEST(checkpoint_knows_the_structure_of_its_model) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    const kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    lone.body.mass *= 2.0;
+    kt_model *heavier = kt_scene_compile(&lone.description);
+    lone.body.name = "somebody_else";
+    kt_model *other = kt_scene_compile(&lone.description);
+    kt_simulation *a = kt_scene_simulate(model, &run, NULL), *b = kt_scene_simulate(heavier, &run, NULL),
+                  *c = kt_scene_simulate(other, &run, NULL);
+    kt_error error = {KT_OK, "", ""};
+    void *block = malloc(kt_simulation_state_size(a));
+    (void)kt_fine("step", kt_simulation_step(a, HUGE_VAL, &error), &error);
+    kt_simulation_save(a, block);
+    (void)kt_fine("another mass", kt_simulation_restore(b, block, &error), &error);
+    kt_check_equal_int("another name", kt_simulation_restore(c, block, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "with as many coordinates but other names or types");
+    free(block);
+    kt_simulation_free(a);
+    kt_simulation_free(b);
+    kt_simulation_free(c);
+    kt_model_free(model);
+    kt_model_free(heavier);
+    kt_model_free(other);
+}
+
+/* Looking ahead with coarser steps: they are counted from the time that is taken over. */
+KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run fine = kt_run_fixed("rk4", 1e-3, 3.0), coarse = kt_run_fixed("rk4", 2.5e-3, 3.0);
+    kt_simulation *plant = kt_scene_simulate(model, &fine, NULL), *ahead = kt_scene_simulate(model, &coarse, NULL);
+    kt_error error;
+    (void)kt_fine("plant", kt_simulation_advance(plant, 1.001, &error), &error);
+    (void)kt_fine("state",
+                  kt_simulation_set_state(ahead, kt_simulation_time(plant), kt_simulation_positions(plant),
+                                          kt_simulation_velocities(plant), &error),
+                  &error);
+    (void)kt_fine("step", kt_simulation_step(ahead, HUGE_VAL, &error), &error);
+    kt_check_near("a step", kt_simulation_time(ahead), 1.0035, 4.5e-16);
+    (void)kt_fine("ahead", kt_simulation_advance(ahead, 2.0, &error), &error);
+    (void)kt_fine("plant", kt_simulation_advance(plant, 2.0, &error), &error);
+    /* rk4 with h = 2.5e-3 on a pendulum of 1 m: h^4 times the fourth derivatives, some 1e-10 in 1 s */
+    kt_check_near("angle", kt_simulation_positions(ahead)[0], kt_simulation_positions(plant)[0], 1e-9);
+    kt_simulation_free(plant);
+    kt_simulation_free(ahead);
+    kt_model_free(model);
+}
+
 /* Beside its kind and its method a checkpoint begins with four numbers of its model. */
 KT_TEST(damaged_checkpoint_is_refused_and_changes_nothing) {
     enum { NUMBERS = 48 };

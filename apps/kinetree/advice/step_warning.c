@@ -38,7 +38,10 @@ kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record) {
     if (watch == NULL)
         return;
-    const uint64_t evaluations = kt_simulation_counts_get(outcome->simulation).evaluations;
+    /* Those of the steps alone: of a run that was interrupted they are as many as of one that was not. */
+    const kt_method *method = kt_method_find(outcome->run->integrator);
+    const uint64_t stages = method != NULL ? (uint64_t)method->stages : 1;
+    const uint64_t evaluations = stages * kt_simulation_counts_get(outcome->simulation).steps;
     if (kt_mode_watch_evaluations(watch) <= FIRST_EVALUATIONS + evaluations / PART)
         kt_mode_watch_add(watch, record->time, record->q, record->v);
 }

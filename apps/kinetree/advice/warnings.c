@@ -32,6 +32,11 @@ json_t *kt_warnings_describe(const kt_warnings *warnings) {
     return warnings->list != NULL ? json_incref(warnings->list) : json_array();
 }
 
+void kt_warnings_replace(kt_warnings *warnings, json_t *list) {
+    json_decref(warnings->list);
+    warnings->list = json_incref(list);
+}
+
 void kt_warnings_free(kt_warnings *warnings) {
     json_decref(warnings->list);
     warnings->list = NULL;

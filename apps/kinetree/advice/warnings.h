@@ -30,6 +30,9 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
 /* Returns the list for a summary: [{"code", "what", "remedy", "time", "value", "unit"}, ...], a new reference. */
 json_t *kt_warnings_describe(const kt_warnings *warnings);
 
+/* Replaces the list by one that kt_warnings_describe has given. */
+void kt_warnings_replace(kt_warnings *warnings, json_t *list);
+
 void kt_warnings_free(kt_warnings *warnings);
 
 #endif

@@ -1,11 +1,16 @@
-/* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state, and a checksum over all of
- * it.
+/* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state and that of the watch on
+ * modes, the extremes of all columns, the warnings so far as JSON, and a checksum over all of it.
  *
- * A checkpoint belongs to one scene and one set of options. Its fingerprint is computed from the scene as it would be
- * written now, with the options of the command line applied, and from the library's version. A checkpoint is written to
- * FILE.new, flushed to the disk and renamed to FILE, so that FILE is complete at any moment. */
+ * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
+ * computed from the scene as it would be written now, without and with the options of the command line applied, and from
+ * the library's version; of the records it holds the length and a checksum.
+ *
+ * Order of writing: the records, flushed to the disk; the checkpoint as FILE.new, flushed; FILE.new renamed to FILE; the
+ * folder, flushed. So FILE is complete at any moment, and never ahead of the records. Whichever file bears the name FILE
+ * is locked by the run that writes it: a new one before it gets that name. */
 #include "records/checkpoint.h"
 
+#include "base/sum.h"
 #include "kinetree/kinetree.h"
 
 #include <errno.h>
@@ -18,67 +23,100 @@
 
 /* The results of a run so far, besides the simulation's state. */
 typedef struct kt_progress_so_far {
-    int64_t records, lines;
+    int64_t count; /* of records */
+    kt_written records;
     uint64_t sound_steps;
-    double cpu_seconds;
+    double cpu_seconds, corrected_since;
     kt_energy_watch energy;
     kt_residual constraint;
+    kt_stability_watch stability;
+    uint64_t extremes; /* columns */
+    uint64_t warnings; /* bytes of their text */
 } kt_progress_so_far;
 
 typedef struct kt_checkpoint_head {
     char kind[16];
-    uint64_t scene, size;
+    uint64_t scene, run, size;
+    char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 3";
+static const char checkpoint_kind[16] = "kinetree run 5";
 
-/* FNV-1a hash, 64 bits (Fowler, Noll, Vo). It detects accidental differences, not forged ones. */
-static uint64_t sum_of(uint64_t sum, const void *bytes, size_t size) {
-    const unsigned char *byte = bytes;
-    for (size_t i = 0; i < size; i++)
-        sum = (sum ^ byte[i]) * 0x100000001b3U;
-    return sum;
+enum { WARNINGS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
+
+static bool say_no_memory(void) {
+    kt_say("there is not enough memory for checkpoints");
+    return false;
 }
 
-static const uint64_t sum_start = 0xcbf29ce484222325U;
-
-static int take_fingerprint(kt_checkpoint *checkpoint, const kt_outcome *outcome,
-                            const kt_simulation_options *options) {
+/* The sum of a scene with these settings, and of the library's version; 0: memory is insufficient. */
+static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
     char *text = NULL;
     size_t size = 0;
     kt_error error = {0};
-    kt_scene scene = *outcome->scene;
-    scene.run = *outcome->run;
+    kt_scene scene = *from;
+    scene.run = *run;
     FILE *stream = open_memstream(&text, &size);
-    kt_status status = stream == NULL ? KT_ERROR_MEMORY : kt_scene_write(&scene, stream, &error);
-    bool fine = (stream == NULL || fclose(stream) == 0) && status == KT_OK && text != NULL;
-    if (fine) {
-        checkpoint->scene = sum_of(sum_start, text, size);
-        checkpoint->scene = sum_of(checkpoint->scene, kt_version(), strlen(kt_version()));
-        checkpoint->scene = sum_of(checkpoint->scene, &options->record, sizeof options->record);
-        checkpoint->scene = sum_of(checkpoint->scene, &options->unprojected, sizeof options->unprojected);
-    }
+    const kt_status status = stream == NULL ? KT_ERROR_MEMORY : kt_scene_write(&scene, stream, &error);
+    const bool fine = (stream == NULL || fclose(stream) == 0) && status == KT_OK && text != NULL;
+    const uint64_t sum =
+        fine ? kt_sum_add(kt_sum_add(KT_SUM_START, text, size), kt_version(), strlen(kt_version())) : 0;
     free(text);
-    if (fine)
-        return -1;
-    kt_say("there is not enough memory for checkpoints");
-    return KT_EXIT_INTEGRATION;
+    return sum;
+}
+
+static bool take_fingerprints(kt_checkpoint *checkpoint, const kt_outcome *outcome,
+                              const kt_simulation_options *options) {
+    const kt_run *run = outcome->run, none = kt_run_default();
+    checkpoint->scene = sum_of_scene(outcome->scene, &none);
+    checkpoint->run = sum_of_scene(outcome->scene, run);
+    if (checkpoint->scene == 0 || checkpoint->run == 0)
+        return say_no_memory();
+    checkpoint->run = kt_sum_add(checkpoint->run, &options->record, sizeof options->record);
+    checkpoint->run = kt_sum_add(checkpoint->run, &options->unprojected, sizeof options->unprojected);
+    snprintf(checkpoint->words, sizeof checkpoint->words, "%s, %g s, a record every %g s%s",
+             kt_describe_method(run).text, run->duration, run->interval > 0.0 ? run->interval : run->duration / 1000.0,
+             options->unprojected ? ", unprojected" : "");
+    return true;
+}
+
+/* The file is empty until the first checkpoint; one that an earlier run has left keeps its content until then. */
+static bool take_lock(kt_checkpoint *checkpoint) {
+    if (checkpoint->path == NULL)
+        return true;
+    checkpoint->lock = kt_open_locked(checkpoint->path, O_RDWR | O_CREAT);
+    if (checkpoint->lock < 0)
+        kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,
+               errno == EBUSY ? "another run writes its checkpoints there" : strerror(errno));
+    return checkpoint->lock >= 0;
 }
 
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
-                       const kt_simulation_options *options) {
-    *checkpoint = (kt_checkpoint){.path = path, .interval = interval, .last = kt_clock()};
+                       const kt_simulation_options *options, kt_mode_watch *modes) {
+    *checkpoint = (kt_checkpoint){.path = path,
+                                  .lock = -1,
+                                  .interval = interval,
+                                  .last = kt_clock(),
+                                  .records.sum = KT_SUM_START,
+                                  .modes = modes};
     checkpoint->size = kt_simulation_state_size(outcome->simulation);
-    checkpoint->block = malloc(checkpoint->size);
-    if (checkpoint->block != NULL)
-        return take_fingerprint(checkpoint, outcome, options);
-    kt_say("there is not enough memory for checkpoints");
-    return KT_EXIT_INTEGRATION;
+    checkpoint->mode_size = modes != NULL ? kt_mode_watch_state_size(modes) : 0;
+    checkpoint->block = malloc(checkpoint->size + checkpoint->mode_size);
+    if (checkpoint->block == NULL)
+        (void)say_no_memory();
+    const bool fine =
+        checkpoint->block != NULL && take_fingerprints(checkpoint, outcome, options) && take_lock(checkpoint);
+    return fine ? -1 : KT_EXIT_INTEGRATION;
 }
 
 void kt_checkpoint_close(kt_checkpoint *checkpoint) {
+    struct stat status;
+    if (checkpoint->lock >= 0 && fstat(checkpoint->lock, &status) == 0 && status.st_size == 0)
+        (void)unlink(checkpoint->path); /* the run has ended before its first checkpoint */
+    if (checkpoint->lock >= 0)
+        (void)close(checkpoint->lock);
     free(checkpoint->block);
-    checkpoint->block = NULL;
+    *checkpoint = (kt_checkpoint){.lock = -1};
 }
 
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint) {
@@ -89,7 +127,7 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint) {
 
 static bool put(int file, const void *bytes, size_t size, uint64_t *sum) {
     const char *from = bytes;
-    *sum = sum_of(*sum, bytes, size);
+    *sum = kt_sum_add(*sum, bytes, size);
     while (size > 0) {
         ssize_t count = write(file, from, size);
         if (count < 0 && errno == EINTR)
@@ -102,51 +140,96 @@ static bool put(int file, const void *bytes, size_t size, uint64_t *sum) {
     return true;
 }
 
-static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far) {
-    kt_checkpoint_head head = {.scene = checkpoint->scene, .size = checkpoint->size};
-    uint64_t sum = sum_start, unused = 0;
+static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
+                        const kt_extremes *extremes, const char *warnings) {
+    kt_checkpoint_head head;
+    uint64_t sum = KT_SUM_START, unused = 0;
+    memset(&head, 0, sizeof head);
     memcpy(head.kind, checkpoint_kind, sizeof head.kind);
+    memcpy(head.words, checkpoint->words, sizeof head.words);
+    head.scene = checkpoint->scene;
+    head.run = checkpoint->run;
+    head.size = checkpoint->size + checkpoint->mode_size;
     return put(file, &head, sizeof head, &sum) && put(file, so_far, sizeof *so_far, &sum) &&
-           put(file, checkpoint->block, checkpoint->size, &sum) && put(file, &sum, sizeof sum, &unused);
+           put(file, checkpoint->block, head.size, &sum) &&
+           put(file, extremes->column, extremes->count * sizeof *extremes->column, &sum) &&
+           put(file, warnings, so_far->warnings, &sum) && put(file, &sum, sizeof sum, &unused);
 }
 
-static bool write_beside(const char *beside, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far) {
-    int file = open(beside, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+/* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name. */
+static bool write_beside(const char *beside, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
+                         const kt_extremes *extremes, const char *warnings) {
+    const int file = kt_open_locked(beside, O_WRONLY | O_CREAT);
     if (file < 0)
         return false;
-    bool written = write_parts(file, checkpoint, so_far) && fsync(file) == 0;
-    int reason = errno;
-    bool closed = close(file) == 0;
-    reason = written ? errno : reason;
-    if (written && closed && rename(beside, checkpoint->path) == 0)
+    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, warnings) && fsync(file) == 0 &&
+        rename(beside, checkpoint->path) == 0) {
+        (void)close(checkpoint->lock);
+        checkpoint->lock = file;
+        kt_sync_folder(checkpoint->path);
         return true;
-    reason = written && closed ? errno : reason;
+    }
+    const int reason = errno;
     (void)unlink(beside);
+    (void)close(file);
     errno = reason;
     return false;
 }
 
-int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, long long lines) {
-    kt_progress_so_far so_far;
-    memset(&so_far, 0, sizeof so_far);
-    so_far = (kt_progress_so_far){.records = outcome->records,
-                                  .lines = lines,
-                                  .sound_steps = outcome->sound_steps,
-                                  .energy = outcome->energy,
-                                  .cpu_seconds = outcome->cpu_seconds,
-                                  .constraint = outcome->constraint};
-    kt_simulation_save(outcome->simulation, checkpoint->block);
-    size_t room = strlen(checkpoint->path) + sizeof ".new";
-    char *beside = malloc(room);
-    if (beside == NULL) {
-        kt_say("there is not enough memory for a checkpoint");
-        return -1;
+/* Brings the records to the disk, and adds those since the last checkpoint to the sum. Streams are not read back. */
+static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
+    kt_written *records = &checkpoint->records;
+    if (!lines->is_regular)
+        return true;
+    if (fsync(lines->file) != 0 || !kt_csv_sum(lines->file, records->bytes, lines->written, &records->sum)) {
+        kt_say("%s, the records until the checkpoint, cannot be read back: %s", lines->path, strerror(errno));
+        return false;
     }
+    if (records->bytes == 0)
+        kt_sync_folder(lines->path);
+    records->bytes = lines->written;
+    return true;
+}
+
+static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
+                       const char *warnings) {
+    const size_t room = strlen(checkpoint->path) + sizeof ".new";
+    char *beside = malloc(room);
+    if (beside == NULL)
+        return say_no_memory();
     snprintf(beside, room, "%s.new", checkpoint->path);
-    bool fine = write_beside(beside, checkpoint, &so_far);
+    const bool fine = write_beside(beside, checkpoint, so_far, extremes, warnings);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
     free(beside);
+    return fine;
+}
+
+int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines) {
+    json_t *list = kt_warnings_describe(&outcome->warnings);
+    char *warnings = json_dumps(list, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    bool fine = warnings != NULL || say_no_memory();
+    kt_progress_so_far so_far;
+    json_decref(list);
+    fine = fine && sum_records(checkpoint, lines);
+    if (fine) {
+        memset(&so_far, 0, sizeof so_far);
+        so_far = (kt_progress_so_far){.count = outcome->records,
+                                      .records = checkpoint->records,
+                                      .sound_steps = outcome->sound_steps,
+                                      .cpu_seconds = outcome->cpu_seconds,
+                                      .corrected_since = outcome->corrected_since,
+                                      .energy = outcome->energy,
+                                      .constraint = outcome->constraint,
+                                      .stability = outcome->stability,
+                                      .extremes = outcome->extremes.count,
+                                      .warnings = strlen(warnings)};
+        kt_simulation_save(outcome->simulation, checkpoint->block);
+        if (checkpoint->modes != NULL)
+            kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
+        fine = write_file(checkpoint, &so_far, &outcome->extremes, warnings);
+    }
+    free(warnings);
     checkpoint->last = kt_clock();
     return fine ? 0 : -1;
 }
@@ -156,31 +239,91 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, lo
 static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
     if (fread(bytes, 1, size, file) != size)
         return false;
-    *sum = sum_of(*sum, bytes, size);
+    *sum = kt_sum_add(*sum, bytes, size);
     return true;
 }
 
-/* Reads a checkpoint into *so_far and the block. Returns NULL on success, otherwise a description of the error. */
-static const char *read_parts(FILE *file, const kt_checkpoint *checkpoint, kt_progress_so_far *so_far) {
-    kt_checkpoint_head head;
-    uint64_t sum = sum_start, given = 0, unused = 0;
-    if (!take(file, &head, sizeof head, &sum))
-        return "it is too short to be a checkpoint";
-    if (memcmp(head.kind, checkpoint_kind, sizeof head.kind) != 0)
-        return "it is not a checkpoint of this version of kinetree";
-    if (head.scene != checkpoint->scene || head.size != checkpoint->size)
-        return "it belongs to another scene, or to this one run with other options; give the scene and the options of "
-               "the "
-               "run that wrote it";
-    if (!take(file, so_far, sizeof *so_far, &sum) || !take(file, checkpoint->block, checkpoint->size, &sum) ||
-        !take(file, &given, sizeof given, &unused) || fgetc(file) != EOF)
-        return "it is not as long as it was written: was it copied in full?";
-    return given == sum ? NULL : "its sum is wrong: it has been damaged";
+/* What a checkpoint file holds, and where it is wrong. */
+typedef struct kt_checkpoint_content {
+    kt_progress_so_far so_far;
+    kt_extreme *extremes; /* of all columns */
+    char *warnings;       /* their text */
+    char wrong[480];      /* empty: nothing is */
+} kt_checkpoint_content;
+
+static void refuse(kt_checkpoint_content *content, const char *what) {
+    snprintf(content->wrong, sizeof content->wrong, "%s", what);
 }
 
-int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome, long long *lines) {
-    kt_progress_so_far so_far;
+static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
+                       kt_checkpoint_content *content) {
+    if (memcmp(head->kind, checkpoint_kind, sizeof head->kind) != 0)
+        refuse(content, "it is not a checkpoint of this version of kinetree");
+    else if (head->scene != checkpoint->scene)
+        refuse(content, "it belongs to another scene; give the one whose run wrote it");
+    else if (strncmp(head->words, checkpoint->words, sizeof head->words) != 0)
+        snprintf(content->wrong, sizeof content->wrong,
+                 "it belongs to a run with other options: that was by %.159s; this one is by %.159s", head->words,
+                 checkpoint->words);
+    else if (head->run != checkpoint->run || head->size != checkpoint->size + checkpoint->mode_size)
+        refuse(content,
+               "it belongs to a run that recorded something else; give the --record and --markers of that run");
+    return content->wrong[0] == '\0';
+}
+
+/* Reads a checkpoint of a run with so many columns into *content and the block. */
+static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t columns, kt_checkpoint_content *content) {
+    kt_checkpoint_head head;
+    kt_progress_so_far *so_far = &content->so_far;
+    uint64_t sum = KT_SUM_START, given = 0, unused = 0;
+    if (!take(file, &head, sizeof head, &sum)) {
+        refuse(content, ftell(file) == 0 ? "it is empty: the run has ended before its first checkpoint"
+                                         : "it is too short to be a checkpoint");
+        return;
+    }
+    if (!check_head(checkpoint, &head, content))
+        return;
+    bool fine = take(file, so_far, sizeof *so_far, &sum) && take(file, checkpoint->block, head.size, &sum) &&
+                so_far->extremes == columns && so_far->warnings < WARNINGS_MOST &&
+                (content->extremes = calloc(columns + 1, sizeof *content->extremes)) != NULL &&
+                take(file, content->extremes, columns * sizeof *content->extremes, &sum) &&
+                (content->warnings = calloc(1, so_far->warnings + 1)) != NULL;
+    fine = fine && take(file, content->warnings, so_far->warnings, &sum) && take(file, &given, sizeof given, &unused) &&
+           fgetc(file) == EOF;
+    if (!fine)
+        refuse(content, "it is not as long as it was written: was it copied in full?");
+    else if (given != sum)
+        refuse(content, "its sum is wrong: it has been damaged");
+}
+
+/* Puts what was read into force; sets content->wrong if the simulation refuses it. */
+static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
+    const kt_progress_so_far *so_far = &content->so_far;
     kt_error error = {0};
+    json_t *warnings = json_loads(content->warnings, 0, NULL);
+    if (warnings == NULL) {
+        refuse(content, "there is not enough memory for its warnings");
+    } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
+        refuse(content, error.message);
+    } else {
+        kt_warnings_replace(&outcome->warnings, warnings);
+        if (checkpoint->modes != NULL)
+            kt_mode_watch_restore(checkpoint->modes, (const char *)checkpoint->block + checkpoint->size);
+        checkpoint->records = so_far->records;
+        outcome->records = so_far->count;
+        outcome->sound_steps = so_far->sound_steps;
+        outcome->energy = so_far->energy;
+        outcome->constraint = so_far->constraint;
+        outcome->cpu_seconds = so_far->cpu_seconds;
+        outcome->corrected_since = so_far->corrected_since;
+        outcome->stability = so_far->stability;
+        memcpy(outcome->extremes.column, content->extremes, outcome->extremes.count * sizeof *content->extremes);
+    }
+    json_decref(warnings);
+}
+
+int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome) {
+    kt_checkpoint_content content = {.warnings = NULL};
     struct stat status;
     const bool is_other = stat(path, &status) == 0 && !S_ISREG(status.st_mode);
     FILE *file = is_other ? NULL : fopen(path, "rb");
@@ -188,19 +331,14 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
         kt_say("checkpoint %s cannot be read: %s", path, is_other ? "it is not a file" : strerror(errno));
         return KT_EXIT_USAGE;
     }
-    const char *wrong = read_parts(file, checkpoint, &so_far);
+    read_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);
-    if (wrong == NULL && kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK)
-        wrong = error.message;
-    if (wrong != NULL) {
-        kt_say("checkpoint %s: %s", path, wrong);
-        return KT_EXIT_USAGE;
-    }
-    outcome->records = so_far.records;
-    outcome->sound_steps = so_far.sound_steps;
-    outcome->energy = so_far.energy;
-    outcome->constraint = so_far.constraint;
-    outcome->cpu_seconds = so_far.cpu_seconds;
-    *lines = so_far.lines;
-    return -1;
+    if (content.wrong[0] == '\0')
+        apply(checkpoint, &content, outcome);
+    free(content.warnings);
+    free(content.extremes);
+    if (content.wrong[0] == '\0')
+        return -1;
+    kt_say("checkpoint %s: %s", path, content.wrong);
+    return KT_EXIT_USAGE;
 }

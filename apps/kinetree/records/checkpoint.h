@@ -7,30 +7,37 @@
 
 /* The file of a run's checkpoints, and how often it is written. */
 typedef struct kt_checkpoint {
-    const char *path; /* NULL: none are written */
-    double interval;  /* s between two checkpoints, measured by kt_clock */
-    double last;      /* s, value of kt_clock when the last one was written */
-    uint64_t scene;   /* fingerprint of the run: see kt_checkpoint_open */
-    void *block;      /* the simulation's state */
-    size_t size;
+    const char *path;     /* NULL: none are written */
+    int lock;             /* descriptor of that file, which keeps it from other runs; -1: none */
+    double interval;      /* s between two checkpoints, measured by kt_clock */
+    double last;          /* s, value of kt_clock when the last one was written */
+    uint64_t scene;       /* fingerprint of the scene */
+    uint64_t run;         /* fingerprint of the scene with the options of the command line applied */
+    char words[160];      /* these options, for messages */
+    kt_written records;   /* up to the last checkpoint */
+    kt_mode_watch *modes; /* NULL: none */
+    void *block;          /* the simulation's state, then that of `modes` */
+    size_t size, mode_size;
 } kt_checkpoint;
 
-/* Computes the fingerprint of the scene, with the options of the command line applied, and allocates the memory for a
- * checkpoint. path may be NULL (only to resume). Returns -1 on success, else an exit code after printing the error. */
+/* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. path may be NULL (only to
+ * resume). modes: the run's watch on fast modes, or NULL. Returns -1 on success, else an exit code after printing the
+ * error: another run that writes its checkpoints there is one. kt_checkpoint_close must follow in any case. */
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
-                       const kt_simulation_options *options);
+                       const kt_simulation_options *options, kt_mode_watch *modes);
 void kt_checkpoint_close(kt_checkpoint *checkpoint);
 
 /* Returns whether the interval since the last checkpoint has elapsed. */
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 
-/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. `lines`:
- * number of bytes of the records written so far. Returns 0, or -1 after printing the error. */
-int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, long long lines);
+/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. `lines`: the
+ * records, all of which are written (kt_lines_flush); they are on the disk before the checkpoint is. Returns 0, or -1
+ * after printing the error. */
+int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
 
-/* Resumes a run from a checkpoint: restores the simulation and the results so far in *outcome; *lines is the value that
- * kt_checkpoint_write was given. Returns -1 on success, else an exit code after printing the error, with *outcome and
- * *lines unchanged. */
-int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome, long long *lines);
+/* Resumes a run from a checkpoint: restores the simulation, the watch on modes and the results so far in *outcome,
+ * warnings among them; checkpoint->records are those that belong to it. Returns -1 on success, else an exit code after
+ * printing the error, with *outcome unchanged. */
+int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome);
 
 #endif

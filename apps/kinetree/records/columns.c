@@ -73,13 +73,33 @@ static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
     return fine;
 }
 
-static bool add_marker(kt_columns *columns, const kt_marker_pair *pair) {
+static bool add_marker(kt_columns *columns, const kt_marker_pair *pair, kt_column_source source) {
     const int body = pair->body != NULL ? kt_body_find(columns->model, pair->body) : 0;
-    if (!add(columns, KT_COLUMN_MARKER, body, 3, 0))
+    if (!add(columns, source, body, 3, 0))
         return false;
     for (size_t i = columns->count - 3; i < columns->count; i++)
         columns->columns[i].marker = kt_marker_find(columns->model, body, pair->marker);
     return true;
+}
+
+/* What is recorded of markers, marker by marker. */
+static bool add_markers(kt_columns *columns, const kt_run *run, unsigned record) {
+    bool fine = true;
+    for (int i = 0; i < run->marker_count && fine; i++) {
+        fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER);
+        if (fine && (record & KT_RECORD_MARKER_VELOCITY) != 0)
+            fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER_VELOCITY);
+        if (fine && (record & KT_RECORD_MARKER_ACCELERATION) != 0)
+            fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER_ACCELERATION);
+    }
+    return fine;
+}
+
+static bool add_orientations(kt_columns *columns) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
+        fine = add(columns, KT_COLUMN_ORIENTATION, body, 4, 0);
+    return fine;
 }
 
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
@@ -91,8 +111,11 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add_coordinates(columns, KT_COLUMN_VELOCITY);
     if (fine && (record & KT_RECORD_ACCELERATION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_ACCELERATION);
-    for (int i = 0; i < run->marker_count && fine; i++)
-        fine = add_marker(columns, &run->markers[i]);
+    fine = fine && add_markers(columns, run, record);
+    if (fine && (record & KT_RECORD_ORIENTATION) != 0)
+        fine = add_orientations(columns);
+    if (fine && (record & KT_RECORD_MOMENTUM) != 0)
+        fine = add(columns, KT_COLUMN_MOMENTUM, 0, 6, 0);
     if (fine && (record & KT_RECORD_ENERGY) != 0)
         fine = add(columns, KT_COLUMN_ENERGY, 0, 3, 0);
     if (fine && (record & KT_RECORD_BALANCE) != 0)
@@ -126,6 +149,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     static const char *const kinds[] = {"position", "velocity", "acceleration"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     static const char *const works[] = {"dissipated", "supplied", "balance"};
+    static const char *const orders[] = {"", "v", "a"};
+    static const char *const momenta[] = {"px", "py", "pz", "lx", "ly", "lz"};
     static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
     const kt_column *c = &columns->columns[column];
     const kt_model *model = columns->model;
@@ -140,8 +165,15 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
                              c->component, c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
     }
     case KT_COLUMN_MARKER:
-        return snprintf(text, size, "marker.%s.%s.%c", kt_body_name(model, c->index),
-                        kt_marker_name(model, c->index, c->marker), "xyz"[c->component]);
+    case KT_COLUMN_MARKER_VELOCITY:
+    case KT_COLUMN_MARKER_ACCELERATION:
+        return snprintf(text, size, "marker.%s.%s.%s%c", kt_body_name(model, c->index),
+                        kt_marker_name(model, c->index, c->marker), orders[c->source - KT_COLUMN_MARKER],
+                        "xyz"[c->component]);
+    case KT_COLUMN_ORIENTATION:
+        return snprintf(text, size, "orientation.%s.%c", kt_body_name(model, c->index), "wxyz"[c->component]);
+    case KT_COLUMN_MOMENTUM:
+        return snprintf(text, size, "momentum.%s", momenta[c->component]);
     case KT_COLUMN_ENERGY:
         return snprintf(text, size, "energy.%s", energies[c->component]);
     case KT_COLUMN_WORK:
@@ -189,6 +221,15 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
         return coordinate_quantity(columns, c);
     case KT_COLUMN_MARKER:
         return (kt_quantity){"Markers", "m"};
+    case KT_COLUMN_MARKER_VELOCITY:
+        return (kt_quantity){"Velocities of markers", "m/s"};
+    case KT_COLUMN_MARKER_ACCELERATION:
+        return (kt_quantity){"Accelerations of markers", "m/s\u00b2"};
+    case KT_COLUMN_ORIENTATION:
+        return (kt_quantity){"Orientations", ""};
+    case KT_COLUMN_MOMENTUM:
+        return c->component < 3 ? (kt_quantity){"Momentum", "kg m/s"}
+                                : (kt_quantity){"Angular momentum", "kg m\u00b2/s"};
     case KT_COLUMN_ENERGY:
     case KT_COLUMN_WORK:
         return (kt_quantity){"Energies", "J"};
@@ -216,12 +257,38 @@ static double component_of(const kt_wrench *wrenches, int index, int k) {
     return x[k];
 }
 
-static kt_vec3 marker_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
-    const kt_vec3 at = kt_marker_at(columns->model, c->index, c->marker);
-    return kt_point_position(columns->model, record->data, c->index, at);
+/* What a group of columns that follow each other has in common, computed at the first of them. */
+typedef struct kt_column_group {
+    double value[6];
+} kt_column_group;
+
+static kt_column_group vector_group(kt_vec3 u) { return (kt_column_group){{u.x, u.y, u.z}}; }
+
+static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+    const kt_model *model = columns->model;
+    const bool is_marker = c->source >= KT_COLUMN_MARKER && c->source <= KT_COLUMN_MARKER_ACCELERATION;
+    const kt_vec3 at = is_marker ? kt_marker_at(model, c->index, c->marker) : kt_vec3_make(0.0, 0.0, 0.0);
+    switch (c->source) {
+    case KT_COLUMN_MARKER:
+        return vector_group(kt_point_position(model, record->data, c->index, at));
+    case KT_COLUMN_MARKER_VELOCITY:
+        return vector_group(kt_point_velocity(model, record->data, c->index, at));
+    case KT_COLUMN_MARKER_ACCELERATION:
+        return vector_group(kt_point_acceleration(model, record->data, c->index, at));
+    case KT_COLUMN_ORIENTATION: {
+        const kt_quat p = kt_quat_from_matrix(kt_body_pose(model, record->data, c->index).rotation);
+        return (kt_column_group){{p.w, p.x, p.y, p.z}};
+    }
+    case KT_COLUMN_MOMENTUM: {
+        const kt_wrench p = kt_momentum(model, record->data);
+        return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
+    }
+    default:
+        return (kt_column_group){{0.0}};
+    }
 }
 
-static double value_of(const kt_column *c, const kt_record *record, kt_vec3 marker) {
+static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group) {
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -232,7 +299,11 @@ static double value_of(const kt_column *c, const kt_record *record, kt_vec3 mark
     case KT_COLUMN_ACCELERATION:
         return coordinate(record->a, c->at);
     case KT_COLUMN_MARKER:
-        return c->component == 0 ? marker.x : c->component == 1 ? marker.y : marker.z;
+    case KT_COLUMN_MARKER_VELOCITY:
+    case KT_COLUMN_MARKER_ACCELERATION:
+    case KT_COLUMN_ORIENTATION:
+    case KT_COLUMN_MOMENTUM:
+        return group->value[c->component];
     case KT_COLUMN_ENERGY:
         return c->component == 0   ? record->kinetic
                : c->component == 1 ? record->potential
@@ -254,12 +325,12 @@ static double value_of(const kt_column *c, const kt_record *record, kt_vec3 mark
 }
 
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
-    kt_vec3 marker = {0};
+    kt_column_group group = {{0.0}};
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
-        if (c->source == KT_COLUMN_MARKER && c->component == 0) /* its three columns follow each other */
-            marker = marker_of(columns, c, record);
-        columns->values[i] = value_of(c, record, marker);
+        if (c->component == 0)
+            group = group_of(columns, c, record);
+        columns->values[i] = value_of(c, record, &group);
     }
     return columns->values;
 }

@@ -13,13 +13,17 @@ typedef enum kt_column_source {
     KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
     KT_COLUMN_VELOCITY,
     KT_COLUMN_ACCELERATION,
-    KT_COLUMN_MARKER,        /* coordinate `component` of marker `marker` of body `index` */
-    KT_COLUMN_ENERGY,        /* kinetic, potential, total */
-    KT_COLUMN_WORK,          /* dissipated, supplied, balance */
-    KT_COLUMN_RESIDUAL,      /* of positions, of velocities */
-    KT_COLUMN_REACTION,      /* in the joint of body `index`: force x, y, z, moment x, y, z */
-    KT_COLUMN_LOOP_REACTION, /* in loop `index` */
-    KT_COLUMN_MULTIPLIER,    /* of equation `component` of loop `index` */
+    KT_COLUMN_MARKER,              /* coordinate `component` of marker `marker` of body `index` */
+    KT_COLUMN_MARKER_VELOCITY,     /* its velocity */
+    KT_COLUMN_MARKER_ACCELERATION, /* its acceleration */
+    KT_COLUMN_ORIENTATION,         /* of body `index`: quaternion w, x, y, z, w >= 0 */
+    KT_COLUMN_MOMENTUM,            /* linear x, y, z, angular x, y, z */
+    KT_COLUMN_ENERGY,              /* kinetic, potential, total */
+    KT_COLUMN_WORK,                /* dissipated, supplied, balance */
+    KT_COLUMN_RESIDUAL,            /* of positions, of velocities */
+    KT_COLUMN_REACTION,            /* in the joint of body `index`: force x, y, z, moment x, y, z */
+    KT_COLUMN_LOOP_REACTION,       /* in loop `index` */
+    KT_COLUMN_MULTIPLIER,          /* of equation `component` of loop `index` */
 } kt_column_source;
 
 typedef struct kt_column {

@@ -1,6 +1,8 @@
 /* Writes records as CSV. */
 #include "subcommands/run.h"
 
+#include "base/sum.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -55,7 +57,9 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns) {
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
-    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : kt_output_open(&csv->output, O_WRONLY | O_CREAT);
+    /* Checkpoints read back what is written, where that is a file. */
+    const int mode = csv->output.partial != NULL ? O_RDWR : O_WRONLY;
+    int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : kt_output_open(&csv->output, mode | O_CREAT);
     if (file < 0 || (csv->output.partial != NULL && ftruncate(file, 0) != 0)) {
         say_not_open(name, errno);
         if (file >= 0)
@@ -87,58 +91,88 @@ static bool begins_with_line(const kt_lines *lines) {
     return same;
 }
 
-/* Copies at most `size` bytes to a new file. Returns its descriptor, or -1. */
-static int copy_beginning(const char *from, const char *to, long long size) {
+/* Copies at most `size` bytes of a file to an empty one. */
+static bool copy_beginning(const char *from, int to, long long size) {
     char block[1 << 16];
-    FILE *in = fopen(from, "rb"), *out = in != NULL ? fopen(to, "wb") : NULL;
-    bool fine = out != NULL;
-    size_t count = 1;
-    while (fine && size > 0 && count > 0) {
-        count = fread(block, 1, size < (long long)sizeof block ? (size_t)size : sizeof block, in);
-        fine = !ferror(in) && fwrite(block, 1, count, out) == count;
-        size -= (long long)count;
+    const int in = open(from, O_RDONLY | O_CLOEXEC);
+    bool fine = in >= 0;
+    for (ssize_t count = 1; fine && size > 0 && count > 0; size -= count) {
+        count = read(in, block, size < (long long)sizeof block ? (size_t)size : sizeof block);
+        fine = count >= 0 && write(to, block, (size_t)count) == count;
     }
-    if (in != NULL)
-        (void)fclose(in);
-    if (out != NULL)
-        fine = fclose(out) == 0 && fine;
-    return fine ? open(to, O_RDWR | O_CLOEXEC) : -1;
+    if (in >= 0)
+        (void)close(in);
+    return fine;
 }
 
 /* Opens the records up to the checkpoint: the partial file that an interrupted run has left, or else a copy of the
  * first bytes of a finished result, whose remainder is computed again; then *copied is true. */
 static int open_beginning(kt_output *output, long long written, bool *copied) {
-    const int file = kt_output_open(output, O_RDWR);
+    int file = kt_output_open(output, O_RDWR);
     *copied = file < 0 && errno == ENOENT && output->partial != NULL && access(output->name, R_OK) == 0;
-    return *copied ? copy_beginning(output->name, output->partial, written) : file;
+    if (!*copied)
+        return file;
+    file = kt_output_open(output, O_RDWR | O_CREAT);
+    if (file < 0 || (ftruncate(file, 0) == 0 && copy_beginning(output->name, file, written)))
+        return file;
+    (void)close(file);
+    return -1;
 }
 
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written) {
+bool kt_csv_sum(int file, long long from, long long to, uint64_t *sum) {
+    char block[1 << 16];
+    while (from < to) {
+        const size_t most = to - from < (long long)sizeof block ? (size_t)(to - from) : sizeof block;
+        const ssize_t count = pread(file, block, most, (off_t)from);
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count <= 0)
+            return false;
+        *sum = kt_sum_add(*sum, block, (size_t)count);
+        from += count;
+    }
+    return true;
+}
+
+/* Returns NULL if the file holds the records that a checkpoint belongs to, from its first byte on; otherwise what is
+ * wrong. */
+static const char *find_fault(const kt_lines *lines, const kt_written *before) {
     struct stat status;
+    uint64_t sum = KT_SUM_START;
+    if (fstat(lines->file, &status) != 0 || !S_ISREG(status.st_mode) || lines->full || !begins_with_line(lines))
+        return "these are not the records until the checkpoint: other columns, or no records; give the --out of the "
+               "run that wrote it";
+    if (status.st_size < before->bytes)
+        return "these are not the records until the checkpoint: they are fewer; give the --out of the run that wrote "
+               "it";
+    if (!kt_csv_sum(lines->file, 0, before->bytes, &sum) || sum != before->sum)
+        return "these are not the records until the checkpoint: another run has written over them; give the --out of "
+               "the run that wrote it, or begin anew without --resume";
+    return NULL;
+}
+
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, const kt_written *before) {
     *csv = (kt_csv){.columns = columns, .lines.file = -1};
     int code = kt_output_start(&csv->output, path);
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
     bool copied;
-    int file = open_beginning(&csv->output, written, &copied);
+    int file = open_beginning(&csv->output, before->bytes, &copied);
     if (file < 0) {
         const int reason = errno;
         if (reason == EBUSY)
             say_not_open(name, reason);
         else
             kt_say("%s, the records until the checkpoint, cannot be opened: %s", path, strerror(reason));
-        (void)kt_output_end(&csv->output, KT_OUTPUT_AS_IS);
+        (void)kt_output_end(&csv->output, copied ? KT_OUTPUT_NOTHING : KT_OUTPUT_AS_IS);
         return reason == EBUSY ? KT_EXIT_INTEGRATION : KT_EXIT_USAGE;
     }
     kt_lines *lines = &csv->lines;
-    kt_lines_start(lines, file, path, written);
+    kt_lines_start(lines, file, path, before->bytes);
     add_header(csv);
-    const char *wrong = NULL;
-    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size < written || lines->full ||
-        !begins_with_line(lines))
-        wrong = "these are not the records until the checkpoint; give the --out of the run that wrote it";
-    else if (ftruncate(file, written) != 0 || lseek(file, written, SEEK_SET) != written)
+    const char *wrong = find_fault(lines, before);
+    if (wrong == NULL && (ftruncate(file, before->bytes) != 0 || lseek(file, before->bytes, SEEK_SET) != before->bytes))
         wrong = strerror(errno);
     lines->used = 0;
     if (wrong == NULL)

@@ -16,7 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { LOCK_TRIES = 100 }; /* a second */
+enum { LOCK_TRIES = 100 /* a second */, OPEN_TRIES = 3 };
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
 
@@ -113,23 +113,39 @@ static bool is_named(int file, const char *name) {
            open_one.st_ino == named.st_ino;
 }
 
+/* Where another file has got the name as often as we have looked, another run goes on putting files there. */
+int kt_open_locked(const char *name, int flags) {
+    for (int i = 0; i < OPEN_TRIES; i++) {
+        const int file = open(name, flags | O_CLOEXEC, 0666);
+        const bool is_mine = file >= 0 && lock(file);
+        if (file < 0 || (is_mine && is_named(file, name)))
+            return file;
+        (void)close(file);
+        if (!is_mine)
+            break;
+    }
+    errno = EBUSY;
+    return -1;
+}
+
 int kt_output_open(kt_output *output, int flags) {
     const char *name = kt_output_path(output);
-    for (;;) {
-        const int file = open(name, flags | O_CLOEXEC, 0666);
-        if (file < 0 || output->partial == NULL)
-            return file;
-        const bool is_mine = lock(file);
-        if (is_mine && is_named(file, name)) {
-            output->lock = fcntl(file, F_DUPFD_CLOEXEC, 0); /* the file may be closed before it is renamed */
-            return file;
-        }
+    if (output->partial == NULL)
+        return open(name, flags | O_CLOEXEC, 0666);
+    const int file = kt_open_locked(name, flags);
+    if (file >= 0)
+        output->lock = fcntl(file, F_DUPFD_CLOEXEC, 0); /* the file may be closed before it is renamed */
+    return file;
+}
+
+void kt_sync_folder(const char *path) {
+    char *folder = folder_of(path);
+    const int file = folder != NULL ? open(folder, O_RDONLY | O_CLOEXEC) : -1;
+    if (file >= 0) {
+        (void)fsync(file);
         (void)close(file);
-        if (!is_mine) {
-            errno = EBUSY;
-            return -1;
-        }
     }
+    free(folder);
 }
 
 /* Renames the partial file; the new file gets the permissions of the old one. */

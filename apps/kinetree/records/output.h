@@ -23,6 +23,13 @@ const char *kt_output_path(const kt_output *output);
  * is truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
 int kt_output_open(kt_output *output, int flags);
 
+/* Opens a file as open does, and locks it against other runs for as long as it is open. Returns its descriptor, or -1
+ * with errno; EBUSY: another run has it. */
+int kt_open_locked(const char *name, int flags);
+
+/* Flushes a file's name to the disk, where the file system can: after a crash of the system the file is found. */
+void kt_sync_folder(const char *path);
+
 typedef enum kt_output_fate {
     KT_OUTPUT_WHOLE,   /* renamed to its name */
     KT_OUTPUT_PART,    /* renamed if that name is free, else kept as NAME.partial: kt_part_name */

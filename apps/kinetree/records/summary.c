@@ -125,6 +125,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
+    if (outcome->columns != NULL)
+        json_object_set_new(root, "columns", kt_extremes_describe(&outcome->extremes, outcome->columns));
     json_object_set_new(root, "method", describe_method(outcome));
     json_object_set_new(root, "cost", count_cost(outcome));
     json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));

@@ -7,6 +7,7 @@
 #include "scene/start.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"
+#include "text/list.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -97,22 +98,11 @@ static kt_camera face_axis(const kt_picture *picture, char axis) {
     return kt_camera_facing(towards, vertical);
 }
 
-/* "30,20" */
-static bool read_angles(const char *text, double *azimuth, double *elevation) {
-    char *end;
-    *azimuth = strtod(text, &end);
-    if (end == text || *end != ',')
-        return false;
-    const char *second = end + 1;
-    *elevation = strtod(second, &end);
-    return end != second && *end == '\0';
-}
-
 /* Returns -1, or an exit code after printing the error. */
 static int choose_view(const char *view, const kt_picture *picture, const kt_pose *poses, kt_camera *camera,
                        view_words *words) {
     const kt_vec3 vertical = kt_picture_vertical(picture);
-    double azimuth = 45.0, elevation = atan(sqrt(0.5)) / degree;
+    double angles[2] = {45.0, atan(sqrt(0.5)) / degree}; /* azimuth, elevation */
     const kt_chosen_view chosen = kt_camera_choose(picture, poses);
     *camera = chosen.camera;
     *words = name_angles(chosen.azimuth / degree, chosen.elevation / degree);
@@ -126,10 +116,10 @@ static int choose_view(const char *view, const kt_picture *picture, const kt_pos
         return -1;
     }
     const bool is_iso = strcmp(view, "iso") == 0;
-    if (!is_iso && (!read_angles(view, &azimuth, &elevation) || !isfinite(azimuth) || !(fabs(elevation) <= 90.0)))
+    if (!is_iso && (kt_numbers_read(view, angles, 2) != 2 || fabs(angles[1]) > 90.0))
         return refuse_view(view);
-    *camera = kt_camera_around(vertical, degree * azimuth, degree * elevation);
-    *words = name_angles(azimuth, elevation);
+    *camera = kt_camera_around(vertical, degree * angles[0], degree * angles[1]);
+    *words = name_angles(angles[0], angles[1]);
     if (is_iso)
         snprintf(words->text, sizeof words->text, "isometric");
     return -1;
@@ -172,20 +162,14 @@ static int refuse_times(const char *list) {
 }
 
 static int read_times(const char *list, motion *m) {
-    const char *text = list;
-    while (*text != '\0') {
-        char *end;
-        const double time = strtod(text, &end);
-        if (end == text || (*end != ',' && *end != '\0') || !isfinite(time) || time < 0.0 ||
-            (m->state_count > 0 && time <= m->times[m->state_count - 1]))
-            return refuse_times(list);
-        if (m->state_count == STATES_MOST) {
-            kt_say("draw: --at takes up to %d times", STATES_MOST);
-            return KT_EXIT_USAGE;
-        }
-        m->times[m->state_count++] = time;
-        text = *end == ',' ? end + 1 : end;
+    m->state_count = kt_numbers_read(list, m->times, STATES_MOST);
+    if (m->state_count > STATES_MOST) {
+        kt_say("draw: --at takes up to %d times", STATES_MOST);
+        return KT_EXIT_USAGE;
     }
+    for (int i = 0; i < m->state_count; i++)
+        if (m->times[i] < 0.0 || (i > 0 && m->times[i] <= m->times[i - 1]))
+            return refuse_times(list);
     return m->state_count > 0 ? -1 : refuse_times(list);
 }
 

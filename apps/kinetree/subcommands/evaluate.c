@@ -2,8 +2,8 @@
 #include "records/output.h"
 #include "scene/start.h"
 #include "text/arguments.h"
+#include "text/list.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,19 +111,10 @@ static void release(kt_evaluation *e) {
 
 /* Parses "1,2.5,-3": one number per coordinate. */
 static int read_accelerations(const char *list, kt_evaluation *e) {
-    const char *rest = list;
-    int count = 0;
-    while (*rest != '\0' || count == 0) {
-        char *end;
-        double value = strtod(rest, &end);
-        if (end == rest || !isfinite(value) || (*end != ',' && *end != '\0')) {
-            kt_say("evaluate: --acceleration takes numbers with commas between; '%s' is none", rest);
-            return KT_EXIT_USAGE;
-        }
-        if (count < e->nv)
-            e->given[count] = value;
-        count++;
-        rest = *end == ',' ? end + 1 : end;
+    const int count = kt_numbers_read(list, e->given, e->nv);
+    if (count < 0) {
+        kt_say("evaluate: --acceleration takes numbers with commas between, not '%s'", list);
+        return KT_EXIT_USAGE;
     }
     if (count == e->nv)
         return -1;

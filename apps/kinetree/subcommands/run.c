@@ -7,6 +7,7 @@
 #include "view/glb.h"
 #include "view/view.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -89,6 +90,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
     const double *values = kt_columns_evaluate(sinks->columns, record);
+    kt_extremes_add(&sinks->outcome->extremes, record->time, values);
     if (kt_csv_write(sinks->csv, values) != 0 || (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
         (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
@@ -143,7 +145,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
             break;
         sinks.pauses = false;
         sinks.failed = kt_lines_flush(&results->csv.lines) != 0 ||
-                       kt_checkpoint_write(checkpoint, outcome, results->csv.lines.written) != 0;
+                       kt_checkpoint_write(checkpoint, outcome, &results->csv.lines) != 0;
         if (sinks.failed)
             break;
     }
@@ -165,6 +167,10 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
 
 /* A resumed run may continue to write the checkpoint file from which it started. */
 static int check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
+    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
+        kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
+        return KT_EXIT_USAGE;
+    }
     const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
                                   {"--checkpoint", arguments->checkpoint, true}};
     int code = -1;
@@ -304,17 +310,18 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
 /* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
 static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
                         const char *out, kt_results *results) {
-    long long lines = 0;
     if (arguments->resume == NULL)
         return kt_csv_open(&results->csv, out, &results->columns);
-    int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome, &lines);
-    return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, lines);
+    int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome);
+    return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, &checkpoint->records);
 }
 
 /* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
-static bool start_results(const kt_outcome *outcome, const kt_result_names *names, unsigned record,
-                          kt_results *results) {
+static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
     if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
+        return false;
+    outcome->columns = &results->columns;
+    if (!kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(outcome->model, outcome->run);
@@ -377,7 +384,7 @@ static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
 
 /* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
-                          unsigned record, kt_checkpoint *checkpoint) {
+                          unsigned record, kt_checkpoint *checkpoint, kt_mode_watch *modes) {
     kt_results results = {.plot = NULL};
     int code = -1;
     if (!start_results(outcome, names, record, &results)) {
@@ -387,10 +394,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
-        kt_mode_watch *modes = kt_watch_steps(outcome);
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_warn_of_step(outcome, modes);
-        kt_mode_watch_free(modes);
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
@@ -400,6 +405,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
+    kt_extremes_free(&outcome->extremes);
     kt_columns_free(&results.columns);
     return code;
 }
@@ -481,7 +487,8 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     options.kinematics = names->view != NULL || names->glb != NULL;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
-    if (names->summary != NULL || names->plot != NULL)
+    /* A resumed run may write a summary, too: what it tells of the run before the break is watched from the start. */
+    if (names->summary != NULL || names->plot != NULL || arguments->checkpoint != NULL || arguments->resume != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     if (outcome->energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
         options.record |= KT_RECORD_ENERGY;
@@ -507,14 +514,16 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_view_write_start(outcome->scene, outcome->model, outcome->name, names->view) == KT_EXIT_DONE)
         kt_say("the view shows the positions that the scene gives, and those that assembly has reached: %s",
                names->view);
-    kt_checkpoint checkpoint = {.path = NULL};
+    kt_checkpoint checkpoint = {.lock = -1};
+    kt_mode_watch *modes = code < 0 ? kt_watch_steps(outcome) : NULL;
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
-        code =
-            kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options);
+        code = kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options,
+                                  modes);
     if (code < 0)
         code = run_simulation(arguments, outcome, names, kt_run_record(outcome->run, outcome->model) | options.record,
-                              &checkpoint);
+                              &checkpoint, modes);
     kt_checkpoint_close(&checkpoint);
+    kt_mode_watch_free(modes);
     kt_simulation_free(outcome->simulation);
     kt_warnings_free(&outcome->warnings);
     json_decref(outcome->moved);

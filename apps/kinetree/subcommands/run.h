@@ -4,6 +4,7 @@
 
 #include "advice/warnings.h"
 #include "records/columns.h"
+#include "records/extremes.h"
 #include "records/lines.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -61,9 +62,17 @@ typedef struct kt_csv {
 /* Opens the file ("-": standard output; NULL: there are no records to be written; else see output.h) and writes the
  * header. The columns must outlive it. Returns -1 on success, else an exit code. */
 int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns);
-/* Opens records of which the first `written` bytes exist, in NAME.partial or, if that does not exist, in NAME; the
- * bytes after them are cut off. Returns -1 on success, else an exit code. */
-int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, long long written);
+/* Records that a file holds: its first bytes, and their checksum (base/sum.h). */
+typedef struct kt_written {
+    int64_t bytes;
+    uint64_t sum;
+} kt_written;
+
+/* Opens records that begin with those of `before`, in NAME.partial or, if that does not exist, in NAME; the bytes after
+ * them are cut off. Returns -1 on success, else an exit code: other records are refused. */
+int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, const kt_written *before);
+/* Adds the bytes `from` to `to` - 1 of a file to a sum. Returns false if they cannot be read. */
+bool kt_csv_sum(int file, long long from, long long to, uint64_t *sum);
 /* Appends a record, given by the values of its columns. Returns 0, or -1 after printing an error if lines could not be
  * written. */
 int kt_csv_write(kt_csv *csv, const double *values);
@@ -101,6 +110,8 @@ typedef struct kt_outcome {
     kt_stability_watch stability; /* watches adaptive explicit steps */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
+    const kt_columns *columns;    /* of the records; NULL: not listed yet */
+    kt_extremes extremes;         /* of these columns, at all records */
     json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
     kt_error

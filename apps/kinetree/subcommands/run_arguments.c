@@ -21,7 +21,10 @@ static const kt_option options[] = {
     {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier", NULL},
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier, momentum, orientation, "
+     "marker "
+     "velocity, marker acceleration",
+     NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
     {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd"},
@@ -254,20 +257,15 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance. */
+/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance, one of which may be 0. */
 static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
-    const char *text = arguments->tolerance;
-    char *end;
-    double relative = strtod(text, &end), absolute = relative;
-    bool is_right = end != text;
-    if (is_right && *end == ',') {
-        const char *second = end + 1;
-        absolute = strtod(second, &end);
-        is_right = end != second;
-    }
-    if (!is_right || *end != '\0' || !(isfinite(relative) && relative > 0.0 && isfinite(absolute) && absolute > 0.0)) {
-        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, not '%s'", arguments->command,
-               text);
+    double tolerance[2] = {0.0, 0.0};
+    const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);
+    const double relative = tolerance[0], absolute = count == 1 ? relative : tolerance[1];
+    if (count < 1 || count > 2 || relative < 0.0 || absolute < 0.0 || relative + absolute == 0.0) {
+        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, of which one may be 0, not "
+               "'%s'",
+               arguments->command, arguments->tolerance);
         return KT_EXIT_USAGE;
     }
     run->step = 0.0;

@@ -1,11 +1,11 @@
 /* Parses command lines by tables of options. */
 #include "text/arguments.h"
 
+#include "base/decimal.h"
 #include "command.h"
 
 #include <errno.h>
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,19 +34,10 @@ void kt_usage_print(const kt_usage *usage) {
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-static bool read_number(const char *text, double *value, const char **rest) {
-    char *end;
-    if (*text == '\0' || *text == ' ' || *text == '\t')
-        return false;
-    *value = strtod(text, &end);
-    *rest = end;
-    return end != text && isfinite(*value);
-}
-
 static bool read_real(const kt_option *option, const char *text, double *member) {
     double value;
     const char *rest;
-    if (!read_number(text, &value, &rest))
+    if (!kt_decimal_read(text, &value, &rest))
         return false;
     if (option->type == KT_OPTION_ANGLE) {
         while (*rest == ' ')

@@ -1,0 +1,69 @@
+/* Extremes, root mean squares and last values of the columns of a run. */
+#include "records/extremes.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+bool kt_extremes_start(kt_extremes *extremes, size_t count) {
+    const double nan = (double)NAN;
+    const kt_extreme none = {nan, nan, nan, nan, 0.0, nan, nan, nan};
+    extremes->column = malloc((count + 1) * sizeof *extremes->column);
+    extremes->count = extremes->column != NULL ? count : 0;
+    for (size_t i = 0; i < extremes->count; i++)
+        extremes->column[i] = none;
+    return extremes->column != NULL;
+}
+
+void kt_extremes_free(kt_extremes *extremes) {
+    free(extremes->column);
+    *extremes = (kt_extremes){.column = NULL};
+}
+
+static void add(kt_extreme *e, double time, double value) {
+    if (isnan(value))
+        return;
+    if (!(value >= e->least)) { /* also where there is none yet */
+        e->least = value;
+        e->least_time = time;
+    }
+    if (!(value <= e->greatest)) {
+        e->greatest = value;
+        e->greatest_time = time;
+    }
+    if (isnan(e->first_time))
+        e->first_time = time;
+    else
+        e->square += 0.5 * (time - e->time) * (value * value + e->last * e->last);
+    e->last = value;
+    e->time = time;
+}
+
+void kt_extremes_add(kt_extremes *extremes, double time, const double *values) {
+    for (size_t i = 0; i < extremes->count; i++)
+        add(&extremes->column[i], time, values[i]);
+}
+
+static double root_mean_square(const kt_extreme *e) {
+    const double duration = e->time - e->first_time;
+    return duration > 0.0 ? sqrt(e->square / duration) : fabs(e->last);
+}
+
+json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns) {
+    json_t *object = json_object();
+    char name[512];
+    for (size_t i = 0; i < extremes->count; i++) {
+        const kt_extreme *e = &extremes->column[i];
+        if (columns->columns[i].source == KT_COLUMN_TIME)
+            continue;
+        (void)kt_column_name(columns, i, name, sizeof name);
+        json_t *one = json_object();
+        json_object_set_new(one, "min", kt_json_number(e->least));
+        json_object_set_new(one, "min_time", kt_json_number(e->least_time));
+        json_object_set_new(one, "max", kt_json_number(e->greatest));
+        json_object_set_new(one, "max_time", kt_json_number(e->greatest_time));
+        json_object_set_new(one, "rms", kt_json_number(root_mean_square(e)));
+        json_object_set_new(one, "end", kt_json_number(e->last));
+        json_object_set_new(object, name, one);
+    }
+    return object;
+}

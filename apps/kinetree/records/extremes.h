@@ -1,0 +1,35 @@
+/* Extremes, root mean squares and last values of the columns of a run, over its records. */
+#ifndef KT_COMMAND_RECORDS_EXTREMES_H
+#define KT_COMMAND_RECORDS_EXTREMES_H
+
+#include "records/columns.h"
+#include "text/json.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Of one column: plain numbers, which checkpoints hold. NaN until it has a value. */
+typedef struct kt_extreme {
+    double least, greatest;           /* values */
+    double least_time, greatest_time; /* s, of the first record that has them */
+    double square;                    /* integral of the square over time */
+    double last, first_time, time;    /* the latest value; s, of the first and of the latest record */
+} kt_extreme;
+
+typedef struct kt_extremes {
+    kt_extreme *column; /* [count]; NULL: none are kept */
+    size_t count;
+} kt_extremes;
+
+/* Returns false if memory is insufficient; kt_extremes_free releases it in any case. */
+bool kt_extremes_start(kt_extremes *extremes, size_t count);
+void kt_extremes_free(kt_extremes *extremes);
+
+/* Adds the values of a record, one for each column. */
+void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
+
+/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end}; the square is integrated
+ * by the trapezoidal rule. */
+json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
+
+#endif

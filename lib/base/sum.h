@@ -1,0 +1,19 @@
+/* A checksum that detects accidental differences, not forged ones: FNV-1a, 64 bits (Fowler, Noll, Vo). */
+#ifndef KT_BASE_SUM_H
+#define KT_BASE_SUM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* The sum of no bytes. */
+#define KT_SUM_START UINT64_C(0xcbf29ce484222325)
+
+/* The sum of what gave `sum`, followed by these bytes. */
+static inline uint64_t kt_sum_add(uint64_t sum, const void *bytes, size_t size) {
+    const unsigned char *byte = bytes;
+    for (size_t i = 0; i < size; i++)
+        sum = (sum ^ byte[i]) * UINT64_C(0x100000001b3);
+    return sum;
+}
+
+#endif
