@@ -1,6 +1,14 @@
+/* Numbers in decimal.
+ *
+ * strtod rounds correctly, but reads more than the grammar (hexadecimal, infinity, leading blanks) and takes the decimal
+ * point of the process's locale. So the grammar is checked first, and strtod is given the digits as a whole number with
+ * an exponent in proportion, 125e-2 for 1.25. No double and no midpoint of two has more than 767 significant digits
+ * (Goldberg 1991, ACM Computing Surveys 23; 767 for the subnormal ones): what follows matters only in that it is not 0.
+ */
 #include "base/decimal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,9 +33,49 @@ const char *kt_decimal_end(const char *text) {
     return c;
 }
 
+enum { DIGITS_MOST = 768 }; /* the last of them stands for all that follow */
+
+/* The digits before the exponent, without leading zeros; *exponent is the power of ten of the last of them. */
+static int collect_digits(const char *at, char digits[DIGITS_MOST], long *exponent) {
+    int count = 0;
+    for (bool fraction = false; (*at >= '0' && *at <= '9') || *at == '.'; at++) {
+        if (*at == '.') {
+            fraction = true;
+            continue;
+        }
+        const bool counts = count > 0 || *at != '0';
+        if (counts && count < DIGITS_MOST)
+            digits[count++] = *at;
+        else if (counts) {
+            ++*exponent;
+            digits[DIGITS_MOST - 1] = *at != '0' ? '1' : digits[DIGITS_MOST - 1];
+        }
+        *exponent -= fraction;
+    }
+    return count;
+}
+
+/* The exponent that stands before `end`, 0 if there is none; far beyond the range of double it no longer grows. */
+static long read_exponent(const char *text, const char *end) {
+    const char *at = text + strcspn(text, "eE");
+    if (at >= end)
+        return 0;
+    const bool negative = at[1] == '-';
+    long value = 0;
+    for (at = skip_sign(at + 1); at < end; at++)
+        value = value < 100000000 ? 10 * value + (*at - '0') : value;
+    return negative ? -value : value;
+}
+
 bool kt_decimal_read(const char *text, double *value, const char **end) {
     const char *const after = kt_decimal_end(text);
-    const double number = after > text ? strtod(text, NULL) : (double)NAN;
+    char digits[DIGITS_MOST] = "0", whole[DIGITS_MOST + 32];
+    if (after == text)
+        return false;
+    long exponent = read_exponent(text, after);
+    const int count = collect_digits(skip_sign(text), digits, &exponent);
+    (void)snprintf(whole, sizeof whole, "%s%.*se%ld", *text == '-' ? "-" : "", count > 0 ? count : 1, digits, exponent);
+    const double number = strtod(whole, NULL);
     if (!isfinite(number))
         return false;
     *value = number;

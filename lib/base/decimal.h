@@ -7,13 +7,11 @@
 /* Returns the end of the number that the text begins with, or the text itself if it begins with none. The grammar is
  * that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
  *
- *     [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
- *
- * strtod rounds it, but reads more (hexadecimal, infinity, leading blanks), so that the grammar is checked first. */
+ *     [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )? */
 const char *kt_decimal_end(const char *text);
 
 /* Reads the number that the text begins with into *value, and sets *end to where it ends. Returns false, and leaves
- * both unset, if there is none or it exceeds the range of double. Requires the C locale. */
+ * both unset, if there is none or it exceeds the range of double. Rounded to nearest; no locale has an influence. */
 bool kt_decimal_read(const char *text, double *value, const char **end);
 
 #endif

@@ -4,13 +4,12 @@
 #include "expression/expression.h"
 
 #include "algebra/angle.h"
+#include "base/decimal.h"
 #include "base/names.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define FUNCTION_NAME(id, name, least, most) {#name, KT_OPERATOR_##id, least, most},
@@ -95,41 +94,6 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
-enum { NUMBER_MOST = 100 /* characters */ };
-
-/* The number from digits without a point and an exponent in proportion, so that no locale has a say. */
-static double convert(const char *digits, int length, long exponent) {
-    char text[NUMBER_MOST + 32];
-    (void)snprintf(text, sizeof text, "%.*se%ld", length, digits, exponent);
-    return strtod(text, NULL);
-}
-
-/* Reads digits, point and exponent; returns the end. */
-static const char *scan_number(const char *at, char *digits, int *count, long *exponent) {
-    *count = 0;
-    *exponent = 0;
-    for (bool fraction = false; is_digit(*at) || (*at == '.' && !fraction); at++) {
-        if (*at == '.') {
-            fraction = true;
-            continue;
-        }
-        if (*count < NUMBER_MOST)
-            digits[*count] = *at;
-        ++*count;
-        *exponent -= fraction;
-    }
-    if (*at != 'e' && *at != 'E')
-        return at;
-    const char *power = at[1] == '+' || at[1] == '-' ? at + 2 : at + 1;
-    if (!is_digit(*power))
-        return at;
-    long value = 0;
-    for (; is_digit(*power); power++)
-        value = value < 100000 ? 10 * value + (*power - '0') : value;
-    *exponent += at[1] == '-' ? -value : value;
-    return power;
-}
-
 /* A unit after a number. */
 static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
     const char *spot = p->at;
@@ -149,18 +113,12 @@ static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
 }
 
 static bool parse_number(kt_parser *p, bool *is_angle) {
-    char digits[NUMBER_MOST];
-    int count;
-    long exponent;
-    const char *spot = p->at;
-    p->at = scan_number(spot, digits, &count, &exponent);
-    if (count == 0)
-        return refuse(p, spot, "a digit is missing beside this point");
-    if (count > NUMBER_MOST)
-        return refuse(p, spot, "this number has more than %d digits; 17 are as many as count", NUMBER_MOST);
-    double value = convert(digits, count, exponent);
-    if (!isfinite(value))
-        return refuse(p, spot, "this number is too large; the largest is about 1.8e308");
+    const char *const spot = p->at;
+    double value = 0.0;
+    if (!kt_decimal_read(spot, &value, &p->at))
+        return refuse(p, spot,
+                      kt_decimal_end(spot) > spot ? "this number is too large; the largest is about 1.8e308"
+                                                  : "a digit is missing beside this point");
     skip_blanks(p);
     return parse_unit(p, &value, is_angle) && put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = value});
 }

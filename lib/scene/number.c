@@ -57,13 +57,15 @@ static kt_scalar classify_number(const char *text, const char *end, double *valu
     bool in_radians = unit > end && strcmp(unit, radians) == 0;
     if (*end != '\0' && !in_degrees && !in_radians)
         return KT_SCALAR_TEXT;
-    double x = strtod(text, NULL);
-    if (in_degrees)
-        x = kt_radians(x);
+    double x = 0.0;
+    if (!kt_decimal_read(text, &x, &end))
+        return KT_SCALAR_TOO_LARGE;
+    const char *const after = text + strlen(text);
+    x = in_degrees ? kt_radians(x) : x;
     if (!isfinite(x))
         return KT_SCALAR_TOO_LARGE;
     *value = x;
-    return *end == '\0' ? KT_SCALAR_NUMBER : KT_SCALAR_ANGLE;
+    return end == after ? KT_SCALAR_NUMBER : KT_SCALAR_ANGLE;
 }
 
 kt_scalar kt_scalar_classify(const char *text, double *value) {
