@@ -315,7 +315,10 @@ KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
 /* Works since the start or the last kt_simulation_set_state, J: the work that effects have dissipated, and the work
- * that driving effects, torques, wrenches and driven loops have supplied. */
+ * that driving effects, torques, wrenches and driven loops have supplied. They are integrated with the motion, which they
+ * do not change; where an adaptive step is too long for them (a drive that turns evenly, a contact that a drive closes),
+ * the powers are integrated once more along that step, to the tolerances of the motion. With fixed steps they have the
+ * order of the method. */
 typedef struct kt_work {
     double dissipated, supplied; /* J */
 } kt_work;
@@ -409,6 +412,7 @@ typedef struct kt_simulation_counts {
     uint64_t jacobians;       /* of the right-hand side, by an implicit method */
     uint64_t switches;        /* of auto, to the implicit method and back */
     uint64_t capped;          /* by the method: what had not settled and was taken (kt_integrator_counts) */
+    uint64_t balance;         /* evaluations besides those of the steps, for works (kt_work) */
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, and those of the method (`capped` above), too */
 } kt_simulation_counts;

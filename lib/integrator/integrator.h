@@ -131,11 +131,12 @@ struct kt_integrator {
     bool started;
     /* The state of the slopes. A tried step needs f(t, y) in slot 0; the dense output of the last step needs it in slot
      * `fresh`, with the stages of that step. The two uses alternate by swapping pointers. */
-    bool stages_known;   /* the slots hold the stages of the last step, as far as its dense output needs them */
-    bool dense_known;    /* and they hold the stages of the dense output */
-    bool matrices_known; /* implicit: Newton's matrices in memory are those that the history describes */
-    int derivative_slot; /* slot of f(t, y): 0, fresh, or -1 where it is not known */
-    size_t blamed;       /* component that caused the last step to fail; n: none */
+    bool stages_known;       /* the slots hold the stages of the last step, as far as its dense output needs them */
+    bool dense_known;        /* and they hold the stages of the dense output */
+    bool matrices_known;     /* implicit: Newton's matrices in memory are those that the history describes */
+    int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 where it is not known */
+    double quadrature_error; /* see kt_integrator_quadrature_error */
+    size_t blamed;           /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 
@@ -210,6 +211,12 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const cha
 
 /* Requires f(t, y) in slot 0. Computes all other slopes and `trial`, and, for an adaptive step, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
+
+/* Of the last adaptive step: the largest error estimate of a quadrature over its tolerance. 0 without quadratures, and
+ * with fixed steps. */
+double kt_integrator_quadrature_error(const kt_integrator *it);
+/* Replaces the quadratures at the end of the last step by better ones, of which the rest does not depend. */
+void kt_integrator_put_quadratures(kt_integrator *it, const double *values);
 
 /* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
 size_t kt_integrator_blamed(const kt_integrator *it);

@@ -265,7 +265,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 
 static double error_at(const kt_integrator *it, double h, size_t i) {
     (void)h;
-    return kt_newton_row(it, ROW_ERROR)[i];
+    return kt_newton_row(it, ROW_ERROR)[i] / kt_newton_of(it)->slack;
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */

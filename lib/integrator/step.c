@@ -9,6 +9,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* A step that will be tried. */
 typedef struct plan {
@@ -177,12 +178,24 @@ static const char *advice_on_motion(const kt_integrator *it) {
                  "stiff, by a strong damper or a light body on a hard spring, take radau5";
 }
 
+/* |error estimate| of a component over its tolerance, for the last try of the step h. */
+static double error_of(const kt_integrator *it, double h, size_t i) {
+    return fabs(it->family->error_at(it, h, i)) / kt_error_scale(it, i, it->y[i], it->trial[i]);
+}
+
+static double worst_quadrature(const kt_integrator *it, double h) {
+    double worst = 0.0;
+    for (size_t i = it->counted; i < it->sizes.n; i++)
+        worst = fmax(worst, error_of(it, h, i));
+    return worst;
+}
+
 /* The component with the largest part in the error estimate of the last try of the step h. */
 static size_t worst_component(const kt_integrator *it, double h) {
     size_t worst = it->sizes.n;
     double most = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double u = fabs(it->family->error_at(it, h, i)) / kt_error_scale(it, i, it->y[i], it->trial[i]);
+        const double u = error_of(it, h, i);
         if (u > most) {
             most = u;
             worst = i;
@@ -337,6 +350,7 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
             return report_stuck(it, t_limit, p.interval.h, &r, error);
         if (passed) {
             double control_error;
+            it->quadrature_error = worst_quadrature(it, p.interval.h);
             const double next = accept(it, &p, retried, r.error, &control_error);
             commit(it, &p, changed, next, r.error);
             it->memory.control_error = control_error;
@@ -358,6 +372,12 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         if (proposed < least)
             return report_too_small(it, least, &r, error);
     }
+}
+
+double kt_integrator_quadrature_error(const kt_integrator *it) { return it->quadrature_error; }
+
+void kt_integrator_put_quadratures(kt_integrator *it, const double *values) {
+    memcpy(it->y + it->counted, values, (it->sizes.n - it->counted) * sizeof *values);
 }
 
 size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }

@@ -210,6 +210,8 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     simulation->memory = memory;
     simulation->gap_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
+    if (size->panel > 0)
+        simulation->panel->known = false;
     memcpy(simulation->torque, from + at.torque, size->user_nv * sizeof(double));
     memcpy(simulation->torque_next, from + at.torque_next, size->user_nv * sizeof(double));
     memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));

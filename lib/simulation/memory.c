@@ -61,6 +61,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->nv = (size_t)kt_model_nv(model);
     size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
     size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
+    size->panel = size->n > size->work && !(settings->run.step > 0.0);
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);

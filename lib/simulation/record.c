@@ -28,7 +28,11 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
         return KT_OK;
     }
+    kt_work work;
+    const bool refined = simulation->memory.refined && kt_simulation_works_at(simulation, t, &work);
     kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
+    if (refined)
+        kt_simulation_put_works(simulation, &work, simulation->y);
     return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
 }
 

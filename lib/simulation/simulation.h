@@ -27,6 +27,8 @@ typedef struct kt_simulation_memory {
     kt_input_flags next; /* what the next step will have */
     bool waits;          /* `next` or a parameter was set since the last step */
     bool changed;        /* a parameter was */
+    bool refined;        /* the works of the last step are those of balance.c */
+    uint64_t balance_evaluations;
     uint64_t factorizations;
     kt_iterations iterations;
     kt_corrections corrections;
@@ -49,6 +51,15 @@ typedef struct kt_corners {
     double end, before;      /* for a step that ends where they jump: its last slope is that of the time `before` */
 } kt_corners;
 
+/* A part of the last step, along which powers were integrated (balance.c). */
+enum { KT_PANEL_TERMS = 13 };
+typedef struct kt_work_panel {
+    bool known;
+    double from, to, next;     /* s; the length that the next one should have */
+    kt_work start;             /* at `from`, since the start of the run */
+    kt_work b[KT_PANEL_TERMS]; /* from there, in Legendre's polynomials */
+} kt_work_panel;
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
@@ -70,6 +81,7 @@ typedef struct kt_corners {
     X(kt_wrench, pushed, size->pushed, "transformed: on the bodies of the model")                                      \
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
+    X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
     X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
@@ -94,6 +106,7 @@ typedef struct kt_simulation_sizes {
     size_t user_nq, user_nv;
     size_t gap; /* effects that act on one side of a boundary */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
+    size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
@@ -149,6 +162,20 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
         return none;
     kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
     return work;
+}
+
+/* After a step with a balance: integrates the powers along it if the works of the step are not as accurate as the
+ * tolerances ask. */
+void kt_simulation_refine_works(kt_simulation *simulation);
+/* The works at a time within a step that was refined, up to its end. Returns false if they cannot be computed. */
+bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
+/* The powers in a state y, under the inputs of the last step. Returns the values of a callback. */
+KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
+                                   kt_error *error);
+
+static inline void kt_simulation_put_works(const kt_simulation *simulation, const kt_work *work, double *y) {
+    y[simulation->size.work] = work->dissipated;
+    y[simulation->size.work + 1] = work->supplied;
 }
 
 /* Returns the callbacks for the integrator. */

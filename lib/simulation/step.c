@@ -71,6 +71,12 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
     return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
 }
 
+int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
+    const double *rate;
+    simulation->cached = KT_CACHED_NOTHING;
+    return accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, simulation->a, power, error);
+}
+
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
 /* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. */
@@ -304,8 +310,15 @@ kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *si
 
 kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
     kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
-    kt_simulation_counts counts = {from.steps,     from.rejected, from.evaluations, simulation->memory.factorizations,
-                                   from.jacobians, from.switches, from.capped,      simulation->memory.iterations};
+    kt_simulation_counts counts = {from.steps,
+                                   from.rejected,
+                                   from.evaluations,
+                                   simulation->memory.factorizations,
+                                   from.jacobians,
+                                   from.switches,
+                                   from.capped,
+                                   simulation->memory.balance_evaluations,
+                                   simulation->memory.iterations};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;
 }
@@ -337,6 +350,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         kt_simulation_count(simulation);
     if (status != KT_OK)
         return kt_simulation_fail_step(simulation, &from, error);
+    if (simulation->size.panel > 0)
+        kt_simulation_refine_works(simulation);
     if (simulation->transformation == NULL)
         memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
     else
@@ -434,7 +449,8 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         return status;
     memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
     simulation->memory.next_record = 0;
-    simulation->memory.factorizations = 0;
+    simulation->memory.factorizations = simulation->memory.balance_evaluations = 0;
+    simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
     return KT_OK;
 }

@@ -51,11 +51,11 @@ static json_t *describe_method(const kt_outcome *outcome) {
 
 static json_t *count_cost(const kt_outcome *outcome) {
     kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
-    return json_pack("{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:f}", "steps", (json_int_t)counts.steps, "rejected",
+    return json_pack("{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:f}", "steps", (json_int_t)counts.steps, "rejected",
                      (json_int_t)counts.rejected, "evaluations", (json_int_t)counts.evaluations, "factorizations",
                      (json_int_t)counts.factorizations, "jacobians", (json_int_t)counts.jacobians, "switches",
-                     (json_int_t)counts.switches, "capped", (json_int_t)counts.iterations.capped, "cpu_seconds",
-                     outcome->cpu_seconds);
+                     (json_int_t)counts.switches, "capped", (json_int_t)counts.iterations.capped, "balance_evaluations",
+                     (json_int_t)counts.balance, "cpu_seconds", outcome->cpu_seconds);
 }
 
 /* The numbers that the scene was computed with, where it has parameters or was given settings. */
