@@ -360,7 +360,8 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
  * are not shortened for records: these come from the method's dense output. May be called again after an error or a
  * recorder that stopped: it continues with the record after the last one handed over. On failure all records up to the
  * time reached have been handed over, except those within a last step at whose end the acceleration, which dense output
- * needs, cannot be computed. Errors: as for a step; KT_ERROR_CALLBACK if the recorder stopped. */
+ * needs, cannot be computed. Where drives take the mechanism to a dead point, whose acceleration is of no use, records
+ * within that step are interpolated between its ends alone, and counted (`joined`). Errors: as for a step; KT_ERROR_CALLBACK if the recorder stopped. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
@@ -413,6 +414,8 @@ typedef struct kt_simulation_counts {
     uint64_t switches;        /* of auto, to the implicit method and back */
     uint64_t capped;          /* by the method: what had not settled and was taken (kt_integrator_counts) */
     uint64_t balance;         /* evaluations besides those of the steps, for works (kt_work) */
+    uint64_t joined;          /* states within steps, for records and works, that are interpolated between the states at
+                                 the ends alone: the acceleration at a dead point of drives served no better */
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, and those of the method (`capped` above), too */
 } kt_simulation_counts;

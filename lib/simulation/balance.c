@@ -50,10 +50,8 @@ static kt_work work_add(kt_work work, double factor, kt_power power) {
 /* The powers at a time within the last step. */
 static bool find_power(kt_simulation *simulation, double t, kt_power *power) {
     kt_error error;
-    bool changed;
     simulation->memory.balance_evaluations++;
-    return kt_integrator_interpolate(simulation->integrator, t, simulation->y, &error) == KT_OK &&
-           kt_simulation_project(simulation, t, simulation->y, &changed, &error) == KT_OK &&
+    return kt_simulation_between(simulation, t, &error) == KT_OK &&
            kt_simulation_power(simulation, t, simulation->y, power, &error) == 0;
 }
 

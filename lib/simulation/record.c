@@ -23,17 +23,16 @@ static bool owes_records(const kt_simulation *simulation) {
 
 /* Writes the state at a time within the last step to y. */
 static kt_status read_state(kt_simulation *simulation, double t, kt_error *error) {
-    bool changed;
     if (t == kt_integrator_time(simulation->integrator)) {
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
         return KT_OK;
     }
     kt_work work;
     const bool refined = simulation->memory.refined && kt_simulation_works_at(simulation, t, &work);
-    kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
+    const kt_status status = kt_simulation_between(simulation, t, error);
     if (refined)
         kt_simulation_put_works(simulation, &work, simulation->y);
-    return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
+    return status;
 }
 
 /* Computes the kinematics of the state in y from what the data hold already. */

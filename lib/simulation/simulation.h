@@ -29,6 +29,7 @@ typedef struct kt_simulation_memory {
     bool changed;        /* a parameter was */
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
+    uint64_t joined; /* states within steps that are not of the dense output (dense.c) */
     uint64_t factorizations;
     kt_iterations iterations;
     kt_corrections corrections;
@@ -163,6 +164,9 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
     kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
     return work;
 }
+
+/* Writes the state at a time within the last step to `y`, closed. */
+KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error);
 
 /* After a step with a balance: integrates the powers along it if the works of the step are not as accurate as the
  * tolerances ask. */

@@ -318,6 +318,7 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    from.switches,
                                    from.capped,
                                    simulation->memory.balance_evaluations,
+                                   simulation->memory.joined,
                                    simulation->memory.iterations};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;
@@ -449,7 +450,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         return status;
     memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
     simulation->memory.next_record = 0;
-    simulation->memory.factorizations = simulation->memory.balance_evaluations = 0;
+    simulation->memory.factorizations = simulation->memory.balance_evaluations = simulation->memory.joined = 0;
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
     return KT_OK;

@@ -358,6 +358,21 @@ static void warn_of_caps(kt_outcome *outcome) {
             capped, capped == 1 ? "" : "s");
 }
 
+/* Near a dead point of drives, which a run may pass, or end at. */
+static void warn_of_joined(kt_outcome *outcome) {
+    const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
+    const kt_warning warning = {.code = "joined",
+                                .time = (double)NAN,
+                                .value = (double)joined,
+                                .remedy = "Let the drives keep away from the dead point, or take shorter steps there"};
+    if (joined > 0)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "at a dead point of the drives the acceleration is beyond use: %llu state%s within steps that end there "
+            "%s interpolated between their ends alone",
+            joined, joined == 1 ? "" : "s", joined == 1 ? "is" : "are");
+}
+
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
@@ -400,6 +415,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
         warn_of_caps(outcome);
+        warn_of_joined(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
     }

@@ -1,0 +1,69 @@
+/* The state within the last step, from the method's dense output.
+ *
+ * The dense output uses the acceleration at the end of the step. At a dead point of drives that grows without bound, or
+ * is what rounding makes of it, while the state itself is closed: the polynomial then leaves the motion by any distance.
+ * Between the ends of a step a motion goes no farther than its velocities and its distance there tell,
+ *
+ *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|),     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| / h)
+ *
+ * and where a dense output does, or cannot be computed, that of the states alone takes its place: q cubic with v at both
+ * ends (with quaternions linear), v and the works linear. Loops are closed, quaternions scaled to unit norm afterwards.
+ * Only drives have dead points: without any nothing is asked.
+ */
+#include "integrator/integrator.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+
+static const double leeway = 10.0, rounding = 1e-9;
+
+static double norm(const double *x, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+static double distance(const double *x, const double *y, size_t n) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += (x[i] - y[i]) * (x[i] - y[i]);
+    return sqrt(sum);
+}
+
+/* Whether the state y lies where the motion between the ends of the last step can be; false for NaN. */
+static bool is_between(const kt_simulation *simulation, const double *y) {
+    const kt_integrator *it = simulation->integrator;
+    const size_t nq = simulation->size.nq, nv = simulation->size.nv;
+    const double *y0 = it->previous_y, *y1 = it->y, h = fabs(it->memory.last_step);
+    const double way = distance(y1, y0, nq), turn = distance(y1 + nq, y0 + nq, nv);
+    const double speed = norm(y0 + nq, nv) + norm(y1 + nq, nv);
+    return distance(y, y0, nq) <= leeway * (way + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
+           distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + way / h) + rounding;
+}
+
+static void join_states(const kt_simulation *simulation, double t, double *y) {
+    const kt_integrator *it = simulation->integrator;
+    const size_t nq = simulation->size.nq, cubic = simulation->size.quaternion == 0 ? nq : 0;
+    const double *y0 = it->previous_y, *y1 = it->y, h = it->memory.last_step;
+    const double s = (t - it->memory.previous_t) / (it->memory.t - it->memory.previous_t), rest = 1.0 - s;
+    for (size_t i = 0; i < simulation->size.n; i++) {
+        const double d = y1[i] - y0[i];
+        y[i] = i < cubic ? y0[i] + s * s * (3.0 - 2.0 * s) * d + h * s * rest * (rest * y0[nq + i] - s * y1[nq + i])
+                         : y0[i] + s * d;
+    }
+}
+
+kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error) {
+    bool changed;
+    const bool may_be_dead = simulation->model->driven && simulation->closes_loops && simulation->projection == NULL;
+    kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
+    if (may_be_dead && simulation->integrator->memory.has_previous &&
+        (status != KT_OK || !is_between(simulation, simulation->y))) {
+        join_states(simulation, t, simulation->y);
+        simulation->memory.joined++;
+        simulation->cause.code = KT_OK;
+        status = KT_OK;
+    }
+    return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
+}
