@@ -1,5 +1,5 @@
 /* A step as a function of its start: the stages of the table, their sum, and the projection; the bits are those of a
- * simulation (integrator/explicit.c, simulation/step.c). A fixed step does not need the last stage of an fsal
+ * simulation (integrator/explicit.c, simulation/equations.c). A fixed step does not need the last stage of an fsal
  * method. */
 #include "closure/project.h"
 #include "integrator/integrator.h"

@@ -1,0 +1,190 @@
+/* The equations that a simulation integrates: its right-hand side and its projection.
+ *
+ * The state is y = (q, v), and the right-hand side is
+ *
+ *     q' = E(q) v        v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
+ *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
+ *
+ * If a balance is computed, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * (kt_power_evaluate).
+ *
+ * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
+ * step both are corrected [MSD 7.55 to 7.58], which changes the state by no more than that error and so keeps the
+ * method's order.
+ */
+#include "algebra/lane.h"
+#include "dynamics/dynamics.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- the caller's equations -------------------------------------------------------------------------------------- */
+
+static kt_instant instant_at(const kt_simulation *simulation, double t, const double *y, const double *tau,
+                             const kt_wrench *external) {
+    const kt_instant at = {simulation->model, simulation->data, t, y, y + simulation->size.nq, tau, external};
+    return at;
+}
+
+/* Returns the result of the caller's callback, with its message or, if it wrote none, a standard one. */
+static int report_callback(int result, const char *what, kt_error *made, kt_error *error) {
+    if (made->code == KT_OK)
+        (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "the caller's %s returned %d", what, result);
+    if (error != NULL)
+        *error = *made;
+    return result;
+}
+
+/* Writes v' at (t, y) to `a`, and points *rate at the velocities that give q': those of y, or the caller's. power: NULL
+ * without a balance. */
+static int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                      const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
+    const kt_model *model = simulation->model;
+    const double *q = y, *v = y + simulation->size.nq;
+    *rate = v;
+    if (simulation->transformation != NULL && (tau != NULL || external != NULL))
+        kt_simulation_inputs(simulation, q, &tau, &external);
+    if (simulation->acceleration == NULL || power != NULL) {
+        const kt_status status =
+            power != NULL ? kt_power_evaluate(model, simulation->data, t, q, v, tau, external, a, power, error)
+                          : kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, a, error);
+        if (status != KT_OK)
+            return kt_simulation_is_recoverable(status) ? 1 : -1;
+    }
+    if (simulation->acceleration == NULL)
+        return 0;
+    const kt_instant at = instant_at(simulation, t, y, tau, external);
+    kt_error made = {0};
+    memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
+    *rate = simulation->rate;
+    const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
+    return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
+}
+
+int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error) {
+    const double *rate;
+    simulation->cached = KT_CACHED_NOTHING;
+    return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
+}
+
+int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
+    const double *rate;
+    simulation->cached = KT_CACHED_NOTHING;
+    return accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, simulation->a, power, error);
+}
+
+/* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
+
+/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. */
+KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, double *dydt) {
+    const kt_simulation_sizes *size = &simulation->size;
+    const bool balanced = kt_simulation_is_balanced(simulation);
+    kt_power power = {0.0, 0.0};
+    const double *rate;
+    const int result = accelerate(simulation, at, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
+                                  balanced ? &power : NULL, &simulation->cause);
+    if (simulation->acceleration == NULL || balanced)
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+    /* Powers and the caller's right-hand side may leave anything in data. */
+    simulation->cached = !balanced && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    simulation->slope = dydt;
+    if (result != 0) {
+        simulation->ahead = t != kt_integrator_time(simulation->integrator);
+        return result > 0 && simulation->ahead ? 1 : -1;
+    }
+    if (size->quaternion > 0)
+        kt_position_rate(simulation->model, y, rate, dydt);
+    else if (size->nq > 0)
+        memcpy(dydt, rate, size->nq * sizeof *dydt);
+    else
+        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    if (balanced) {
+        dydt[size->work] = power.dissipated;
+        dydt[size->work + 1] = power.supplied;
+    }
+    return 0;
+}
+
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    return find_slope(user, t, t, y, dydt);
+}
+
+/* Where steps end at corners: at one that ends or begins a step, the limit from inside of the step. */
+static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_corners *c = &simulation->corners;
+    return find_slope(simulation, t, t == c->end ? c->before : t == c->begin ? c->after : t, y, dydt);
+}
+
+/* Scaling brings |p|^2 no nearer to 1 than four roundings. */
+static const double unit_defect = 4.0 * DBL_EPSILON;
+
+static bool is_unit(const double *p) {
+    double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
+    return fabs(defect) <= unit_defect;
+}
+
+static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    const kt_instant at = instant_at(simulation, t, y, NULL, NULL);
+    kt_error made = {0};
+    const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
+    if (result == 0)
+        return KT_OK;
+    return report_callback(result, "projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
+}
+
+kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    *changed = false;
+    if (simulation->closes_loops)
+        simulation->cached = KT_CACHED_NOTHING;
+    if (simulation->projection != NULL && !simulation->unprojected) {
+        const kt_status status = project_by_caller(simulation, t, y, changed, error);
+        if (status != KT_OK)
+            return status;
+    } else if (simulation->groups > 0 && !simulation->unprojected) {
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+        return kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
+    }
+    for (size_t i = 0; i < simulation->size.quaternion && !*changed; i++)
+        *changed = !is_unit(y + simulation->quaternion[i]);
+    if (!*changed || kt_position_normalize(simulation->model, y))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+}
+
+/* Stores the correction that the engine's own projection has made after a step. */
+static void remember_correction(kt_simulation *simulation, double t) {
+    kt_corrections *corrections = &simulation->memory.corrections;
+    const kt_data *data = simulation->data;
+    corrections->fastest = fmax(corrections->fastest, data->fastest);
+    if (data->correction > corrections->most) {
+        corrections->most = data->correction;
+        corrections->time = t;
+        corrections->v = data->corrected_v;
+    }
+}
+
+/* y is finite: the integrator has checked that. At a dead point of its drives a motion ends: smaller steps would only
+ * come nearer to it, and finally jump over it. */
+static int project_state(double t, double *y, bool *changed, void *user) {
+    kt_simulation *simulation = user;
+    kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    simulation->ahead = true;
+    if (simulation->closes_loops && status == KT_OK && simulation->projection == NULL) {
+        simulation->cached = KT_CACHED_POSES;
+        remember_correction(simulation, t);
+    }
+    if (status == KT_OK)
+        return 0;
+    const bool dead = simulation->projection == NULL && simulation->data->dead;
+    return kt_simulation_is_recoverable(status) && !dead ? 1 : -1;
+}
+
+kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
+    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0;
+    return (kt_integrator_callbacks){simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
+                                     projects ? project_state : NULL, simulation};
+}
