@@ -213,6 +213,16 @@ KT_TEST(loops_that_cannot_be_closed_are_shown_open) {
     kt_check_contains("red", svg, "#d91a1a");
 }
 
+#ifndef __SANITIZE_ADDRESS__
+/* 90 kB of stack were taken for finding fonts. */
+KT_TEST(pictures_are_drawn_with_little_stack) {
+    kt_write_file("pair.yaml", pair);
+    kt_expect(0, "least.png", "(ulimit -s 72; $K draw pair.yaml --out least.png; )");
+    kt_expect(0, "usual.png", "$K draw pair.yaml --out usual.png && cmp usual.png least.png");
+    kt_expect(0, "least.svg", "(ulimit -s 72; $K draw pair.yaml --out least.svg; )");
+}
+#endif
+
 /* At 1e17 m positions are rounded to 16 m; a ball of some decimetres was drawn as a circle of 1e8 units, for ever. */
 KT_TEST(a_mechanism_far_from_the_origin_is_drawn_as_finely_as_its_positions_are_known) {
     static const char *const places[] = {"[1.3, 0.2, 1.0e+17]", "[1.0e+17, 0, 0]", "[-1.0e+30, 1.0e+30, 1.0e+30]"};

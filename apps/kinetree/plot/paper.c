@@ -7,6 +7,7 @@
 #include <cairo-svg.h>
 #include <errno.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -323,22 +324,54 @@ static cairo_status_t write_svg(const char *path, int width, int height, void (*
     return status;
 }
 
+/* A picture that is drawn on a stack of its own: fonts are found by a library whose functions take 17 kB each, one
+ * within the other, more than the stack that a program may have been given. */
+enum { DRAWING_STACK = 1 << 20 };
+
+typedef struct job {
+    const char *path;
+    int width, height;
+    void (*draw)(cairo_t *c, const void *what);
+    const void *what;
+    cairo_status_t status;
+    int reason; /* errno */
+} job;
+
+static void *write_job(void *user) {
+    job *j = user;
+    errno = 0;
+    j->status = (ends_in_svg(j->path) ? write_svg : write_png)(j->path, j->width, j->height, j->draw, j->what);
+    j->reason = errno;
+    return NULL;
+}
+
+static void write_on_own_stack(job *j) {
+    pthread_attr_t attributes;
+    pthread_t thread;
+    bool started = pthread_attr_init(&attributes) == 0;
+    if (started) {
+        started = pthread_attr_setstacksize(&attributes, DRAWING_STACK) == 0 &&
+                  pthread_create(&thread, &attributes, write_job, j) == 0;
+        (void)pthread_attr_destroy(&attributes);
+    }
+    if (!started || pthread_join(thread, NULL) != 0)
+        j->status = CAIRO_STATUS_NO_MEMORY;
+}
+
 int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
                    const void *what) {
     kt_output output;
     const int code = kt_output_start(&output, path);
     if (code >= 0)
         return code;
-    errno = 0;
-    const cairo_status_t status =
-        (ends_in_svg(path) ? write_svg : write_png)(kt_output_path(&output), width, height, draw, what);
-    const int reason = errno;
-    const bool fine = status == CAIRO_STATUS_SUCCESS;
+    job j = {.path = kt_output_path(&output), .width = width, .height = height, .draw = draw, .what = what};
+    write_on_own_stack(&j);
+    const bool fine = j.status == CAIRO_STATUS_SUCCESS;
     if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         return KT_EXIT_INTEGRATION;
     if (fine)
         return KT_EXIT_DONE;
-    const bool by_system = status == CAIRO_STATUS_WRITE_ERROR && reason != 0;
-    kt_say("%s cannot be written: %s", path, by_system ? strerror(reason) : cairo_status_to_string(status));
+    const bool by_system = j.status == CAIRO_STATUS_WRITE_ERROR && j.reason != 0;
+    kt_say("%s cannot be written: %s", path, by_system ? strerror(j.reason) : cairo_status_to_string(j.status));
     return KT_EXIT_INTEGRATION;
 }
