@@ -37,7 +37,7 @@ static void note(kt_urdf *u, const kt_left *left, const char *format, ...) {
 
 static bool take_memory(kt_urdf *u) {
     kt_pool *keep = &u->r->keep, *scratch = &u->r->scratch;
-    const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
+    const size_t links = (size_t)u->link_count + 1, joints = (size_t)u->joint_count;
     u->bodies = kt_pool_take(keep, links + 1, sizeof *u->bodies);
     u->loops = kt_pool_take(keep, joints + 1, sizeof *u->loops);
     u->effects = kt_pool_take(keep, 3 * joints + 1, sizeof *u->effects);
@@ -75,12 +75,31 @@ static void make_notes(kt_urdf *u, int root, kt_scene *scene) {
     note(u, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
          kt_name_quote(kt_xml_attribute(base.first, "name")).text,
          u->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
+    if (u->late.line > 0) {
+        const kt_element declaration = {.line = u->late.line, .column = u->late.column};
+        note(u, &(kt_left){.first = &declaration, .count = 1},
+             "the XML declaration is not at the beginning of the file, where other readers expect it");
+    }
+    note(u, &u->undeclared, "no link 'world' is declared; this parent is taken for the world");
+    note(u, &u->freed, "links that are fixed to the world and move freely, by --floating: %d", u->freed.count);
+    if (u->options->floating && kt_urdf_is_world(u, root) && u->freed.count == 0)
+        note(u, &(kt_left){.first = u->links[root].element, .count = 1},
+             "--floating frees nothing: no link is fixed to the world");
     note(u, &u->renamed, "names of links that names of bodies cannot be, with '_' in place of what is not allowed: %d",
          u->renamed.count);
     note(u, &u->starts, "joints that start at a limit, since zero is outside their limits: %d", u->starts.count);
     if (u->options->stop_stiffness == 0.0)
         note(u, &u->limits, "joints whose limits of position are left out (--stops makes effects of them): %d",
              u->limits.count);
+    note(u, &u->disordered, "joints whose limits of position are left out, since lower is above upper: %d",
+         u->disordered.count);
+    note(u, &u->followers, "joints that start where the joints that they follow put them, which is not zero: %d",
+         u->followers.count);
+    note(u, &u->beyond, "joints that start beyond their own limits, since they follow others: %d", u->beyond.count);
+    note(u, &u->fixed_mimics, "mimics that are left out, since the joint or the one that it follows is fixed: %d",
+         u->fixed_mimics.count);
+    note(u, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
+         u->sizeless.count);
     note(u, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
     note(u, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
     note(u, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d", u->shapes.count);
@@ -155,9 +174,10 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
                        kt_scene *scene) {
     static const kt_urdf_options standard;
     kt_element *root = NULL;
-    if (!kt_xml_parse(r, text, size, &root) || !is_robot(r, root))
+    kt_xml_late late;
+    if (!kt_xml_parse(r, text, size, &root, &late) || !is_robot(r, root))
         return;
-    kt_urdf u = {.r = r, .options = options != NULL ? options : &standard, .robot = root, .path = path};
+    kt_urdf u = {.r = r, .options = options != NULL ? options : &standard, .robot = root, .path = path, .late = late};
     make_scene(&u, scene);
 }
 

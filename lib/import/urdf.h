@@ -19,6 +19,9 @@ typedef struct kt_urdf_joint {
     int parent, child;        /* links; -1: not found */
     double lower, upper;      /* infinite where there are none */
     double start;             /* initial position of a scalar joint */
+    int master;               /* the joint that it follows; -1: none */
+    double multiplier, offset;
+    bool is_placed; /* its start has been found */
 } kt_urdf_joint;
 
 typedef struct kt_urdf_link {
@@ -35,7 +38,7 @@ typedef struct kt_left {
     int count;
 } kt_left;
 
-enum { LEFT_MOST = 24 /* kinds of what is not known */, NOTES = 9 };
+enum { LEFT_MOST = 24 /* kinds of what is not known */, NOTES = 20 };
 enum { LINKS = 0, JOINTS = 1, BODIES = 2 }; /* scopes of names */
 
 typedef struct kt_urdf {
@@ -50,6 +53,11 @@ typedef struct kt_urdf {
     kt_left left[LEFT_MOST];
     int left_count;
     kt_left meshes, shapes, contacts, limits, rates, starts, renamed;
+    kt_left sizeless, disordered;            /* shapes; limits that are left out */
+    kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
+                                                limits, and that are left out */
+    kt_left undeclared, freed;               /* the link `world`; links on it that move freely */
+    kt_xml_late late;
     kt_body *bodies;
     kt_loop *loops;
     kt_effect *effects;
@@ -81,6 +89,12 @@ void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy
 
 /* Numbers what is below <robot>, in the order of the file. Returns false where there is no memory. */
 bool kt_urdf_collect(kt_urdf *u);
+
+/* Finds which joint each follows, and where all of them start. */
+void kt_urdf_follow(kt_urdf *u);
+
+/* Whether the root link (-1: none) stands for the world. */
+bool kt_urdf_is_world(const kt_urdf *u, int root);
 
 /* The link that no joint carries; -1 after reporting that there is not one. */
 int kt_urdf_root(kt_urdf *u);

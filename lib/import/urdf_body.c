@@ -72,6 +72,13 @@ static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
     return true;
 }
 
+/* A solid is seen if all of its dimensions are above zero. */
+static bool has_size(const kt_shape *shape) {
+    const bool is_box = shape->type == KT_SHAPE_BOX, is_cylinder = shape->type == KT_SHAPE_CYLINDER;
+    return is_box ? shape->size.x > 0.0 && shape->size.y > 0.0 && shape->size.z > 0.0
+                  : shape->radius > 0.0 && (!is_cylinder || shape->length > 0.0);
+}
+
 /* The picture: the first solid of the visuals, else of the collisions. */
 static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
     static const char *const sources[] = {"visual", "collision"};
@@ -79,8 +86,14 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
         for (const kt_element *e = kt_xml_child(link, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
             if (k == 1)
                 kt_urdf_count(&u->contacts, e);
-            if (body->shape.type == KT_SHAPE_NONE && read_shape(u->r, e, &body->shape))
+            kt_shape shape = body->shape;
+            if (body->shape.type == KT_SHAPE_NONE && read_shape(u->r, e, &shape)) {
+                if (has_size(&shape))
+                    body->shape = shape;
+                else
+                    kt_urdf_count(&u->sizeless, e);
                 continue;
+            }
             if (k == 0)
                 kt_urdf_count(kt_xml_child(e, "geometry") != NULL &&
                                       kt_xml_child(kt_xml_child(e, "geometry"), "mesh") != NULL
@@ -108,6 +121,10 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     if (j->kind == NULL)
         return;
     body->joint.type = j->kind->type;
+    if (u->options->floating && j->kind->type == KT_JOINT_FIXED && body->parent == NULL) {
+        body->joint.type = KT_JOINT_FREE;
+        kt_urdf_count(&u->freed, link->element);
+    }
     if (j->kind->type != KT_JOINT_FIXED && j->kind->type != KT_JOINT_FREE)
         body->joint.axis = kt_urdf_vector(u->r, kt_xml_child(j->element, "axis"), "xyz", kt_vec3_make(1.0, 0.0, 0.0));
     if (j->kind->is_scalar)
@@ -150,19 +167,8 @@ static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
 
 /* q = multiplier q' + offset. */
 static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
-    const kt_element *e = kt_xml_child(j->element, "mimic");
-    if (e == NULL)
+    if (j->master < 0)
         return;
-    double multiplier = 1.0, offset = 0.0;
-    const int other = kt_urdf_find(u, j->element, "mimic", "joint", JOINTS);
-    (void)kt_urdf_numbers(u->r, e, "multiplier", 1, &multiplier);
-    (void)kt_urdf_numbers(u->r, e, "offset", 1, &offset);
-    if (other < 0 || u->joints[other].kind == NULL || u->joints[other].child < 0)
-        return;
-    if (!j->kind->is_scalar || !u->joints[other].kind->is_scalar) {
-        (void)kt_urdf_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
-        return;
-    }
     kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
     char *name = kt_pool_take(&u->r->keep, strlen(u->links[j->child].body) + 16, 1);
     if (terms == NULL || name == NULL) {
@@ -171,15 +177,15 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     }
     (void)snprintf(name, strlen(u->links[j->child].body) + 16, "mimic_%s", u->links[j->child].body);
     terms[0] = (kt_term){.joint = u->links[j->child].body, .coefficient = 1.0};
-    terms[1] = (kt_term){.joint = u->links[u->joints[other].child].body, .coefficient = -multiplier};
+    terms[1] = (kt_term){.joint = u->links[u->joints[j->master].child].body, .coefficient = -j->multiplier};
     const int index = u->description->loop_count++;
     u->loops[index] = kt_loop_default();
     u->loops[index].name = name;
     u->loops[index].type = KT_LOOP_COUPLING;
     u->loops[index].terms = terms;
     u->loops[index].term_count = 2;
-    u->loops[index].offset = offset;
-    u->loop_elements[index] = e;
+    u->loops[index].offset = j->offset;
+    u->loop_elements[index] = kt_xml_child(j->element, "mimic");
 }
 
 /* ---- all of them ---------------------------------------------------------------------------------------------------- */

@@ -123,7 +123,6 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     double lower = 0.0, upper = 0.0;
     j->lower = -(double)INFINITY;
     j->upper = (double)INFINITY;
-    j->start = 0.0;
     if (limit == NULL)
         return;
     if (kt_xml_attribute(limit, "effort") != NULL || kt_xml_attribute(limit, "velocity") != NULL)
@@ -134,16 +133,17 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
                            (!has_upper && kt_xml_attribute(limit, "upper") != NULL);
     if (!j->kind->is_limited || is_faulty || (!has_lower && !has_upper))
         return;
+    if (lower > upper && u->options->stop_stiffness != 0.0)
+        (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g; exchange them, or leave --stops out", lower,
+                            upper);
     if (lower > upper) {
-        (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g", lower, upper);
+        kt_urdf_count(&u->disordered, limit);
         return;
     }
     j->lower = lower;
     j->upper = upper;
     j->start = fmin(fmax(0.0, lower), upper);
     kt_urdf_count(&u->limits, limit);
-    if (j->start != 0.0)
-        kt_urdf_count(&u->starts, limit);
 }
 
 static void read_joint(kt_urdf *u, int index) {
@@ -167,6 +167,90 @@ static void read_joint(kt_urdf *u, int index) {
         child->carrier = index;
 }
 
+/* ---- joints that follow others ----------------------------------------------------------------------------------- */
+
+/* q = multiplier q' + offset. One that is fixed, or follows a fixed one, has nothing to follow: it is left out. */
+static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
+    const kt_element *e = kt_xml_child(j->element, "mimic");
+    if (e == NULL || j->kind == NULL)
+        return;
+    j->multiplier = 1.0;
+    const int other = kt_urdf_find(u, j->element, "mimic", "joint", JOINTS);
+    (void)kt_urdf_numbers(u->r, e, "multiplier", 1, &j->multiplier);
+    (void)kt_urdf_numbers(u->r, e, "offset", 1, &j->offset);
+    const kt_urdf_kind *kind = other >= 0 ? u->joints[other].kind : NULL;
+    if (kind == NULL || u->joints[other].child < 0)
+        return;
+    if (j->kind->type == KT_JOINT_FIXED || kind->type == KT_JOINT_FIXED)
+        kt_urdf_count(&u->fixed_mimics, e);
+    else if (!j->kind->is_scalar || !kind->is_scalar)
+        (void)kt_urdf_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
+    else
+        j->master = other;
+}
+
+/* A follower starts where its master puts it; tells where that is not zero, or beyond its own limits. */
+static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
+    j->start = j->multiplier * u->joints[j->master].start + j->offset;
+    if (j->start != 0.0)
+        kt_urdf_count(&u->followers, j->element);
+    if (j->start < j->lower || j->start > j->upper)
+        kt_urdf_count(&u->beyond, j->element);
+}
+
+void kt_urdf_follow(kt_urdf *u) {
+    int *path = kt_pool_take(&u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
+    if (path == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    for (int i = 0; i < u->joint_count; i++)
+        read_mimic(u, &u->joints[i]);
+    for (int i = 0; i < u->joint_count; i++) {
+        int count = 0, at = i;
+        for (; at >= 0 && !u->joints[at].is_placed; at = u->joints[at].master) {
+            u->joints[at].is_placed = true;
+            path[count++] = at;
+        }
+        for (int k = 0; k < count && at >= 0; k++) /* met on this path again: a circle, of which nothing is a master */
+            if (path[k] == at) {
+                (void)kt_urdf_fault(u->r, kt_xml_child(u->joints[at].element, "mimic"),
+                                    "joints follow each other in a circle; let one of them follow none");
+                u->joints[path[count - 1]].master = -1;
+            }
+        while (count-- > 0) {
+            kt_urdf_joint *j = &u->joints[path[count]];
+            if (j->master >= 0)
+                place_follower(u, j);
+            else if (j->start != 0.0)
+                kt_urdf_count(&u->starts, kt_xml_child(j->element, "limit"));
+        }
+    }
+}
+
+/* ---- all of them ------------------------------------------------------------------------------------------------- */
+
+/* A parent `world` that no link declares is one that has no inertia. links and names have room for it. */
+static void declare_world(kt_urdf *u) {
+    static const char *attributes[] = {"name", "world", NULL};
+    for (int i = 0; i < u->joint_count && kt_names_find(&u->names, LINKS, "world") < 0; i++) {
+        const kt_element *parent = kt_xml_child(u->joints[i].element, "parent");
+        const char *name = parent != NULL ? kt_xml_attribute(parent, "link") : NULL;
+        if (name == NULL || strcmp(name, "world") != 0)
+            continue;
+        kt_element *e = kt_pool_take(&u->r->scratch, 1, sizeof *e);
+        if (e == NULL) {
+            (void)kt_reader_out_of_memory(u->r);
+            return;
+        }
+        *e = (kt_element){.name = "link", .attributes = attributes, .line = parent->line, .column = parent->column};
+        e->parent = (kt_element *)u->joints[i].element->parent;
+        (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
+        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1};
+        kt_urdf_count(&u->undeclared, parent);
+    }
+}
+
 /* Numbers what is below <robot>, in the order of the file. */
 bool kt_urdf_collect(kt_urdf *u) {
     kt_pool *pool = &u->r->scratch;
@@ -176,9 +260,9 @@ bool kt_urdf_collect(kt_urdf *u) {
         count_strange(u, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
-    const size_t names = 2 * links + joints;
+    const size_t names = 2 * links + joints + 1;
     void *memory = kt_pool_take(pool, 1, kt_names_size(names));
-    u->links = kt_pool_take(pool, links + 1, sizeof *u->links);
+    u->links = kt_pool_take(pool, links + 2, sizeof *u->links);
     u->joints = kt_pool_take(pool, joints + 1, sizeof *u->joints);
     if (memory == NULL || u->links == NULL || u->joints == NULL)
         return kt_reader_out_of_memory(u->r);
@@ -189,13 +273,15 @@ bool kt_urdf_collect(kt_urdf *u) {
             u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1};
             add_name(u, LINKS, e, u->link_count++);
         } else if (strcmp(e->name, "joint") == 0) {
-            u->joints[u->joint_count] = (kt_urdf_joint){.element = e};
+            u->joints[u->joint_count] = (kt_urdf_joint){.element = e, .master = -1};
             add_name(u, JOINTS, e, u->joint_count++);
         }
     }
+    declare_world(u);
     for (int i = 0; i < u->joint_count; i++)
         read_joint(u, i);
-    return true;
+    kt_urdf_follow(u);
+    return !u->r->out_of_memory;
 }
 
 /* The link that no joint carries; -1 after reporting that there is not one. */
@@ -253,8 +339,7 @@ static const char *make_name(kt_urdf *u, int index) {
     return name;
 }
 
-/* Whether the root link (-1: none) stands for the world. */
-static bool is_world(const kt_urdf *u, int root) {
+bool kt_urdf_is_world(const kt_urdf *u, int root) {
     const kt_element *e = root >= 0 ? u->links[root].element : NULL;
     const char *name = e != NULL ? kt_xml_attribute(e, "name") : NULL;
     return name != NULL && strcmp(name, "world") == 0 && kt_xml_child(e, "inertial") == NULL;
@@ -262,5 +347,5 @@ static bool is_world(const kt_urdf *u, int root) {
 
 void kt_urdf_names(kt_urdf *u, int root) {
     for (int i = 0; i < u->link_count; i++)
-        u->links[i].body = i == root && is_world(u, root) ? NULL : make_name(u, i);
+        u->links[i].body = i == root && kt_urdf_is_world(u, root) ? NULL : make_name(u, i);
 }

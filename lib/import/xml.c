@@ -94,7 +94,49 @@ static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char
     stop(x);
 }
 
-bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root) {
+/* The index behind a part that ends in `end`; size if it does not end. */
+static size_t behind(const char *text, size_t size, size_t from, const char *end) {
+    const size_t length = strlen(end);
+    while (from + length <= size && memcmp(text + from, end, length) != 0)
+        from++;
+    return from + length <= size ? from + length : size;
+}
+
+static bool begins(const char *text, size_t size, size_t at, const char *with) {
+    return at + strlen(with) <= size && memcmp(text + at, with, strlen(with)) == 0;
+}
+
+/* The index of a declaration that only blanks and comments precede; 0: it is at the beginning, or there is none. */
+static size_t late_declaration(const char *text, size_t size) {
+    size_t i = 0;
+    while (i < size && (strchr(" \t\r\n", text[i]) != NULL || begins(text, size, i, "<!--")))
+        i = text[i] == '<' ? behind(text, size, i + 4, "-->") : text[i] == '\0' ? size : i + 1;
+    return begins(text, size, i, "<?xml ") ? i : 0;
+}
+
+/* A copy of the text with blanks in place of a declaration that is not at its beginning, where XML has it; or the text.
+ * NULL: memory is insufficient. */
+static const char *take_late_away(kt_reader *reader, const char *text, size_t size, kt_xml_late *late) {
+    const size_t from = late_declaration(text, size);
+    *late = (kt_xml_late){0, 0};
+    if (from == 0)
+        return text;
+    char *copy = kt_pool_take(&reader->scratch, size, 1);
+    if (copy == NULL)
+        return NULL;
+    memcpy(copy, text, size);
+    *late = (kt_xml_late){1, 1};
+    for (size_t i = 0; i < from; i++)
+        *late = text[i] == '\n' ? (kt_xml_late){late->line + 1, 1} : (kt_xml_late){late->line, late->column + 1};
+    for (size_t i = from, end = behind(text, size, from, "?>"); i < end; i++)
+        copy[i] = text[i] == '\n' ? '\n' : ' ';
+    return copy;
+}
+
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
+    text = take_late_away(reader, text, size, late);
+    if (text == NULL)
+        return kt_reader_out_of_memory(reader);
     kt_xml x = {.reader = reader, .parser = XML_ParserCreate(NULL)};
     if (x.parser == NULL)
         return kt_reader_out_of_memory(reader);

@@ -12,11 +12,16 @@ typedef struct kt_element {
     uint32_t line, column; /* of its tag, from 1, in characters */
 } kt_element;
 
+/* What stands before the root and is accepted nevertheless: an XML declaration that is not at the very beginning. */
+typedef struct kt_xml_late {
+    uint32_t line, column; /* 0: there is none */
+} kt_xml_late;
+
 enum { KT_XML_DEPTH_MAX = 64 /* elements within one another */ };
 
 /* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A
  * document type is refused: with entities of its own, a small file can stand for a large one. */
-bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root);
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late);
 
 /* The value of an attribute, and the first child or the next sibling of a name; NULL if there is none. */
 const char *kt_xml_attribute(const kt_element *element, const char *name);

@@ -87,18 +87,17 @@ kt_scalar kt_scalar_classify(const char *text, double *value) {
     return end == text ? KT_SCALAR_TEXT : classify_number(text, end, value);
 }
 
-/* 1e-05 and 1e+22 become 1e-5 and 1e22. */
-static void trim_exponent(char *text) {
-    char *to = strchr(text, 'e');
-    if (to == NULL)
+/* 1e-05 becomes 1.0e-5: readers of YAML 1.1 take a number with an exponent for a text unless it has a point, and a sign
+ * of the exponent. */
+static void shape_exponent(char *text) {
+    char exponent[8];
+    char *at = strchr(text, 'e');
+    if (at == NULL)
         return;
-    to++;
-    const char *from = to;
-    if (*from == '-')
-        to++;
-    from += strspn(from, "+-");
-    from += strspn(from, "0");
-    memmove(to, from, strlen(from) + 1);
+    const char *digits = at + 2 + strspn(at + 2, "0");
+    (void)snprintf(exponent, sizeof exponent, "e%c%.4s", at[1], digits);
+    *at = '\0';
+    (void)snprintf(at, KT_NUMBER_SIZE - (size_t)(at - text), "%s%s", strchr(text, '.') == NULL ? ".0" : "", exponent);
 }
 
 void kt_number_format(char *text, double value) {
@@ -107,5 +106,5 @@ void kt_number_format(char *text, double value) {
         if (strtod(text, NULL) == value)
             break;
     }
-    trim_exponent(text);
+    shape_exponent(text);
 }

@@ -24,7 +24,8 @@ typedef enum kt_scalar {
  * subnormal or zero. */
 kt_scalar kt_scalar_classify(const char *text, double *value);
 
-/* Writes the shortest of %.15g, %.16g and %.17g that reads back to the same bits; `text` has KT_NUMBER_SIZE bytes. */
+/* Writes the shortest of %.15g, %.16g and %.17g that reads back to the same bits, as every reader of YAML takes
+ * it for a number: 8.0e-6; `text` has KT_NUMBER_SIZE bytes. */
 enum { KT_NUMBER_SIZE = 32 };
 void kt_number_format(char *text, double value);
 

@@ -142,9 +142,10 @@ KT_TEST(written_numbers_are_short) {
     static const struct {
         double value;
         const char *text;
-    } table[] = {{0.1, "0.1"},  {-9.81, "-9.81"}, {1e-9, "1e-9"},     {1e22, "1e22"},
-                 {-0.0, "-0"},  {100.0, "100"},   {1e-300, "1e-300"}, {2.0 / 3.0, "0.6666666666666666"},
-                 {1e15, "1e15"}};
+    } table[] = {{0.1, "0.1"},         {-9.81, "-9.81"},       {1e-9, "1.0e-9"},
+                 {1e22, "1.0e+22"},    {-0.0, "-0"},           {100.0, "100"},
+                 {1e-300, "1.0e-300"}, {-2.5e-17, "-2.5e-17"}, {2.0 / 3.0, "0.6666666666666666"},
+                 {1e15, "1.0e+15"}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[KT_NUMBER_SIZE];
         kt_number_format(text, table[i].value);
@@ -195,7 +196,7 @@ static void print_in_report(void *user, const kt_error *fault) {
 }
 
 KT_TEST(locale_plays_no_part) {
-    static const char text[] = "kinetree: 1\n\nbodies:\n  - name: a\n    mass: 1.5\n    com: [0.25, -1e-7, 0]\n";
+    static const char text[] = "kinetree: 1\n\nbodies:\n  - name: a\n    mass: 1.5\n    com: [0.25, -1.0e-7, 0]\n";
     static const char wrong[] = "kinetree: 1,0";
     char directory[] = "/tmp/kinetree-locale-XXXXXX", sample[16], *written = NULL;
     kt_scene scene;

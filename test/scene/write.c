@@ -30,7 +30,7 @@ static const char layout[] =
     "    shape: {type: cylinder, radius: 0.1, length: 1, axis: x, at: [0.5, 0, 0]}\n"
     "    markers:\n"
     "      tip: [1, 0, 0]\n"
-    "      \"no\": [0, 1e-9, 0]\n"
+    "      \"no\": [0, 1.0e-9, 0]\n"
     "  - name: ball\n"
     "    parent: crank\n"
     "    joint:\n"

@@ -21,7 +21,7 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     json_t *one = json_object();
     json_object_set_new(one, "code", json_string(warning->code));
     json_object_set_new(one, "what", json_string(what));
-    json_object_set_new(one, "remedy", json_string(warning->remedy));
+    json_object_set_new(one, "remedy", warning->remedy != NULL ? json_string(warning->remedy) : json_null());
     json_object_set_new(one, "time", kt_json_number(warning->time));
     json_object_set_new(one, "value", kt_json_number(warning->value));
     json_object_set_new(one, "unit", warning->unit != NULL ? json_string(warning->unit) : json_null());

@@ -24,7 +24,8 @@ class Page {
         this.is_playing = false;
         this.quality = this.data.bodies.length > 300 ? 1 : 0;
         this.spent = [];
-        this.notes = (this.data.notes ?? []).map(({what, remedy}) => `${what[0].toUpperCase()}${what.slice(1)}. ${remedy}.`);
+        this.notes = (this.data.notes ?? []).map(({what, remedy}) =>
+            `${what[0].toUpperCase()}${what.slice(1)}.${remedy ? ` ${remedy}.` : ""}`);
         this.survey();
         this.describe();
         this.camera = new Camera(this.data);
