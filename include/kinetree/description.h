@@ -346,7 +346,8 @@ typedef struct kt_effect {
 /* Inertia checks. X(id, name in scene files) */
 #define KT_INERTIA_LIMIT_LIST(X)                                                                                       \
     X(KT_INERTIA_STRICT, strict) /* no more than rounding */                                                           \
-    X(KT_INERTIA_WARN, warn)     /* up to KT_INERTIA_EXCESS_MAX */
+    X(KT_INERTIA_WARN, warn)     /* up to KT_INERTIA_EXCESS_MAX */                                                     \
+    X(KT_INERTIA_ACCEPT, accept) /* any, negative moments too: what moves may then have no inertia, or a negative one */
 
 /* How far inertias may break the triangle inequality of principal moments. Rounded CAD data breaks it a little. */
 typedef enum kt_inertia_limit {
@@ -373,7 +374,7 @@ typedef struct kt_description {
                                        of the position where none of it is given; and, unless the loops cannot
                                        be closed then, the velocity where no joint's velocity is given */
     int hold_count;                 /* length of hold */
-    kt_inertia_limit inertia_check; /* default: strict. With warn, kt_inertia_excess is what was accepted */
+    kt_inertia_limit inertia_check; /* default: strict. Else kt_inertia_excess is what was accepted */
 } kt_description;
 
 /* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */

@@ -17,22 +17,35 @@
 extern "C" {
 #endif
 
+/* Which inertias of links are taken over that break the triangle inequality of principal moments, or have a negative
+ * one. Links that fixed joints connect are judged together: their inertia as one rigid part. */
+typedef enum kt_urdf_inertia {
+    KT_URDF_INERTIA_WARN = 0, /* those of rigid parts that break it by up to 10 %: they are told */
+    KT_URDF_INERTIA_STRICT,   /* none: rigid parts have inertias of bodies */
+    KT_URDF_INERTIA_ACCEPT,   /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
+} kt_urdf_inertia;
+
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
 typedef struct kt_urdf_options {
-    bool floating;         /* the root link moves freely; default: it is fixed to the world */
-    double stop_stiffness; /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
-    double stop_damping;   /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+    bool floating;           /* the root link moves freely; default: it is fixed to the world */
+    double stop_stiffness;   /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_damping;     /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+    kt_urdf_inertia inertia; /* which inertias are accepted */
+    double density;          /* kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
 } kt_urdf_options;
 
 /* Reads a robot in the Unified Robot Description Format (the XML of ROS' package `urdf`) from a file (`path`), or from
  * `size` bytes of text (`path` is then only its name in messages; NULL: "scene").
  *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
- *     become '_'. A root link named `world` without inertia is the world; any other root is fixed to it, or `floating`.
+ *     become '_'. A root link named `world` without inertia, declared or not, is the world; any other root is fixed to
+ *     it, or `floating`. On a root `world`, `floating` frees the links that are fixed to it.
  *   - revolute, continuous, prismatic, fixed, floating and planar joints are taken with origin and axis. A joint starts
- *     at zero, or at the limit nearest to zero where zero is outside its limits.
+ *     at zero, or at the limit nearest to zero where zero is outside its limits; a mimic joint where the joint that it
+ *     follows puts it.
  *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
  *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
- *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded.
+ *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
+ *     where a link has an inertia that no body has, but options->inertia accepts it.
  * All else is left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators.
  * scene->notes tells it, each kind once, with the number and the place of the first. Faults are reported as
  * kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released with

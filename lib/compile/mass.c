@@ -183,6 +183,8 @@ static void check_inertia(kt_checker *checker, kt_sym3 inertia) {
         kt_checker_fault(checker, "inertia", -1,
                          "inertia is %g at most, too small to compute with; give 0, or %g or more", most,
                          KT_INERTIA_LEAST);
+    else if (checker->description->inertia_check == KT_INERTIA_ACCEPT)
+        return;
     else if (fault == KT_INERTIA_NEGATIVE)
         kt_checker_fault(checker, "inertia", -1,
                          "inertia has the principal moments %g, %g, %g; none can be negative: check signs and order "

@@ -42,11 +42,20 @@ static bool take_memory(kt_urdf *u) {
     u->loops = kt_pool_take(keep, joints + 1, sizeof *u->loops);
     u->effects = kt_pool_take(keep, 3 * joints + 1, sizeof *u->effects);
     u->body_elements = kt_pool_take(scratch, links + 1, sizeof *u->body_elements);
+    u->body_links = kt_pool_take(scratch, links + 1, sizeof *u->body_links);
     u->loop_elements = kt_pool_take(scratch, joints + 1, sizeof *u->loop_elements);
     u->effect_elements = kt_pool_take(scratch, 3 * joints + 1, sizeof *u->effect_elements);
     return (u->bodies != NULL && u->loops != NULL && u->effects != NULL && u->body_elements != NULL &&
-            u->loop_elements != NULL && u->effect_elements != NULL) ||
+            u->body_links != NULL && u->loop_elements != NULL && u->effect_elements != NULL) ||
            kt_reader_out_of_memory(u->r);
+}
+
+/* The element of a body that a field comes from: of masses its <inertia> or <mass>, else the joint that carries it. */
+static const kt_element *element_of_body(const kt_urdf *u, const kt_place *place) {
+    const kt_element *link = u->links[u->body_links[place->index]].element, *inertial = kt_xml_child(link, "inertial");
+    const bool is_mass = strcmp(place->field, "mass") == 0, is_inertia = strcmp(place->field, "inertia") == 0;
+    const kt_element *e = inertial != NULL && (is_mass || is_inertia) ? kt_xml_child(inertial, place->field) : NULL;
+    return e != NULL ? e : u->body_elements[place->index];
 }
 
 /* The faults that the description's own check finds, at the element that each comes from. */
@@ -54,13 +63,26 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
     const kt_urdf *u = user;
     const kt_element *e = u->robot;
     if (place->item == KT_ITEM_BODY)
-        e = u->body_elements[place->index];
+        e = element_of_body(u, place);
     else if (place->item == KT_ITEM_LOOP)
         e = u->loop_elements[place->index];
     else if (place->item == KT_ITEM_EFFECT)
         e = u->effect_elements[place->index];
     (void)kt_fault_put(u->r, error->code, e->line, e->column, "%s%s%s", error->where,
                        error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+static void note_odd_inertias(kt_urdf *u) {
+    kt_phrase by = {.length = 0};
+    if (isinf(u->worst_excess))
+        kt_phrase_add(&by, "a principal moment being negative, or none beside it");
+    else
+        kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
+                      100.0 * u->worst_excess);
+    note(u, &u->odd_inertias,
+         "inertias that no body has are computed with, %s: %d; where such a part moves, accelerations may be wrong or "
+         "not exist",
+         by.text, u->odd_inertias.count);
 }
 
 /* Tells what was changed or left out, each kind once. */
@@ -100,6 +122,14 @@ static void make_notes(kt_urdf *u, int root, kt_scene *scene) {
          u->fixed_mimics.count);
     note(u, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
          u->sizeless.count);
+    note(u, &u->nothings, "inertias that are nothing but rounding, taken for zero: %d", u->nothings.count);
+    note(u, &u->odd_links,
+         "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
+         "'inertia_check: accept'): %d",
+         u->odd_links.count);
+    note_odd_inertias(u);
+    note(u, &u->weighed, "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
+         u->weighed.count);
     note(u, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
     note(u, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
     note(u, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d", u->shapes.count);
@@ -142,7 +172,9 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_urdf_names(u, root);
     kt_urdf_bodies(u);
     scene->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    scene->description.inertia_check = KT_INERTIA_WARN;
+    if (u->r->out_of_memory || u->r->fault_count > 0)
+        return;
+    kt_urdf_judge_inertias(u);
     const char *name = kt_xml_attribute(u->robot, "name");
     if (name != NULL) {
         scene->description.name = kt_pool_text(&u->r->keep, name, strlen(name));
@@ -182,6 +214,11 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
 }
 
 static kt_status check_options(const kt_urdf_options *o, kt_error *error) {
+    if (o != NULL && ((unsigned)o->inertia > KT_URDF_INERTIA_ACCEPT || !(o->density >= 0.0) || !isfinite(o->density)))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "",
+            "inertia is %d, density %g; give one of kt_urdf_inertia, and a finite number, zero or above",
+            (int)o->inertia, o->density);
     if (o == NULL || (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) &&
                       o->stop_damping >= 0.0))
         return KT_OK;

@@ -103,6 +103,23 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
         }
 }
 
+static double volume_of(const kt_shape *shape) {
+    static const double pi = 3.14159265358979323846;
+    if (shape->type == KT_SHAPE_BOX)
+        return shape->size.x * shape->size.y * shape->size.z;
+    return pi * shape->radius * shape->radius *
+           (shape->type == KT_SHAPE_CYLINDER ? shape->length : 4.0 / 3.0 * shape->radius);
+}
+
+/* Mass and inertia of a link that has none, of the shape that is seen. */
+static void weigh(kt_urdf *u, const kt_element *link, kt_body *body) {
+    if (!(u->options->density > 0.0) || kt_xml_child(link, "inertial") != NULL || body->shape.type == KT_SHAPE_NONE)
+        return;
+    body->mass = u->options->density * volume_of(&body->shape);
+    body->com_of_shape = body->inertia_of_shape = true;
+    kt_urdf_count(&u->weighed, link);
+}
+
 static void make_body(kt_urdf *u, int index, kt_body *body) {
     const kt_urdf_link *link = &u->links[index];
     const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
@@ -110,6 +127,7 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     body->name = link->body;
     read_inertial(u->r, link->element, body);
     read_picture(u, link->element, body);
+    weigh(u, link->element, body);
     if (j == NULL) {
         body->joint.type = u->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
         return;
@@ -195,6 +213,7 @@ void kt_urdf_bodies(kt_urdf *u) {
     for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++) {
         if (u->links[i].body == NULL)
             continue;
+        u->body_links[d->body_count] = i;
         u->body_elements[d->body_count] =
             u->links[i].carrier >= 0 ? u->joints[u->links[i].carrier].element : u->links[i].element;
         make_body(u, i, &u->bodies[d->body_count++]);

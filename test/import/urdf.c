@@ -290,7 +290,6 @@ KT_TEST(faults_are_told_at_their_places) {
         {"<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>",
          "3:1: link 'a': the name is that of the link in line 2, too; each needs one of its own\n"
          "3:1: link 'a': no joint has this link as child, nor the one in line 2; only one can be the root\n"},
-        {PAIR("<limit lower='2' upper='1'/>", ""), "1:218: joint 'j': limit: lower, 2, is above upper, 1\n"},
         {PAIR("<limit lower='nan' upper='-1'/>", ""),
          "1:218: joint 'j': limit: lower: expected a number, found 'nan'\n"},
         {PAIR("<axis xyz='0 0'/>", ""), "1:218: joint 'j': axis: xyz: expected three numbers, found '0 0'\n"},
@@ -439,5 +438,242 @@ KT_TEST(names_that_collide_get_numbers) {
         return;
     for (int i = 0; i < 7; i++)
         kt_check_text(names[i][0], scene.description.bodies[i + 1].name, names[i][1]);
+    kt_scene_free(&scene);
+}
+
+/* ---- what others read, too --------------------------------------------------------------------------------------- */
+
+static int count_notes(const kt_scene *scene, const char *part) {
+    int count = 0;
+    for (int i = 0; i < scene->note_count; i++)
+        count += strstr(scene->notes[i].what, part) != NULL;
+    return count;
+}
+
+#define LINK(name) "<link name='" name "'>" MASS "</link>"
+#define HINGE(name, parent, child, rest)                                                                               \
+    "<joint name='" name "' type='revolute'><parent link='" parent "'/><child link='" child "'/>" rest "</joint>"
+
+/* q = multiplier q' + offset, along a chain of followers in any order: c = 2 b + 0.5, b = -3 a + 0.25, a = 0.1. */
+KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
+                         HINGE("jc", "base", "c", "<mimic joint='jb' multiplier='2' offset='0.5'/>")
+                             HINGE("jb", "base", "b",
+                                   "<limit lower='-0.01' upper='1'/><mimic joint='ja' multiplier='-3' offset='0.25'/>")
+                                 HINGE("ja", "base", "a", "<limit lower='0.1' upper='1'/>") "</robot>",
+                     NULL, &scene))
+        return;
+    const double b = -3.0 * 0.1 + 0.25;
+    const double expected[] = {0.1, b, 2.0 * b + 0.5};
+    static const char *const names[] = {"a", "b", "c"};
+    for (int i = 0; i < 3; i++)
+        kt_check_equal_bits(names[i], find_body(&scene, names[i])->joint.position, &expected[i], 1);
+    kt_check_equal_int("loops", scene.description.loop_count, 2);
+    kt_check_equal_int("of followers", count_notes(&scene, "follow put them, which is not zero: 2"), 1);
+    kt_check_equal_int("beyond limits", count_notes(&scene, "beyond their own limits, since they follow others: 1"), 1);
+    kt_check_equal_int("at a limit", count_notes(&scene, "start at a limit"), 1);
+
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    run.duration = 1.0;
+    const bool fine = kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK &&
+                      kt_simulation_create(model, &run, NULL, &simulation, &error) == KT_OK;
+    kt_check_true("it is simulated", fine);
+    for (int i = 0; i < 3 && fine; i++) {
+        const int q = kt_body_coordinates(model, kt_body_find(model, names[i])).q;
+        kt_check_near(names[i], kt_simulation_positions(simulation)[q], expected[i], 4.0 * DBL_EPSILON);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(joints_that_follow_each_other_in_a_circle_are_refused) {
+    kt_scene scene;
+    const kt_status status =
+        parse("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
+                  HINGE("ja", "base", "a", "<mimic joint='jb'/>") HINGE("jb", "base", "b", "<mimic joint='ja'/>")
+                      HINGE("jc", "base", "c", "<mimic joint='jc'/>") "</robot>",
+              NULL, &scene);
+    kt_check_equal_int("status", status, KT_ERROR_SCENE);
+    kt_check_equal_int("two circles", faults.count, 2);
+    kt_check_contains("words", faults.text, "joints follow each other in a circle");
+}
+
+KT_TEST(what_is_fixed_follows_nothing) {
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='base'/>" LINK("a") "<link name='b'/>" HINGE(
+                         "ja", "base", "a", "") "<joint name='k' type='fixed'><parent link='a'/><child "
+                                                "link='b'/><mimic joint='ja'/></joint></robot>",
+                     NULL, &scene))
+        return;
+    kt_check_equal_int("loops", scene.description.loop_count, 0);
+    kt_check_equal_int("told", count_notes(&scene, "mimics that are left out"), 1);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(shapes_without_a_size_and_limits_without_order_are_told) {
+    kt_scene scene;
+    const kt_urdf_options stops = {.stop_stiffness = 1.0};
+    static const char text[] =
+        "<robot name='r'><link name='base'><visual><geometry><box size='0 0 0'/></geometry></visual><visual><geometry>"
+        "<sphere radius='0.2'/></geometry></visual></link>" LINK("a")
+            HINGE("ja", "base", "a", "<limit lower='1' upper='-1'/>") "</robot>";
+    kt_check_equal_int("with stops the order matters", parse(text, &stops, &scene), KT_ERROR_SCENE);
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_equal_int("the shape that has a size", find_body(&scene, "base")->shape.type, KT_SHAPE_SPHERE);
+    kt_check_equal_bits("start", find_body(&scene, "a")->joint.position, &(double){0.0}, 1);
+    kt_check_equal_int("of shapes", count_notes(&scene, "since a dimension is not above zero: 1"), 1);
+    kt_check_equal_int("of limits", count_notes(&scene, "since lower is above upper: 1"), 1);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(declaration_may_follow_blanks_and_comments) {
+    static const char *const before[] = {"\n", "<!-- made\nby hand -->\n "};
+    for (int i = 0; i < 2; i++) {
+        kt_scene scene;
+        char text[600];
+        (void)snprintf(text, sizeof text, "%s<?xml version='1.0'?><robot name='r'><link name='a'/></robot>", before[i]);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        kt_check_equal_int("told", count_notes(&scene, "declaration is not at the beginning"), 1);
+        kt_check_text("where", scene.notes[scene.note_count - 1].where, i == 0 ? "r.urdf:2:1" : "r.urdf:3:2");
+        kt_scene_free(&scene);
+    }
+    kt_scene scene;
+    kt_check_equal_int("after an element", parse("<robot name='r'/><?xml version='1.0'?>", NULL, &scene),
+                       KT_ERROR_SCENE);
+}
+
+#define ON_WORLD(declared, type)                                                                                       \
+    "<robot name='r'>" declared LINK("arm") "<joint name='j' type='" type                                              \
+                                            "'><parent link='world'/><child link='arm'/>"                              \
+                                            "<origin xyz='1 2 3'/></joint></robot>"
+
+KT_TEST(world_need_not_be_declared_and_frees_what_is_fixed_to_it) {
+    const kt_urdf_options floating = {.floating = true};
+    static const char *const texts[] = {ON_WORLD("<link name='world'/>", "fixed"), ON_WORLD("", "fixed")};
+    kt_scene scene;
+    for (int i = 0; i < 2; i++) {
+        if (!parse_right(texts[i], &floating, &scene))
+            continue;
+        const kt_joint *joint = &find_body(&scene, "arm")->joint;
+        kt_check_equal_int("bodies", scene.description.body_count, 1);
+        kt_check_equal_int("it is free", joint->type, KT_JOINT_FREE);
+        kt_check_equal_bits("and starts where it was", &joint->at.x, (const double[]){1.0, 2.0, 3.0}, 3);
+        kt_check_equal_int("told", count_notes(&scene, "move freely, by --floating: 1"), 1);
+        kt_check_equal_int("of the world", count_notes(&scene, "no link 'world' is declared"), i);
+        kt_scene_free(&scene);
+    }
+    if (!parse_right(ON_WORLD("", "revolute"), &floating, &scene))
+        return;
+    kt_check_equal_int("nothing to free", count_notes(&scene, "--floating frees nothing"), 1);
+    kt_scene_free(&scene);
+}
+
+/* ---- inertias that no body has ----------------------------------------------------------------------------------- */
+
+#define INERTIA(mass, x, y, z)                                                                                         \
+    "<inertial><mass value='" mass "'/><inertia ixx='" x "' iyy='" y "' izz='" z                                       \
+    "' ixy='0' ixz='0' iyz='0'/></inertial>"
+#define ARM_WITH(arm, sensor)                                                                                          \
+    "<robot name='r'><link name='base'/><link name='arm'>" arm "</link><link name='imu'>" sensor "</link>"             \
+    "<joint name='j' type='continuous'><parent link='base'/><child link='arm'/></joint>"                               \
+    "<joint name='k' type='fixed'><parent link='arm'/><child link='imu'/><origin xyz='0.5 0 0' rpy='0.3 0.2 0.1'/>"    \
+    "</joint></robot>"
+
+KT_TEST(inertias_are_judged_by_rigid_parts) {
+    static const struct {
+        const char *text;
+        bool read[3]; /* warn, strict, accept */
+        const char *told;
+    } table[] = {
+        {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0.001", "0", "0", "3e-6")),
+         {true, true, true},
+         "of links within"},
+        {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0", "0", "0", "2e-35")),
+         {true, true, true},
+         "nothing but rounding"},
+        {ARM_WITH(INERTIA("1", "1", "1", "2.1"), ""), {true, false, true}, "by up to 5 % of it: 1"},
+        {ARM_WITH(INERTIA("1", "1", "1", "2.3"), ""), {false, false, true}, "by up to 15 % of it: 1"},
+        {ARM_WITH(INERTIA("1", "-1", "1", "1"), ""), {false, false, true}, "inertias that no body has are computed"},
+        {ARM_WITH(INERTIA("1", "1", "1", "1"), INERTIA("1", "-3", "1", "1")),
+         {false, false, true},
+         "inertias that no body has"},
+        {ARM_WITH(INERTIA("1", "1", "1", "1"), ""), {true, true, true}, ""},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        for (int how = 0; how < 3; how++) {
+            const kt_urdf_options options = {.inertia = (kt_urdf_inertia)how};
+            kt_scene scene;
+            const kt_status status = parse(table[i].text, &options, &scene);
+            kt_note("case %d, %d: %s", (int)i, how, status == KT_OK ? "read" : faults.text);
+            kt_check_equal_int("read", status == KT_OK, table[i].read[how]);
+            if (status != KT_OK) {
+                kt_check_contains("at the element", faults.text, "inertial: inertia: the principal moments are");
+                continue;
+            }
+            kt_check_equal_int(table[i].told, count_notes(&scene, table[i].told) > 0,
+                               table[i].told[0] != '\0' || scene.note_count > 0);
+            char *text = kt_write_text(&scene);
+            kt_scene again;
+            if (text != NULL && kt_parse_right(text, &again))
+                kt_scene_free(&again);
+            free(text);
+            kt_scene_free(&scene);
+        }
+}
+
+/* The part is a dumbbell: two points of 1 kg, 1 m apart along x, whose links have an odd inertia each, 0.1 along x
+ * and -0.1 along y. Together: 0.2 - 0.2 + 0.5 about y. That of one link alone, or with the parallel axes the wrong way round, is
+ * refused. */
+KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
+    for (int tenths = 0; tenths < 10; tenths++) {
+        /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >= 0.4. */
+        const double d = 0.1 * tenths, x = 0.4, y = -0.2 + 0.5 * d * d, z = 0.2 + 0.5 * d * d;
+        const bool is_body = y >= 0.0 && x <= y + z && z <= x + y + 1e-12;
+        const kt_urdf_options strict = {.inertia = KT_URDF_INERTIA_STRICT};
+        char text[1000];
+        kt_scene scene;
+        (void)snprintf(
+            text, sizeof text,
+            "<robot name='r'><link name='base'/><link name='a'>" INERTIA(
+                "1", "0.2", "-0.1",
+                "0.1") "</link><link name='b'>" INERTIA("1", "0.2", "-0.1",
+                                                        "0.1") "</link><joint name='j' type='continuous'><parent "
+                                                               "link='base'/><child link='a'/></joint>"
+                                                               "<joint name='k' type='fixed'><parent link='a'/><child "
+                                                               "link='b'/><origin xyz='0.%d 0 0'/></joint></robot>",
+            tenths);
+        const kt_status status = parse(text, &strict, &scene);
+        kt_note("d = %.1f m", d);
+        kt_check_equal_int("read", status == KT_OK, is_body);
+        if (status == KT_OK)
+            kt_scene_free(&scene);
+    }
+}
+
+/* A box of 0.1 x 0.2 x 0.3 m at 1000 kg/m^3; a link with <inertial>, or without a shape, keeps its mass. */
+KT_TEST(masses_come_from_shapes_and_a_density) {
+    const kt_urdf_options options = {.density = 1000.0};
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 0.15'/><geometry>"
+                     "<box size='0.1 0.2 0.3'/></geometry></visual></link>" LINK("b") HINGE("ja", "base", "a", "")
+                         HINGE("jb", "a", "b", "") "</robot>",
+                     &options, &scene))
+        return;
+    kt_vec3 com;
+    kt_sym3 inertia;
+    const kt_body *a = find_body(&scene, "a");
+    kt_check_near("mass", a->mass, 6.0, 1e-14);
+    kt_check_equal_bits("that of the file", &find_body(&scene, "b")->mass, &(double){1.0}, 1);
+    kt_check_equal_int("status", kt_body_inertia(a, &com, &inertia, NULL), KT_OK);
+    kt_check_near("centre", com.z, 0.15, 1e-16);
+    kt_check_near("about x", inertia.xx, 6.0 * (0.04 + 0.09) / 12.0, 1e-15);
+    kt_check_equal_int("told", count_notes(&scene, "by --density: 1"), 1);
     kt_scene_free(&scene);
 }

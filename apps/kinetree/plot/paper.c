@@ -330,6 +330,7 @@ enum { DRAWING_STACK = 1 << 20 };
 
 typedef struct job {
     const char *path;
+    bool is_svg;
     int width, height;
     void (*draw)(cairo_t *c, const void *what);
     const void *what;
@@ -340,7 +341,7 @@ typedef struct job {
 static void *write_job(void *user) {
     job *j = user;
     errno = 0;
-    j->status = (ends_in_svg(j->path) ? write_svg : write_png)(j->path, j->width, j->height, j->draw, j->what);
+    j->status = (j->is_svg ? write_svg : write_png)(j->path, j->width, j->height, j->draw, j->what);
     j->reason = errno;
     return NULL;
 }
@@ -364,7 +365,12 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     const int code = kt_output_start(&output, path);
     if (code >= 0)
         return code;
-    job j = {.path = kt_output_path(&output), .width = width, .height = height, .draw = draw, .what = what};
+    job j = {.path = kt_output_path(&output),
+             .is_svg = ends_in_svg(path),
+             .width = width,
+             .height = height,
+             .draw = draw,
+             .what = what};
     write_on_own_stack(&j);
     const bool fine = j.status == CAIRO_STATUS_SUCCESS;
     if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)

@@ -222,14 +222,18 @@ const char *kt_start_jumping(const kt_scene *scene) {
 
 /* ---- inertias ---------------------------------------------------------------------------------------------------- */
 
+/* Infinite where a principal moment is negative, or where one stands alone. */
 static double excess_of(const kt_body *body) {
     kt_vec3 com;
     kt_sym3 inertia;
-    return kt_body_inertia(body, &com, &inertia, NULL) == KT_OK ? kt_inertia_excess(inertia) : 0.0;
+    if (kt_body_inertia(body, &com, &inertia, NULL) != KT_OK)
+        inertia = body->inertia; /* one that was accepted */
+    return kt_inertia_check(inertia, NULL) == KT_INERTIA_NEGATIVE ? (double)INFINITY : kt_inertia_excess(inertia);
 }
 
 int kt_start_say_inertias(const kt_scene *scene) {
     const kt_description *d = &scene->description;
+    const char *how = d->inertia_check == KT_INERTIA_ACCEPT ? "accept" : "warn";
     int count = 0, worst = -1;
     double most = 0.0;
     for (int i = 0; i < d->body_count; i++) {
@@ -238,10 +242,15 @@ int kt_start_say_inertias(const kt_scene *scene) {
         worst = excess > most ? i : worst;
         most = fmax(most, excess);
     }
-    if (count > 0)
-        kt_say("inertia_check: warn accepts %d inertia%s that no body has: of '%s' the largest principal moment "
+    if (count > 0 && isinf(most))
+        kt_say(
+            "inertia_check: %s accepts %d inertia%s that no body has: of '%s' a principal moment is negative, or has "
+            "none beside it; what moves with such an inertia alone may have accelerations that are wrong",
+            how, count, count == 1 ? "" : "s", d->bodies[worst].name);
+    else if (count > 0)
+        kt_say("inertia_check: %s accepts %d inertia%s that no body has: of '%s' the largest principal moment "
                "exceeds the sum of the others by %.2g %%; give inertias with more digits",
-               count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most);
+               how, count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most);
     return count;
 }
 
@@ -251,7 +260,7 @@ json_t *kt_start_inertias(const kt_scene *scene) {
     for (int i = 0; i < d->body_count; i++) {
         const double excess = excess_of(&d->bodies[i]);
         if (excess > 0.0)
-            json_object_set_new(object, d->bodies[i].name, json_real(excess));
+            json_object_set_new(object, d->bodies[i].name, kt_json_number(excess)); /* null: infinite */
     }
     return object;
 }

@@ -4,11 +4,12 @@
 #include "text/arguments.h"
 
 #include <stdio.h>
+#include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out;
+    const char *out, *inertia;
     bool floating;
-    double stops, stop_damping;
+    double stops, stop_damping, density;
 } kt_import_arguments;
 
 #define AT(member) offsetof(kt_import_arguments, member)
@@ -17,6 +18,13 @@ static const kt_option options[] = {
     {"floating", KT_OPTION_FLAG, AT(floating), NULL, "the root link moves freely (it is fixed to the world)", NULL},
     {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
      "limits of position become elastic stops, N m/rad or N/m (they are left out)", NULL},
+    {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
+     "inertias that no body has: 'warn' takes those of rigid parts that are off by up to 10 %, and tells them; "
+     "'strict' "
+     "none; 'accept' all (warn)",
+     NULL},
+    {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
+     "links without <inertial> have the mass and inertia of their shape, kg/m^3 (they have none)", NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
 };
 
@@ -38,6 +46,16 @@ const kt_usage kt_usage_import = {
     .option_count = sizeof options / sizeof options[0],
 };
 
+/* Returns the choice of a word; -1 after printing what is wrong. */
+static int choose_inertia(const char *word) {
+    static const char *const words[] = {"warn", "strict", "accept"}; /* as kt_urdf_inertia */
+    for (int i = 0; i < 3; i++)
+        if (word == NULL || strcmp(word, words[i]) == 0)
+            return i;
+    kt_say("import: --inertia is warn, strict or accept, not '%s'", word);
+    return -1;
+}
+
 int kt_command_import(int argc, char **argv) {
     kt_import_arguments a = {.out = "-"};
     int operands;
@@ -48,11 +66,18 @@ int kt_command_import(int argc, char **argv) {
         kt_say("import: --stop-damping is that of --stops; give a stiffness, too");
         return KT_EXIT_USAGE;
     }
+    const int inertia = choose_inertia(a.inertia);
+    if (inertia < 0)
+        return KT_EXIT_USAGE;
     const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};
     code = kt_check_files("import", uses, 2);
     if (code >= 0)
         return code;
-    const kt_urdf_options how = {.floating = a.floating, .stop_stiffness = a.stops, .stop_damping = a.stop_damping};
+    const kt_urdf_options how = {.floating = a.floating,
+                                 .stop_stiffness = a.stops,
+                                 .stop_damping = a.stop_damping,
+                                 .inertia = (kt_urdf_inertia)inertia,
+                                 .density = a.density};
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);
