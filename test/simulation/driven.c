@@ -279,6 +279,23 @@ KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
     kt_model_free(model);
 }
 
+/* Steps that come to nothing while loops drift open have a remedy of their own. */
+KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
+    kt_error error = {KT_OK, "", ""};
+    kt_model *model = compile(toggle, &error);
+    kt_simulation_options options = kt_simulation_options_default();
+    const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
+    options.max_steps = 3;
+    for (int open = 0; open < 2; open++) {
+        options.unprojected = open;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
+        kt_check_true(error.message, (strstr(error.message, "let them be closed after each step") != NULL) == open);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
 /* A checkpoint between records of one long step. */
 KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     static account whole, first, second;
