@@ -1,3 +1,5 @@
+/* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops, elimination. Bodies carry what their joint
+ * gives: pose, velocity, and the acceleration that is left without joint accelerations. */
 #include "quadruple.h"
 
 #include <quadmath.h>
