@@ -14,26 +14,38 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, skip
 
+# Reaches what each library needs of others: LAPACK, a reader of YAML, one of XML.
 PROGRAM = """
 #include <kinetree/kinetree.h>
 #include <stdio.h>
-int main(void) { return puts(kt_version()) < 0; }
+typedef void call(void);
+int main(void) {{
+    call *const reached[] = {{{calls}}};
+    return reached[0] == NULL || puts(kt_version()) < 0;
+}}
 """
+REACHED = {"study": ["kt_modes_evaluate", "kt_constraint_formulation_create"], "scene": ["kt_modes_evaluate", "kt_urdf_read", "kt_scene_read"]}
+
+
+def program_of(package):
+    part = next((name for name in REACHED if name in package), "")
+    return PROGRAM.format(calls=", ".join(f"(call *){name}" for name in REACHED.get(part, ["kt_modes_evaluate"])))
 
 
 def run(*command, environment=None):
     return subprocess.run([str(part) for part in command], capture_output=True, text=True, env=environment)
 
 
-def build_and_run(compiler, folder, package, pkg_environment, libdir, static):
-    """Problems; the libraries named by pkg-config make the program, and it prints the version."""
+def build_and_run(compiler, folder, package, pkg_environment, libdir, static, whole=False):
+    """Problems; the libraries named by pkg-config make the program, and it prints the version. whole: nothing is loaded at run time."""
     flags = run("pkg-config", "--cflags", "--libs", *(["--static"] if static else []), package, environment=pkg_environment)
     if flags.returncode != 0:
         return flags.stderr.splitlines()
     names = ("kinetree-scene", "kinetree-study", "kinetree")
     words = [f"-l:lib{word[2:]}.a" if static and word[2:] in names else word for word in shlex.split(flags.stdout)]
+    words += ["-static"] if whole else []
     source, program = folder / "program.c", folder / "program"
-    source.write_text(PROGRAM)
+    source.write_text(program_of(package))
     made = run(*compiler, source, "-o", program, *words)
     if made.returncode != 0:
         return [" ".join(words)] + made.stderr.splitlines()
@@ -101,17 +113,25 @@ def versions_by_cmake(folder, prefix):
             if said.get(version) != good] + (made.stderr.splitlines() if made.returncode else [])
 
 
-def build_with_cmake(folder, prefix, target, libdir):
+def build_with_cmake(folder, prefix, target, libdir, whole=False):
     """Problems; a project of somebody else finds the installed package, and its program prints the version."""
-    project = folder / f"cmake-{target}"
+    project = folder / f"cmake-{target}{'-whole' if whole else ''}"
     project.mkdir()
-    (project / "program.c").write_text(PROGRAM)
-    (project / "CMakeLists.txt").write_text(CMAKE.format(target=target))
+    (project / "program.c").write_text(program_of(target))
+    (project / "CMakeLists.txt").write_text(CMAKE.format(target=target) + ("target_link_options(program PRIVATE -static)\n" if whole else ""))
     for made in (configure(project, prefix), run("cmake", "--build", project / "build")):
         if made.returncode != 0:
             return (made.stdout + made.stderr).splitlines()
     ran = run(project / "build" / "program", environment={**os.environ, "LD_LIBRARY_PATH": str(libdir)})
     return [] if ran.returncode == 0 and ran.stdout.strip() else [f"prints {ran.stdout!r}", ran.stderr]
+
+
+def why_not_whole(compiler, folder):
+    """Why no program can be linked with -static on this machine; "": it can."""
+    source = folder / "empty.c"
+    source.write_text("#include <math.h>\nint main(int n, char **words) { return words[0] ? (int)sin(n) : 1; }\n")
+    made = run(*compiler, "-static", source, "-o", folder / "empty", "-lm")
+    return made.stderr.strip()
 
 
 def main():
@@ -143,6 +163,7 @@ def main():
         if has_command == "true":
             claim("installed_command_runs_where_it_lies_with_the_scenes_beside_it", demo(root))
 
+        no_whole = why_not_whole(compiler, folder)
         pc = next(root.rglob("kinetree.pc"), None)
         if pc:
             environment = {**os.environ, "PKG_CONFIG_LIBDIR": f"{pc.parent}:" + run(
@@ -156,10 +177,17 @@ def main():
                 for static in (False, True):
                     claim(f"program_links_{package.replace('-', '_')}_{'statically' if static else 'shared'}",
                           build_and_run(compiler, folder, package, environment, pc.parent.parent, static))
+                if no_whole:
+                    skip(f"program_links_{package.replace('-', '_')}_wholly", no_whole)
+                else:
+                    claim(f"program_links_{package.replace('-', '_')}_wholly",
+                          build_and_run(compiler, folder, package, environment, pc.parent.parent, True, True))
         if pc and shutil.which("cmake"):
             libdir = pc.parent.parent
             for target in ["kinetree", "static", "study", "study-static"] + (["scene", "scene-static"] if has_scene == "true" else []):
                 claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, prefix, target, libdir))
+                if "static" in target and not no_whole:
+                    claim(f"cmake_links_{target.replace('-', '_')}_wholly", build_with_cmake(folder, prefix, target, libdir, True))
             claim("cmake_refuses_what_is_not_there",
                   [] if build_with_cmake(folder, prefix, "moon", libdir) else ["it found kinetree::moon"])
             claim("cmake_finds_the_versions_that_it_satisfies", versions_by_cmake(folder, prefix))
