@@ -190,6 +190,9 @@ def main():
             Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
+    table = (root / "include/pages/kinetree.md").read_text()
+    claim("the table of kinetree.md has every header", [path.name for path in sorted((root / "include/kinetree").glob("*.h"))
+                                                        if path.name != "kinetree.h" and f"`{path.name}`" not in table])
     drawing = (root / "include/pages/architecture.md").read_text()
     drawn = [name for line in drawing.splitlines() if ".. lib/" in line for name in re.findall(r"lib/(\w+)", line)]
     claim("folders of lib are drawn in their order", [] if drawn[::-1] == FOLDERS else [" ".join(drawn[::-1]), " ".join(FOLDERS)])
