@@ -76,11 +76,12 @@ KT_API KT_CHECKED kt_status kt_coriolis_evaluate(const kt_model *model, kt_data 
  * time. */
 typedef struct kt_mass_inverse kt_mass_inverse;
 
-/* Bytes for a model; `rows`: the most rows of a Jacobian that kt_operational_inertia will be given, or 0. */
+/* Bytes for a model; `rows`: the most rows of a Jacobian that kt_operational_inertia will be given, or 0; 0 bytes if it
+ * is negative, which kt_mass_inverse_init reports. */
 KT_API size_t kt_mass_inverse_size(const kt_model *model, int rows);
 
 /* Initialises the object in the caller's memory, which must stay there while it is used. Refuses memory that is too
- * small or misaligned (KT_ALIGNMENT) with KT_ERROR_MEMORY. */
+ * small or misaligned (KT_ALIGNMENT) with KT_ERROR_MEMORY, and negative rows with KT_ERROR_ARGUMENT. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, size_t size,
                                                  kt_mass_inverse **inverse, kt_error *error);
 
@@ -97,16 +98,25 @@ KT_API KT_CHECKED kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt
                                                     kt_error *error);
 
 /* x (nv x columns) becomes M^-1 x: the accelerations that joint forces x cause beyond those without. KT_ERROR_ARGUMENT
- * if there are no terms. */
+ * if there are no terms, or fewer columns than 0; KT_ERROR_NOT_FINITE if a number is not finite or exceeds 1e150; x is
+ * then unchanged. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error);
 
 /* The operational-space inertia (J M^-1 J')^-1 of a task with the Jacobian J (rows x nv), rows x rows, and, unless
- * NULL, the dynamically consistent inverse M^-1 J' (J M^-1 J')^-1 of J, nv x rows. Both respect the loops. Errors:
- * KT_ERROR_SINGULAR names the first row of J along which no motion is left beside those before it (a singular position,
- * or more rows than degrees of freedom); KT_ERROR_ARGUMENT if there are no terms, or more rows than at set-up. Cost:
- * `rows` columns of kt_mass_inverse_apply, and O(rows^2 nv). */
+ * NULL, the dynamically consistent inverse M^-1 J' (J M^-1 J')^-1 of J, nv x rows. Both respect the loops.
+ *
+ * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1: of the row that has least, the part that
+ * is left of what a row could be, a radian or a length of the mechanism for a coordinate's large change, by the row
+ * itself, by the loops, and by the rows before it. Where it is small a singular position is near, and the inertia grows
+ * like 1 / rcond^2.
+ *
+ * Errors: KT_ERROR_SINGULAR names the first row of J along which no motion is left beside those before it (a singular
+ * position, or more rows than degrees of freedom): less than 1e-7 of it, less than 1e-10 of what it could be without
+ * the loops (1e-7 where they are many), or the rounding of a radian or a length of the mechanism; KT_ERROR_ARGUMENT if
+ * there are no terms, or more rows than at set-up; KT_ERROR_NOT_FINITE. Outputs are then unchanged. Cost: `rows`
+ * columns of kt_mass_inverse_apply, twice as many where loops are many, and O(rows^2 nv + rows nv f). */
 KT_API KT_CHECKED kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const double *jacobian,
-                                                   double *inertia, double *consistent, kt_error *error);
+                                                   double *inertia, double *consistent, double *rcond, kt_error *error);
 
 /* ---- loops: independent coordinates ------------------------------------------------------------------------------ */
 
@@ -121,17 +131,26 @@ typedef struct kt_coordinate_list {
 } kt_coordinate_list;
 
 /* The basis B of the velocities that the loops leave free at (t, q) in terms of chosen coordinates: column j holds the
- * rates of all coordinates while the j-th chosen one moves at 1 and the other chosen ones rest. nv x count, count being
- * the number of degrees of freedom there. A task's Jacobian with respect to the chosen coordinates is J B
- * (kt_loop_jacobian). Errors: KT_ERROR_ARGUMENT (another number of coordinates, an index that is none or stands twice);
- * KT_ERROR_SINGULAR names the joint that moves most in a motion in which all chosen coordinates rest; those of
- * kt_loop_nullspace. Cost: kt_loop_nullspace, and O(nv count^2). */
+ * rates of all coordinates while the j-th chosen one moves at 1 and the other chosen ones rest, A B = 0. nv x count,
+ * count being the number of degrees of freedom there. Loops that change with time add velocities of their own:
+ * v = B z + x0, where x0 is what kt_velocity_complete makes of zeros. A task's Jacobian with respect to the chosen
+ * coordinates is J B (kt_loop_jacobian).
+ *
+ * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1: 1 over the largest entry of B, rotations
+ * in radians and translations in lengths of the mechanism. Where it is small a dead point of the chosen coordinates is
+ * near: another one moves 1 / rcond times as far.
+ *
+ * Errors: KT_ERROR_ARGUMENT (another number of coordinates, an index that is none or stands twice);
+ * KT_ERROR_SINGULAR, below some 1e-10 of such a number, names the joint that moves most in a motion in which all chosen
+ * coordinates rest; those of kt_loop_nullspace. Cost: kt_loop_nullspace, and O(nv count^2). */
 KT_API KT_CHECKED kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                  double t, const double *q, kt_coordinate_list independent,
-                                                 double *basis, kt_error *error);
+                                                 double *basis, double *rcond, kt_error *error);
 
-/* J B: of a Jacobian (rows x nv) and a basis of velocities (nv x columns; kt_loop_nullspace or kt_independent_basis),
- * the Jacobian with respect to its columns, rows x columns. O(rows nv columns). */
+/* J B, rows x columns: of a Jacobian (rows x nv) and a basis of velocities (nv x columns; kt_loop_nullspace or
+ * kt_independent_basis), the Jacobian with respect to the basis. It maps z to the part J B z of the task's velocity; with
+ * loops that change with time, v = B z + x0, the part J x0 comes to it. The three arrays are distinct.
+ * O(rows nv columns). */
 KT_API void kt_loop_jacobian(const kt_model *model, int rows, const double *jacobian, int columns, const double *basis,
                              double *reduced);
 
@@ -153,12 +172,20 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
 #define KT_ACTUATION_TOLERANCE 1e-9
 
 /* Computes the forces of actuators that cause accelerations a (nv) at (t, q, v), with loops, effects and external
- * wrenches (as kt_acceleration_evaluate, may be NULL): with the forces added to joint forces tau = 0,
- * kt_acceleration_evaluate gives a. Effects act as they do there, motors and servos among them.
+ * wrenches (as kt_acceleration_evaluate, may be NULL); v and a may be NULL (zero). With these forces as joint forces
+ * tau, zero elsewhere, kt_acceleration_evaluate gives a, to rounding over rcond, where it computes accelerations at the
+ * state itself: next to a singular position of the loops it interpolates them. Effects act as they do there, motors and
+ * servos among them.
  *
  * actuated: the coordinates on which actuators act; forces has one number each, N m or N. As many as degrees of
  * freedom: the forces are unique. More: those with the least sum of weight[i] force[i]^2; weights (count numbers > 0)
- * may be NULL, all 1. Errors: KT_ERROR_SINGULAR if there is a motion on which no actuator works, because there are too
+ * may be NULL, all 1.
+ *
+ * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1, as that of kt_independent_basis: a
+ * generalised force that the motion needs may take forces 1 / rcond times as large. Near a dead point of the actuators
+ * it is small, and the forces, as their relative error, grow like its reciprocal.
+ *
+ * Errors: KT_ERROR_SINGULAR if there is a motion on which no actuator works, because there are too
  * few, or at a singular position of the actuators: it names the joint that moves most in it; KT_ERROR_CONSTRAINT if a
  * violates the equations of a loop (KT_ACTUATION_TOLERANCE; kt_acceleration_complete makes them fit), naming the worst;
  * KT_ERROR_ARGUMENT (list, weights); those of kt_effect_forces, kt_dynamics_inverse and kt_loop_nullspace. forces is
@@ -170,7 +197,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
 KT_API KT_CHECKED kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                   double t, const double *q, const double *v, const double *a,
                                                   const kt_wrench *external, kt_coordinate_list actuated,
-                                                  const double *weights, double *forces, kt_error *error);
+                                                  const double *weights, double *forces, double *rcond,
+                                                  kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-/* Forward dynamics by the articulated-body algorithm: a = M^-1 (tau + J' external - h). tau may be NULL (zero).
+/* Forward dynamics by the articulated-body algorithm: a = M^-1 (tau + J' external - h). v and tau may be NULL (zero).
  * Gravity is included. a may be tau. KT_ERROR_SINGULAR names the joint along which there is no inertia at this
  * position. */
 KT_API KT_CHECKED kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
@@ -72,7 +72,8 @@ KT_API void kt_mass_factor_free(kt_mass_factor *factor);
  * then. */
 KT_API KT_CHECKED kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_error *error);
 
-/* x becomes M^-1 x, or M x: nv x columns, column-major. KT_ERROR_ARGUMENT if there are no factors. */
+/* x becomes M^-1 x, or M x: nv x columns, column-major. KT_ERROR_ARGUMENT if there are no factors, or fewer columns than
+ * 0; KT_ERROR_NOT_FINITE if a number is not finite or exceeds 1e150; x is then unchanged. */
 KT_API KT_CHECKED kt_status kt_mass_factor_solve(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 KT_API KT_CHECKED kt_status kt_mass_factor_multiply(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 

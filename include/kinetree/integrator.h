@@ -155,7 +155,8 @@ KT_API int kt_method_count(void);
 /* The built-in method at 0 <= index < kt_method_count(), by rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
-/* The built-in method of this name (KT_METHOD_LIST); NULL if there is none. Static storage. */
+/* The built-in method of this name, as in scene files ("implicit-euler") or as in KT_METHOD_LIST ("implicit_euler"); NULL
+ * if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
 /* The names of the built-in methods, or of the adaptive ones among them, in one line: "euler, midpoint, heun". Writes

@@ -5,7 +5,7 @@
  * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Residuals of orientations are of first order in the error, so that
  * a type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
- * Loops come in the description's order, counted from 0; indices are not checked. Every call is O(1) unless it says
+ * Loops come in the description's order, counted from 0. Every call is O(1) unless it says
  * otherwise, allocates nothing and cannot fail.
  */
 #ifndef KINETREE_LOOP_H

@@ -170,7 +170,7 @@ KT_API void kt_assembly_reached(const kt_model *model, const kt_data *data, doub
 
 /* Computes the equations at (t, q, v) as matrices: jacobian is equations x nv, column-major; rate = b' and drift = b'',
  * one for each equation, in the order of the loops. Any output may be NULL. Velocities are needed for drift. Errors:
- * KT_ERROR_NOT_FINITE. O(bodies + equations nv). */
+ * KT_ERROR_NOT_FINITE, also if an equation overflows: outputs are then untouched. O(bodies + equations nv). */
 KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q,
                                               const double *v, double *jacobian, double *residual, double *rate,
                                               double *drift, kt_error *error);
@@ -231,8 +231,9 @@ typedef struct kt_effect_load {
  * sensor reading): the force of a contact or a spring, the torque of a motor. effect is its index in the description. A
  * contact's force acts at the sphere's lowest point, so its wrench about the centre has a moment, too. Positions are
  * those in the world: far from its origin a wrench loses digits that kt_acceleration_evaluate keeps. Allocates nothing.
- * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect; *load is then untouched.
- * O(log effects). */
+ * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect; KT_ERROR_ARGUMENT for an effect
+ * that there is not, and for one with ends if the data hold the kinematics of another q or v; *load is then untouched.
+ * O(nq + log effects). */
 KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                                const double *v, int effect, kt_effect_load *load, kt_error *error);
 

@@ -4,9 +4,9 @@
  * description and its strings may be released afterwards. A model may be shared between threads; each thread has its
  * own kt_data.
  *
- * SI units and radians. Body 0 is the world. Queries take indices of bodies, markers, loops as these calls give them,
- * and do not check them; they are O(1) where they do not say otherwise, allocate nothing and cannot fail. Names live as
- * long as the model.
+ * SI units and radians. Body 0 is the world. Queries take indices of bodies, markers, loops as these calls give them; for
+ * others they return NULL, -1, 0 or NaN. They are O(1) where they do not say otherwise, allocate nothing and cannot
+ * fail. Names live as long as the model.
  */
 #ifndef KINETREE_MODEL_H
 #define KINETREE_MODEL_H
@@ -146,8 +146,8 @@ KT_API const char *kt_marker_name(const kt_model *model, int body, int marker);
 KT_API kt_vec3 kt_marker_at(const kt_model *model, int body, int marker);
 KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
 
-/* Writes the initial state as the description gives it: q (nq), v (nv). Its loops may be open (kt_state_assemble).
- * O(nq). */
+/* Writes the initial state as the description gives it: q (nq), v (nv), either of which may be NULL. Its loops may be
+ * open (kt_state_assemble). O(nq). */
 KT_API void kt_model_initial(const kt_model *model, double *q, double *v);
 
 /* The instruction set that the recursions use. */
@@ -277,14 +277,16 @@ KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char 
                                               kt_error *error);
 
 /* The present numbers of a parameter into values (parameter->count). Of a function of time that has not been set: its
- * value and rates at the time 0, and 0. O(1). */
-KT_API void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values);
+ * value and rates at the time 0, and 0. Errors: KT_ERROR_ARGUMENT for a parameter that this model has not, such as one
+ * of another model. O(1). */
+KT_API KT_CHECKED kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values,
+                                             kt_error *error);
 
 /* Sets the numbers of a parameter (parameter->count) in a copy of a model. Equal numbers give the bits of a model that
  * was compiled with them, except that several bodies on one link may add up in another order. No data may be in use by
  * a call with the copy meanwhile; while a simulation runs on it, kt_simulation_set_parameter serves instead.
  * Checkpoints do not contain parameters: set them again before a run is resumed. Errors: KT_ERROR_ARGUMENT (the model
- * is no copy), KT_ERROR_MODEL (a number that cannot be, told as for a description); the copy is then unchanged. O(1);
+ * is no copy, or has not this parameter), KT_ERROR_MODEL (a number that cannot be, told as for a description); the copy is then unchanged. O(1);
  * of a body's mass, com and inertia O(bodies); of armature O(links). */
 KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values,
                                              kt_error *error);

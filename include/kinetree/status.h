@@ -2,6 +2,11 @@
  *
  * Every call that can fail returns a kt_status and fills a caller-owned kt_error, if one is given. On failure no output
  * has been touched. The library never prints, exits or aborts.
+ *
+ * A pointer that a docstring does not say may be NULL must be given: where it is NULL, or data are those of another
+ * model, the call returns KT_ERROR_ARGUMENT and names it. Arrays of no numbers may be NULL. Velocities that are an input
+ * of an evaluation may be NULL everywhere: zero. Calls that cannot fail return NULL, -1, 0 or NaN for an index that is
+ * none, a pointer that is NULL or data of another model, and write nothing.
  */
 #ifndef KINETREE_STATUS_H
 #define KINETREE_STATUS_H

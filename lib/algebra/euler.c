@@ -17,6 +17,7 @@
  * are ei, ej and Rj(b) ek, so det G = -sin b for k = i and e cos b for k = m; g2 is normal to the two others; and the
  * rows of the inverse are (g2 x g3) / det, g2, (g1 x g2) / det.
  */
+#include "base/require.h"
 #include "kinetree/algebra.h"
 
 #include <float.h>
@@ -101,6 +102,7 @@ static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
 }
 
 kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error) {
+    KT_REQUIRE(error, rotation);
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status == KT_OK)
@@ -109,6 +111,7 @@ kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, 
 }
 
 kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular, kt_error *error) {
+    KT_REQUIRE(error, angles);
     axes a;
     if (!axes_of(sequence, &a))
         return unknown_sequence(sequence, error);
@@ -133,6 +136,7 @@ static kt_mat3 map_of(const axes *a, kt_vec3 angles) {
 }
 
 kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *error) {
+    KT_REQUIRE(error, map);
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status == KT_OK)
@@ -141,6 +145,7 @@ kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *err
 }
 
 kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, kt_error *error) {
+    KT_REQUIRE(error, inverse);
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status != KT_OK)
@@ -187,6 +192,7 @@ kt_mat3 kt_rpy_map(kt_vec3 rpy) {
 }
 
 kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error) {
+    KT_REQUIRE(error, inverse);
     const kt_status status = kt_euler_map_inverse(321, backwards(rpy), inverse, error);
     if (status == KT_OK) {
         inverse->x = backwards(inverse->x);

@@ -6,6 +6,7 @@
  * A'A - I up to 2e-6 are stretches and shears up to 1e-6; a matrix written with six decimals always passes (errors d of
  * 0.5e-6 in each entry change no entry of A'A by more than 2 sqrt(3) d = 1.7e-6).
  */
+#include "base/require.h"
 #include "kinetree/algebra.h"
 
 #include <stddef.h>
@@ -116,6 +117,7 @@ static kt_status from_matrix(const double *v, kt_mat3 *rotation, kt_error *error
 }
 
 kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation, kt_error *error) {
+    KT_REQUIRE(error, description, rotation);
     if (description == NULL || rotation == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "no rotation was given, or no place for its matrix");
     const int type = (int)description->type;

@@ -20,6 +20,8 @@ static kt_vec3 from_renamed(int m, double u, double v, double w) {
 }
 
 kt_mat3 kt_triad_from_axis(kt_vec3 axis, int which) {
+    if (which < 0 || which > 2)
+        return kt_mat3_scale((double)NAN, kt_mat3_identity());
     const double n[3] = {axis.x, axis.y, axis.z};
     int m = which;
     for (int k = 1; k < 3; k++) {

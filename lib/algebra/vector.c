@@ -22,6 +22,7 @@
  * The last two terms are ndot rotated about n by a/2 and scaled by 2 sin(a/2); undoing both gives the inverse:
  *     ndot = (cot(a/2) p - n x p) / 2,   p = omega - n n'omega
  */
+#include "base/require.h"
 #include "kinetree/algebra.h"
 
 #include <float.h>
@@ -72,6 +73,7 @@ kt_mat3 kt_euler_vector_map(kt_vec3 theta) {
 }
 
 kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error *error) {
+    KT_REQUIRE(error, inverse);
     if (!kt_vec3_is_finite(theta))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the Euler vector [%g, %g, %g] is not finite", theta.x,
                             theta.y, theta.z);
@@ -95,6 +97,7 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
 }
 
 kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error) {
+    KT_REQUIRE(error, rotation);
     if (!kt_vec3_is_finite(axis) || !isfinite(angle))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "axis [%g, %g, %g] or angle %g is not finite", axis.x,
                             axis.y, axis.z, angle);
@@ -109,6 +112,8 @@ kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotatio
 }
 
 void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *angle) {
+    if (!axis || !angle)
+        return;
     const kt_quat q = kt_quat_from_matrix(rotation);
     const kt_vec3 v = kt_vec3_make(q.x, q.y, q.z);
     const double n = kt_vec3_norm_wide(v);
@@ -124,6 +129,7 @@ kt_vec3 kt_axis_angle_angular_world(kt_vec3 n, double angle, kt_vec3 axis_rate, 
 
 kt_status kt_axis_angle_rate_world(kt_vec3 n, double angle, kt_vec3 omega, kt_vec3 *axis_rate, double *angle_rate,
                                    kt_error *error) {
+    KT_REQUIRE(error, axis_rate, angle_rate);
     if (!kt_vec3_is_finite(n) || !isfinite(angle) || !kt_vec3_is_finite(omega))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
                             "axis [%g, %g, %g], angle %g or angular velocity [%g, %g, %g] is not finite", n.x, n.y, n.z,

@@ -104,9 +104,6 @@ struct kt_linearization {
 
 /* ---- independent_coordinates.c ----------------------------------------------------------------------------------- */
 
-/* The size of a large change of each coordinate: a radian, or a characteristic length of the mechanism, m. */
-void kt_independent_coordinates_units(const kt_model *model, double *unit);
-
 /* Chooses the independent coordinates at (t, q0, v0), written to `out`, and the bases of the motions that the equations
  * allow. Fills the counts of *system and near_singular. Returns KT_ERROR_SINGULAR at a singular position, where the
  * equations have less than their usual rank. */

@@ -10,6 +10,8 @@
 #define ROUNDING 1e-12
 
 kt_energy_watch kt_energy_watch_start(const kt_model *model) {
+    if (!model)
+        return (kt_energy_watch){.start = (double)NAN};
     return (kt_energy_watch){.energetics = kt_model_energetics(model), .excess_time = (double)NAN};
 }
 
@@ -22,6 +24,8 @@ static void begin(kt_energy_watch *watch, const kt_record *record) {
 }
 
 void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
+    if (!watch || !record)
+        return;
     const double energy = record->kinetic + record->potential;
     double error = 0.0;
     if (isnan(energy))
@@ -53,6 +57,8 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
 }
 
 double kt_energy_watch_scale(const kt_energy_watch *watch) {
+    if (!watch)
+        return (double)NAN;
     double scale = watch->start - watch->potential[0];
     if (watch->energetics == KT_ENERGY_SUPPLIED)
         scale = fmax(fmax(watch->kinetic, watch->work), watch->potential[1] - watch->potential[0]);
@@ -60,11 +66,15 @@ double kt_energy_watch_scale(const kt_energy_watch *watch) {
 }
 
 double kt_energy_watch_error(const kt_energy_watch *watch) {
+    if (!watch)
+        return (double)NAN;
     const double scale = kt_energy_watch_scale(watch);
     return scale > 0.0 ? watch->error / scale : 0.0;
 }
 
 bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch) {
+    if (!watch)
+        return false;
     const double scale = kt_energy_watch_scale(watch);
     return scale > 0.0 && watch->gain > KT_ENERGY_BLOW_UP * scale && watch->gain > watch->start_size;
 }

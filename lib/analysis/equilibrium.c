@@ -417,6 +417,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
 
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
                               const double *tau, kt_equilibrium *found, kt_error *error) {
+    KT_REQUIRE(error, l, q || !l->model->n.q);
     const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
     search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest, .reach = REACH};
     kt_linear_system system = {0};

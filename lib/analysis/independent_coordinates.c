@@ -26,33 +26,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- units ------------------------------------------------------------------------------------------------------- */
-
-/* The longest distance from joint to joint or from joint to centre of mass. The first joints of the tree may be far
- * from the origin of the world, which says nothing about the size of the mechanism. */
-static double size_of(const kt_model *model) {
-    double size = 0.0;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        if (link->mass > 0.0)
-            size = fmax(size, kt_vec3_norm(link->moment) / link->mass);
-        if (link->parent > 0)
-            size = fmax(size, kt_vec3_norm(link->at));
-    }
-    if (!(size > 0.0) && model->n.loop)
-        size = model->length;
-    return size > 0.0 ? size : 1.0;
-}
-
-void kt_independent_coordinates_units(const kt_model *model, double *unit) {
-    const double size = size_of(model);
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        for (int k = 0; k < kt_link_dofs(link); k++)
-            unit[link->v + k] = k < kt_link_lengths(link) ? size : 1.0;
-    }
-}
-
 /* ---- elimination ------------------------------------------------------------------------------------------------- */
 
 enum { UNUSED = -1 };

@@ -9,6 +9,8 @@ kt_linearization_options kt_linearization_options_default(void) {
 }
 
 int kt_motor_coordinates(const kt_model *model, int *coordinates) {
+    if (!model)
+        return 0;
     int count = 0;
     for (size_t i = 0; i < model->n.effect; i++) {
         if (model->effect[i].type != KT_EFFECT_MOTOR)
@@ -76,6 +78,8 @@ static void list_markers(const kt_model *model, kt_marker_index *list) {
 }
 
 size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options) {
+    if (!model)
+        return 0;
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
     if (check_options(model, &settings, NULL) != KT_OK)
         return 0;
@@ -85,6 +89,7 @@ size_t kt_linearization_size(const kt_model *model, const kt_linearization_optio
 
 kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options, void *memory,
                                 size_t size, kt_linearization **linearization, kt_error *error) {
+    KT_REQUIRE(error, model, linearization);
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
     kt_status status = check_options(model, &settings, error);
     if (status != KT_OK)
@@ -110,13 +115,14 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
         memcpy(l->marker, settings.outputs, sizes.markers * sizeof *l->marker);
     else
         list_markers(model, l->marker);
-    kt_independent_coordinates_units(model, l->unit);
+    kt_model_units(model, l->unit);
     *linearization = l;
     return KT_OK;
 }
 
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
+    KT_REQUIRE(error, model, linearization);
     const size_t size = kt_linearization_size(model, options);
     void *memory = kt_arena_allocate(size, "a linearisation", error);
     return memory == NULL

@@ -393,6 +393,8 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
 
 kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                     kt_error *error) {
+    KT_REQUIRE(error, l, q || !l->model->n.q);
+    v = v ? v : l->model->zero;
     const kt_system_arrays *out = &l->arrays[l->next];
     kt_linear_system system = {0};
     kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
@@ -420,4 +422,4 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     return KT_OK;
 }
 
-const kt_linear_system *kt_linearization_system(const kt_linearization *l) { return &l->system; }
+const kt_linear_system *kt_linearization_system(const kt_linearization *l) { return l ? &l->system : NULL; }

@@ -112,7 +112,10 @@ static void rescale(kt_mode_watch *w, double rate) {
 }
 
 void kt_mode_watch_add(kt_mode_watch *w, double t, const double *q, const double *v) {
+    if (!w || (!q && w->nq > 0))
+        return;
     double rate = 0.0;
+    v = v ? v : w->model->zero;
     w->evaluations++;
     if (w->nv == 0 || kt_acceleration_evaluate(w->model, w->data, t, q, v, NULL, NULL, w->a, NULL) != KT_OK)
         return;
@@ -137,10 +140,12 @@ void kt_mode_watch_add(kt_mode_watch *w, double t, const double *q, const double
 }
 
 kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *w) {
+    if (!w)
+        return (kt_fast_state){.time = (double)NAN};
     return (kt_fast_state){w->time, w->rate, w->fast_q, w->fast_v};
 }
 
-uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w->evaluations; }
+uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w ? w->evaluations : 0; }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
@@ -157,6 +162,8 @@ uint64_t kt_mode_watch_evaluations(const kt_mode_watch *w) { return w->evaluatio
 
 size_t kt_mode_watch_state_size(const kt_mode_watch *w) {
     size_t count = 0;
+    if (!w)
+        return 0;
 #define KT_MODE_WATCH_COUNT(part, numbers) count += (numbers);
     KT_MODE_WATCH_STATE(KT_MODE_WATCH_COUNT)
 #undef KT_MODE_WATCH_COUNT
@@ -165,6 +172,8 @@ size_t kt_mode_watch_state_size(const kt_mode_watch *w) {
 
 void kt_mode_watch_save(const kt_mode_watch *w, void *block) {
     double *to = block;
+    if (!w || !block)
+        return;
 #define KT_MODE_WATCH_SAVE(part, numbers)                                                                              \
     memcpy(to, part, (numbers) * sizeof *to);                                                                          \
     to += (numbers);
@@ -174,6 +183,8 @@ void kt_mode_watch_save(const kt_mode_watch *w, void *block) {
 
 void kt_mode_watch_restore(kt_mode_watch *w, const void *block) {
     const double *from = block;
+    if (!w || !block)
+        return;
 #define KT_MODE_WATCH_RESTORE(part, numbers)                                                                           \
     memcpy(part, from, (numbers) * sizeof *from);                                                                      \
     from += (numbers);
@@ -186,10 +197,11 @@ void kt_mode_watch_restore(kt_mode_watch *w, const void *block) {
 KT_ARENA_LAYOUT(lay_out, kt_mode_watch, KT_MODE_WATCH_FIELDS, const kt_model *model, size_t nq, size_t nv)
 
 size_t kt_mode_watch_size(const kt_model *model) {
-    return lay_out(NULL, model, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model));
+    return model ? lay_out(NULL, model, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model)) : 0;
 }
 
 kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch, kt_error *error) {
+    KT_REQUIRE(error, model, watch);
     kt_status status =
         kt_arena_begin("kt_mode_watch_init", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
     if (status != KT_OK)
@@ -200,7 +212,7 @@ kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, k
     w->nv = (size_t)kt_model_nv(model);
     w->scale = 1.0;
     (void)lay_out(memory, model, w->nq, w->nv);
-    kt_independent_coordinates_units(model, w->unit);
+    kt_model_units(model, w->unit);
     status = kt_data_init(model, w->data_memory, kt_data_size(model), &w->data, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         *watch = w;
@@ -208,6 +220,7 @@ kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, k
 }
 
 kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error) {
+    KT_REQUIRE(error, model, watch);
     const size_t size = kt_mode_watch_size(model);
     void *memory = kt_arena_allocate(size, "a watch on modes", error);
     return memory == NULL ? KT_ERROR_MEMORY

@@ -12,6 +12,7 @@
  * eigenvalue of zero and not the square root of rounding.
  */
 #include "base/arena.h"
+#include "base/require.h"
 #include "kinetree/analysis.h"
 #include "linear/lapack.h"
 
@@ -194,6 +195,7 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
+    KT_REQUIRE(error, m, system);
     const size_t n = (size_t)system->states, nv = m->n / 2;
     double norm = 0.0;
     if ((size_t)system->coordinates != nv || n > m->n)
@@ -216,18 +218,27 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     return KT_OK;
 }
 
-int kt_modes_count(const kt_modes *m) { return m->count; }
-kt_mode kt_modes_at(const kt_modes *m, int mode) { return m->mode[mode]; }
-const double *kt_modes_positions(const kt_modes *m, int mode) { return m->positions + (size_t)mode * m->n; }
-const double *kt_modes_velocities(const kt_modes *m, int mode) { return m->velocities + (size_t)mode * m->n; }
+int kt_modes_count(const kt_modes *m) { return m ? m->count : 0; }
+kt_mode kt_modes_at(const kt_modes *m, int mode) {
+    if (!m || !KT_IS_INDEX(mode, m->count))
+        return (kt_mode){.real = (double)NAN, .imaginary = (double)NAN};
+    return m->mode[mode];
+}
+const double *kt_modes_positions(const kt_modes *m, int mode) {
+    return m && KT_IS_INDEX(mode, m->count) ? m->positions + (size_t)mode * m->n : NULL;
+}
+const double *kt_modes_velocities(const kt_modes *m, int mode) {
+    return m && KT_IS_INDEX(mode, m->count) ? m->velocities + (size_t)mode * m->n : NULL;
+}
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n)
 
-size_t kt_modes_size(const kt_model *model) { return lay_out(NULL, 2 * (size_t)kt_model_nv(model)); }
+size_t kt_modes_size(const kt_model *model) { return model ? lay_out(NULL, 2 * (size_t)kt_model_nv(model)) : 0; }
 
 kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
+    KT_REQUIRE(error, model, modes);
     const kt_status status =
         kt_arena_begin("kt_modes_init", "kt_modes_size", memory, size, kt_modes_size(model), error);
     if (status != KT_OK)
@@ -239,6 +250,7 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
 }
 
 kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
+    KT_REQUIRE(error, model, modes);
     const size_t size = kt_modes_size(model);
     void *memory = kt_arena_allocate(size, "modes", error);
     return memory == NULL ? KT_ERROR_MEMORY : kt_arena_own(memory, kt_modes_init(model, memory, size, modes, error));

@@ -6,6 +6,7 @@
  * (kt_stability_growth), as if it persisted for the whole run.
  */
 #include "base/arena.h"
+#include "base/require.h"
 #include "kinetree/analysis.h"
 
 #include <math.h>
@@ -50,6 +51,7 @@ static bool measure_moves(const double *shape, const double *unit, size_t nv, do
 
 kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v, const double *tau,
                           kt_error *error) {
+    KT_REQUIRE(error, spectrum);
     const size_t nv = spectrum->size.nv;
     if ((size_t)spectrum->samples >= spectrum->size.samples)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %zu states", spectrum->size.samples);
@@ -95,6 +97,7 @@ static kt_run run_of(const kt_run *run) {
 enum { STEPS_MAX = 2000000 };
 
 kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error) {
+    KT_REQUIRE(error, spectrum, run);
     const kt_run adaptive = run_of(run);
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
@@ -120,14 +123,21 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
 
 /* ---- what is found ----------------------------------------------------------------------------------------------- */
 
-int kt_spectrum_samples(const kt_spectrum *spectrum) { return spectrum->samples; }
+int kt_spectrum_samples(const kt_spectrum *spectrum) { return spectrum ? spectrum->samples : 0; }
 const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample) {
-    return spectrum->position + (size_t)sample * spectrum->size.nq;
+    return spectrum && KT_IS_INDEX(sample, spectrum->samples) ? spectrum->position + (size_t)sample * spectrum->size.nq
+                                                              : NULL;
 }
-int kt_spectrum_count(const kt_spectrum *spectrum) { return spectrum->count; }
-kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode) { return spectrum->mode[mode]; }
+int kt_spectrum_count(const kt_spectrum *spectrum) { return spectrum ? spectrum->count : 0; }
+kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode) {
+    if (!spectrum || !KT_IS_INDEX(mode, spectrum->count))
+        return (kt_spectrum_mode){.time = (double)NAN};
+    return spectrum->mode[mode];
+}
 
 int kt_spectrum_fastest(const kt_spectrum *spectrum) {
+    if (!spectrum)
+        return -1;
     int best = -1;
     double most = -1.0;
     for (int i = 0; i < spectrum->count; i++) {
@@ -141,6 +151,8 @@ int kt_spectrum_fastest(const kt_spectrum *spectrum) {
 }
 
 kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *method, double duration, double step) {
+    if (!spectrum || !method)
+        return (kt_step_limit){(double)NAN, (double)NAN, -1};
     kt_step_limit limit = {HUGE_VAL, 1.0, -1};
     ptrdiff_t index = -1;
     limit.step =
@@ -198,6 +210,8 @@ static bool is_excited_oscillation(const kt_spectrum *spectrum, int i) {
 }
 
 kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step) {
+    if (!spectrum || !method)
+        return (kt_sampling){.mode = -1};
     kt_sampling sampling = {-1, HUGE_VAL, 0.0, HUGE_VAL};
     const int fastest = kt_spectrum_fastest(spectrum);
     if (fastest < 0)
@@ -241,12 +255,15 @@ static kt_spectrum_sizes measure(const kt_model *model, int samples) {
 }
 
 size_t kt_spectrum_size(const kt_model *model, int samples) {
+    if (!model)
+        return 0;
     const kt_spectrum_sizes sizes = measure(model, samples);
     return sizes.samples > 0 ? lay_out(NULL, &sizes) : 0;
 }
 
 kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size, kt_spectrum **spectrum,
                            kt_error *error) {
+    KT_REQUIRE(error, model, spectrum);
     const kt_spectrum_sizes sizes = measure(model, samples);
     const kt_linearization_options options = nothing_besides();
     if (sizes.samples == 0)
@@ -269,6 +286,7 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
 }
 
 kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum, kt_error *error) {
+    KT_REQUIRE(error, model, spectrum);
     const size_t size = kt_spectrum_size(model, samples);
     void *memory = kt_arena_allocate(size, "a spectrum", error);
     return memory == NULL ? KT_ERROR_MEMORY

@@ -59,6 +59,8 @@ static void note_link(const kt_model *model, const kt_link *link, const double *
 }
 
 int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes, int most) {
+    if (!model || !q || !v || most < 0 || (!changes && most > 0))
+        return 0;
     static const unsigned bit[4] = {KT_GIVEN_POSITION, KT_GIVEN_ORIENTATION, KT_GIVEN_VELOCITY, KT_GIVEN_ANGULAR};
     const double speed = fastest(model, v);
     int count = 0;

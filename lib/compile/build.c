@@ -443,10 +443,12 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
                          kt_error *error) {
     build b = {.description = description};
     const kt_status status = build_all(&b, options, error);
-    if (status == KT_OK)
+    if (status == KT_OK) {
+        kt_model_seal(b.model);
         *model = b.model;
-    else
+    } else {
         kt_aligned_release(b.model);
+    }
     return status;
 }
 

@@ -33,6 +33,7 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
 
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
+    KT_REQUIRE(error, description, model);
     const kt_model_options defaults = kt_model_options_default();
     const kt_model_options *settings = options ? options : &defaults;
     kt_model *tree = NULL;

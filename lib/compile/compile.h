@@ -58,7 +58,9 @@ void kt_plane_weigh(const kt_model *model, kt_plane *plane);
 /* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
-/* parameter.c: whether kt_parameter_set would succeed. */
+/* parameter.c: KT_ERROR_ARGUMENT unless it is a parameter of this model. */
+KT_CHECKED kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error);
+/* Whether kt_parameter_set would succeed. */
 KT_CHECKED kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
                                         kt_error *error);
 

@@ -7,6 +7,7 @@
  *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
  *   rod        the cylinder from one end to the other; slender: r = 0
  */
+#include "base/require.h"
 #include "compile/compile.h"
 #include "model/describe.h"
 
@@ -255,6 +256,7 @@ static kt_vec3 solid_centre(const kt_shape *shape) {
 }
 
 kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error) {
+    KT_REQUIRE(error, body, com, inertia);
     kt_vec3 centre = body->com;
     kt_sym3 about_centre = body->inertia;
     if (body->com_of_shape || body->inertia_of_shape) {

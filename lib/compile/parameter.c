@@ -99,6 +99,12 @@ static int find_item(const kt_model *m, const char *what, const char *name,
 
 static const char *const body_keys[] = {"mass", "com", "inertia", "armature", "hold"};
 
+/* How many numbers a parameter of a body has. */
+static int count_of(const kt_model *m, int body, kt_parameter_kind kind) {
+    const int counts[] = {1, 3, 6, kt_joint_sizes[m->body[body].type].nv, 1};
+    return counts[kind - KT_PARAMETER_MASS];
+}
+
 static kt_status refuse_key(const char *what, const parts *p, const kt_nearest *search, kt_error *error) {
     if (search->best)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "%s %s has no parameter %s; did you mean %s?", what,
@@ -113,15 +119,15 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
         (void)find_item(m, "body", p->item, body_name, m->n.body, error);
         return KT_ERROR_ARGUMENT;
     }
-    const int nv = kt_joint_sizes[m->body[body].type].nv, counts[] = {1, 3, 6, nv, 1};
     kt_nearest search = kt_nearest_make(p->key, NULL);
     for (int k = 0; k < 5; k++) {
-        if (strcmp(p->key, body_keys[k]) == 0 && counts[k] > 0) {
-            *parameter =
-                (kt_parameter){.kind = (kt_parameter_kind)(KT_PARAMETER_MASS + k), .item = body, .count = counts[k]};
+        const kt_parameter_kind kind = (kt_parameter_kind)(KT_PARAMETER_MASS + k);
+        const int count = count_of(m, body, kind);
+        if (strcmp(p->key, body_keys[k]) == 0 && count > 0) {
+            *parameter = (kt_parameter){.kind = kind, .item = body, .count = count};
             return KT_OK;
         }
-        (void)kt_nearest_try(&search, counts[k] > 0 ? body_keys[k] : NULL);
+        (void)kt_nearest_try(&search, count > 0 ? body_keys[k] : NULL);
     }
     return refuse_key("body", p, &search, error);
 }
@@ -150,6 +156,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
 }
 
 kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter, kt_error *error) {
+    KT_REQUIRE(error, model, name, parameter);
     parts p;
     if (strcmp(name, "gravity") == 0) {
         *parameter = (kt_parameter){.kind = KT_PARAMETER_GRAVITY, .count = 3};
@@ -159,6 +166,50 @@ kt_status kt_parameter_find(const kt_model *model, const char *name, kt_paramete
     if (status != KT_OK)
         return status;
     return p.effect || p.loop ? find_of_type(model, &p, parameter, error) : find_of_body(model, &p, parameter, error);
+}
+
+/* ---- whose it is ------------------------------------------------------------------------------------------------- */
+
+/* Whether a key of this descriptor gives the parameter. */
+static bool has_key(const kt_descriptor *d, bool of_loop, const kt_parameter *parameter) {
+    kt_parameter found;
+    for (int k = 0; d && k < d->key_count; k++)
+        if (parameter->key == &d->keys[k])
+            return classify(parameter->key, of_loop, &found) && found.kind == parameter->kind &&
+                   found.count == parameter->count;
+    return false;
+}
+
+static bool belongs(const kt_model *m, const kt_parameter *parameter) {
+    const int item = parameter->item;
+    switch (parameter->kind) {
+    case KT_PARAMETER_GRAVITY:
+        return parameter->count == 3;
+    case KT_PARAMETER_MASS:
+    case KT_PARAMETER_COM:
+    case KT_PARAMETER_INERTIA:
+    case KT_PARAMETER_ARMATURE:
+    case KT_PARAMETER_HOLD:
+        return item > 0 && KT_IS_INDEX(item, m->n.body) && parameter->count > 0 &&
+               parameter->count == count_of(m, item, parameter->kind);
+    case KT_PARAMETER_EFFECT:
+    case KT_PARAMETER_EFFECT_CURVE:
+    case KT_PARAMETER_EFFECT_VALUE:
+        return KT_IS_INDEX(item, m->n.effect) &&
+               has_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter);
+    case KT_PARAMETER_LOOP_CURVE:
+        return KT_IS_INDEX(item, m->n.loop) &&
+               has_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
+    }
+    return false;
+}
+
+kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error) {
+    if (belongs(model, parameter))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                        "it is none of this model, but of another one or of none; find it in this one by its name "
+                        "(kt_parameter_find)");
 }
 
 /* ---- present numbers --------------------------------------------------------------------------------------------- */
@@ -172,7 +223,7 @@ static void get_curve(const kt_model *m, const kt_curve *curve, double *values) 
     values[3] = set ? curve->d : 0.0;
 }
 
-void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values) {
+static void get(const kt_model *model, const kt_parameter *parameter, double *values) {
     const kt_body_record *body = &model->body[parameter->kind <= KT_PARAMETER_HOLD ? parameter->item : 0];
     const kt_sym3 *j = &body->inertia;
     switch (parameter->kind) {
@@ -215,6 +266,14 @@ void kt_parameter_get(const kt_model *model, const kt_parameter *parameter, doub
         get_curve(model, &model->loop[parameter->item].curve, values);
         break;
     }
+}
+
+kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values, kt_error *error) {
+    KT_REQUIRE(error, model, parameter, values);
+    const kt_status status = kt_parameter_require(model, parameter, error);
+    if (status == KT_OK)
+        get(model, parameter, values);
+    return status;
 }
 
 /* ---- new numbers ------------------------------------------------------------------------------------------------- */
@@ -316,14 +375,25 @@ static kt_status check_effect(const kt_model *m, const kt_parameter *parameter, 
     return checker.first.code;
 }
 
-/* Gravity and functions of time: finite, and in the range of their key where that is a value. */
+/* "gravity", "body 'arm'", "effect 'motor'", "loop 'drive'" */
+static void name_item(const kt_model *m, const kt_parameter *parameter, char where[KT_WHERE_SIZE]) {
+    const size_t item = (size_t)parameter->item;
+    if (parameter->kind == KT_PARAMETER_GRAVITY)
+        (void)snprintf(where, KT_WHERE_SIZE, "gravity");
+    else if (parameter->kind <= KT_PARAMETER_HOLD)
+        (void)snprintf(where, KT_WHERE_SIZE, "body '%.100s'", body_name(m, item));
+    else if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
+        (void)snprintf(where, KT_WHERE_SIZE, "loop '%.100s'", loop_name(m, item));
+    else
+        (void)snprintf(where, KT_WHERE_SIZE, "effect '%.100s'", effect_name(m, item));
+}
+
+/* Gravity, hold and functions of time: finite, and in the range of their key where that is a value. */
 static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_key *key = parameter->key;
-    const char *name = key ? key->name : "gravity";
+    const char *name = key ? key->name : parameter->kind == KT_PARAMETER_HOLD ? "hold" : "gravity";
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "parameter '%.40s'", name);
-    if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
-        (void)snprintf(where, sizeof where, "loop '%.100s'", loop_name(m, (size_t)parameter->item));
+    name_item(m, parameter, where);
     for (int k = 0; k < parameter->count; k++)
         if (!kt_number_is_fine(x[k]))
             return kt_error_set(error, KT_ERROR_MODEL, where, "%s is %g; magnitudes end at %g", name, x[k],
@@ -335,6 +405,9 @@ static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter,
 
 kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
                              kt_error *error) {
+    const kt_status status = kt_parameter_require(model, parameter, error);
+    if (status != KT_OK)
+        return status;
     if (!model->placed)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "kt_parameter_set",
@@ -382,6 +455,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
 }
 
 kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
+    KT_REQUIRE(error, copy, parameter, values);
     const kt_status status = kt_parameter_check(copy, parameter, values, error);
     if (status == KT_OK)
         kt_parameter_put(copy, parameter, values);

@@ -99,9 +99,26 @@ static kt_status check_weights(kt_coordinate_list list, const double *weights, k
     return KT_OK;
 }
 
+/* With B = Z (W^-1/2 S Z)^+ W^-1/2 the forces are B' n: the reciprocal of the largest entry of B, in units. */
+static double condition(kt_actuation_work *w, kt_coordinate_list actuated) {
+    const size_t nv = w->model->n.v;
+    double most = 1.0;
+    for (int i = 0; i < actuated.count; i++) {
+        memset(w->right, 0, nv * sizeof *w->right);
+        w->right[i] = w->scale[i];
+        kt_least_solve(&w->least, w->right, w->solution);
+        kt_dense_apply(w->basis, (int)nv, w->dofs, w->solution, w->right);
+        most = fmax(most, kt_actuation_amplification(w, w->right, actuated.index[i]));
+    }
+    return 1.0 / most;
+}
+
 kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                 const double *q, const double *v, const double *a, const kt_wrench *external,
-                                kt_coordinate_list actuated, const double *weights, double *forces, kt_error *error) {
+                                kt_coordinate_list actuated, const double *weights, double *forces, double *rcond,
+                                kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, forces || actuated.count <= 0);
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     const size_t nv = model->n.v;
     kt_actuation_work w;
@@ -128,5 +145,7 @@ kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work
                             "their forces overflow: look for an acceleration, velocity or weight that is huge");
     for (int i = 0; i < actuated.count; i++)
         forces[i] = w.solution[i] * w.scale[i];
+    if (rcond)
+        *rcond = condition(&w, actuated);
     return KT_OK;
 }

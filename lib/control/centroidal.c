@@ -69,6 +69,8 @@ static void write_column(const kt_dof *dof, void *context) {
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the columns */
 void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) {
+    if (!kt_data_serve(model, data) || !matrix)
+        return;
     const composite *c = compose(model, data);
     kt_vec3 center;
     (void)kt_mass_center(model, data, &center);
@@ -84,6 +86,8 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
 }
 
 kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
+    if (!kt_data_serve(model, data))
+        return (kt_wrench){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
     kt_twist *bias = (kt_twist *)kt_links_scratch(data);
     kt_wrench sum = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     kt_vec3 center;
@@ -110,6 +114,8 @@ kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
 
 /* The linear momentum over the mass. */
 void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacobian) {
+    if (!kt_data_serve(model, data) || !jacobian)
+        return;
     const composite *c = compose(model, data);
     kt_vec3 center;
     const double mass = kt_mass_center(model, data, &center), share = mass > 0.0 ? 1.0 / mass : 0.0;
@@ -127,6 +133,8 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
 }
 
 kt_vec3 kt_mass_center_bias(const kt_model *model, kt_data *data) {
+    if (!kt_data_serve(model, data))
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
     kt_vec3 center;
     const double mass = kt_mass_center(model, data, &center);
     return kt_vec3_scale(mass > 0.0 ? 1.0 / mass : 0.0, kt_centroidal_bias(model, data).force);

@@ -22,6 +22,7 @@ kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, si
     X(double, sum, n->v, "in substitutions")                                                                           \
     X(double, right, n->v, "right-hand side")                                                                          \
     X(double, solution, n->v, "solution")                                                                              \
+    X(double, unit, n->v, "a large change of each coordinate")                                                         \
     X(double, scale, n->v, "of actuators: their weights to the power -1/2")                                            \
     X(int32_t, pivot, n->v, "order of its columns")                                                                    \
     X(bool, chosen, n->v, "coordinates in the list")
@@ -43,5 +44,9 @@ KT_CHECKED kt_status kt_actuation_begin(const kt_model *model, void *memory, siz
 KT_CHECKED kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q,
                                          kt_coordinate_list list, const double *scale, const char *lack,
                                          kt_error *error);
+
+/* How much the coordinates move, in units, while coordinate i moves by one unit: the largest share of x (nv), the rates
+ * of all for a rate 1 of i. */
+double kt_actuation_amplification(const kt_actuation_work *w, const double *x, int i);
 
 #endif

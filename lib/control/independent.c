@@ -12,7 +12,7 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_actuation_work, KT_ACTUATION_FIELDS, const kt_counts *n)
 
-size_t kt_actuation_work_size(const kt_model *model) { return place_arrays(NULL, NULL, &model->n); }
+size_t kt_actuation_work_size(const kt_model *model) { return model ? place_arrays(NULL, NULL, &model->n) : 0; }
 
 /* ---- the list, and the rows of Z --------------------------------------------------------------------------------- */
 
@@ -27,7 +27,10 @@ kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, k
     (void)place_arrays(w, memory, &model->n);
     if (list.count < 0 || list.count > nv)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "the list has %d: there are %d", list.count, nv);
+    if (list.count > 0 && list.index == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "the list of %d coordinates is NULL", list.count);
     memset(w->chosen, 0, model->n.v * sizeof *w->chosen);
+    kt_model_units(model, w->unit);
     for (int i = 0; i < list.count; i++) {
         const int v = list.index[i];
         if (v < 0 || v >= nv)
@@ -40,25 +43,42 @@ kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, k
     return KT_OK;
 }
 
-/* The coordinate that moves most in Z z, lengths measured by the mechanism's. */
+/* The coordinate that moves most in Z z, in units. */
 static int most_moved(const kt_actuation_work *w, const double *z) {
-    const kt_model *model = w->model;
-    const double unit = model->length > 0.0 ? model->length : 1.0;
+    const size_t nv = w->model->n.v;
     double best = -1.0;
     int most = 0;
-    for (size_t i = 1; i < model->n.link; i++)
-        for (int k = 0; k < kt_link_dofs(&model->link[i]); k++) {
-            const int32_t v = model->link[i].v + k;
-            double x = 0.0;
-            for (int c = 0; c < w->dofs; c++)
-                x += w->basis[(size_t)c * model->n.v + (size_t)v] * z[c];
-            x = fabs(x) / (k < kt_link_lengths(&model->link[i]) ? unit : 1.0);
-            if (x > best) {
-                best = x;
-                most = v;
-            }
+    for (size_t i = 0; i < nv; i++) {
+        double x = 0.0;
+        for (int c = 0; c < w->dofs; c++)
+            x += w->basis[(size_t)c * nv + i] * z[c];
+        x = fabs(x) / w->unit[i];
+        if (x > best) {
+            best = x;
+            most = (int)i;
         }
+    }
     return most;
+}
+
+double kt_actuation_amplification(const kt_actuation_work *w, const double *x, int i) {
+    double most = 0.0;
+    for (size_t k = 0; k < w->model->n.v; k++)
+        most = fmax(most, fabs(x[k]) * (w->unit[i] / w->unit[k]));
+    return most;
+}
+
+/* The least that a row of the list could be if its coordinate moved as much as the one that moves most, in units. At a
+ * dead point of all coordinates in the list all rows are rounding errors, which only this tells. */
+static double could_be(const kt_actuation_work *w, kt_coordinate_list list, const double *scale) {
+    const size_t nv = w->model->n.v;
+    double most = 0.0, least = list.count > 0 ? HUGE_VAL : 0.0;
+    for (int c = 0; c < w->dofs; c++)
+        for (size_t i = 0; i < nv; i++)
+            most = fmax(most, fabs(w->basis[(size_t)c * nv + i]) / w->unit[i]);
+    for (int i = 0; i < list.count; i++)
+        least = fmin(least, w->unit[list.index[i]] * (scale ? scale[i] : 1.0));
+    return most * least;
 }
 
 kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q, kt_coordinate_list list,
@@ -75,7 +95,7 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
         .qr = {.m = list.count, .k = w->dofs, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot},
         .norm = w->norm,
         .sum = w->sum};
-    kt_least_factor(&w->least);
+    kt_least_factor(&w->least, could_be(w, list, scale));
     if (w->least.rank == w->dofs)
         return KT_OK;
     kt_least_null(&w->least, w->solution);
@@ -102,8 +122,12 @@ static kt_status factor(kt_actuation_work *w, kt_data *data, double t, const dou
 }
 
 kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
-                               const double *q, kt_coordinate_list independent, double *basis, kt_error *error) {
+                               const double *q, kt_coordinate_list independent, double *basis, double *rcond,
+                               kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, basis || independent.count <= 0);
     const size_t nv = model->n.v;
+    double most = 1.0;
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
@@ -117,12 +141,17 @@ kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work,
         kt_dense_apply(w.basis, (int)nv, w.dofs, w.solution, basis + (size_t)j * nv);
         for (int i = 0; i < w.dofs; i++) /* to the last bit */
             basis[(size_t)j * nv + (size_t)independent.index[i]] = i == j ? 1.0 : 0.0;
+        most = fmax(most, kt_actuation_amplification(&w, basis + (size_t)j * nv, independent.index[j]));
     }
+    if (rcond)
+        *rcond = 1.0 / most;
     return KT_OK;
 }
 
 void kt_loop_jacobian(const kt_model *model, int rows, const double *jacobian, int columns, const double *basis,
                       double *reduced) {
+    if (!model || !jacobian || !basis || !reduced || rows < 0)
+        return;
     for (int c = 0; c < columns; c++)
         kt_dense_apply(jacobian, rows, (int)model->n.v, basis + (size_t)c * model->n.v,
                        reduced + (size_t)c * (size_t)rows);
@@ -182,6 +211,8 @@ static kt_status check(const kt_actuation_work *w, double t, const double *q, co
 
 kt_status kt_velocity_complete(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                const double *q, kt_coordinate_list independent, double *v, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
@@ -192,6 +223,8 @@ kt_status kt_velocity_complete(const kt_model *model, kt_data *data, void *work,
 kt_status kt_acceleration_complete(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                    const double *q, const double *v, kt_coordinate_list independent, double *a,
                                    kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)

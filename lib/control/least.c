@@ -8,9 +8,9 @@ static double entry(const kt_least *w, int row, int column) {
     return w->qr.factor[(size_t)column * (size_t)w->qr.m + (size_t)row];
 }
 
-void kt_least_factor(kt_least *w) {
+void kt_least_factor(kt_least *w, double could_be) {
     const int m = w->qr.m, k = w->qr.k;
-    double first = 0.0, all;
+    double first = could_be, all;
     for (int c = 0; c < k; c++) {
         w->qr.pivot[c] = c;
         w->norm[c] = kt_squares(w->qr.factor + (size_t)c * (size_t)m, 0, m);
@@ -18,8 +18,7 @@ void kt_least_factor(kt_least *w) {
     for (w->rank = 0; w->rank < m && w->rank < k; w->rank++) {
         const int j = w->rank, best = kt_longest_column(w->norm, j, k, &all);
         const double size = sqrt(w->norm[best]);
-        if (j == 0)
-            first = size;
+        first = fmax(first, size);
         if (!(size > KT_RANK_TOLERANCE * first))
             return;
         kt_swap_columns(&w->qr, m, j, best);

@@ -32,19 +32,29 @@ static sizes sizes_of(const kt_model *model, int rows) {
                    .closed = closed && !along ? model->n.v : 0,
                    .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
                    .data = along ? kt_data_size(model) : 0,
-                   .rows = rows > 0 ? (size_t)rows : 0,
+                   .rows = (size_t)rows,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
 }
 
 KT_ARENA_LAYOUT(lay_out, kt_mass_inverse, KT_MASS_INVERSE_FIELDS, const sizes *s)
 
+/* Whether the product of two numbers of rows can be a number of bytes. */
+static bool rows_are_fine(int rows) { return rows >= 0 && (rows == 0 || (size_t)rows < SIZE_MAX / 64 / (size_t)rows); }
+
 size_t kt_mass_inverse_size(const kt_model *model, int rows) {
+    if (!model || !rows_are_fine(rows))
+        return 0;
     const sizes s = sizes_of(model, rows);
     return lay_out(NULL, &s);
 }
 
 kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, size_t size, kt_mass_inverse **inverse,
                                kt_error *error) {
+    KT_REQUIRE(error, model, inverse);
+    if (!rows_are_fine(rows))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "rows",
+                            "a Jacobian has no %d rows; give the most that kt_operational_inertia will have, or 0",
+                            rows);
     const sizes s = sizes_of(model, rows);
     const kt_status status =
         kt_arena_begin("kt_mass_inverse_init", "kt_mass_inverse_size", memory, size, lay_out(NULL, &s), error);
@@ -52,21 +62,24 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
         return status;
     (void)lay_out(memory, &s);
     kt_mass_inverse *w = (kt_mass_inverse *)memory;
-    *inverse = w;
     w->model = model;
     w->rows = (int)s.rows;
     if (s.terms)
         (void)kt_inverse_layout(&w->of_tree, w->terms, &model->n);
-    if (!KT_HAS_LOOPS || !s.along)
-        return KT_OK;
-    kt_data *data;
-    (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
-    const kt_status made = kt_data_init(model, w->memory, s.data, &data, error);
-    w->kkt.data = data;
-    return made;
+    if (rows > 0)
+        kt_model_units(model, w->unit);
+    if (KT_HAS_LOOPS && s.along) {
+        (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
+        const kt_status made = kt_data_init(model, w->memory, s.data, &w->kkt.data, error);
+        if (made != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+            return made;   /* GCOVR_EXCL_LINE */
+    }
+    *inverse = w;
+    return KT_OK;
 }
 
 kt_status kt_mass_inverse_create(const kt_model *model, int rows, kt_mass_inverse **inverse, kt_error *error) {
+    KT_REQUIRE(error, model, inverse);
     const size_t size = kt_mass_inverse_size(model, rows);
     void *memory = kt_arena_allocate(size, "the inverse of a mass matrix", error);
     return memory ? kt_arena_own(memory, kt_mass_inverse_init(model, rows, memory, size, inverse, error))
@@ -114,6 +127,9 @@ static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt
 }
 
 kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q, kt_error *error) {
+    KT_REQUIRE(error, inverse);
+    KT_REQUIRE_DATA(error, inverse->model, data);
+    KT_REQUIRE(error, q || !inverse->model->n.q);
     const kt_model *model = inverse->model;
     kt_status status;
     inverse->ready = false;
@@ -137,18 +153,25 @@ static void apply_closed(kt_mass_inverse *w, double *x) {
     kt_dense_apply(w->basis, nv, w->dofs, w->half, x);
 }
 
-kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error) {
-    if (!inverse->ready)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
-                            "it holds no terms: kt_mass_inverse_compute has not succeeded before");
+void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
     if (KT_HAS_LOOPS && is_along(inverse->model)) {
-        kt_kkt_solve(&inverse->kkt, columns > 0 ? (size_t)columns : 0, x, NULL);
-        return KT_OK;
+        kt_kkt_solve(&inverse->kkt, (size_t)columns, x, NULL);
+        return;
     }
     for (int c = 0; c < columns; c++, x += inverse->model->n.v)
         if (KT_HAS_LOOPS && is_closed(inverse->model))
             apply_closed(inverse, x);
         else
             kt_inverse_apply(inverse->model, &inverse->of_tree, x);
-    return KT_OK;
+}
+
+kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error) {
+    KT_REQUIRE(error, inverse);
+    if (!inverse->ready)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
+                            "it holds no terms: kt_mass_inverse_compute has not succeeded before");
+    const kt_status status = kt_columns_check(inverse->model->n.v, columns, x, error);
+    if (status == KT_OK)
+        kt_mass_inverse_columns(inverse, columns, x);
+    return status;
 }

@@ -19,7 +19,10 @@
     X(double, size, s->closed, "what rounding errors of its diagonal are proportional to")                             \
     X(double, column, s->rows * s->v, "M^-1 J'")                                                                       \
     X(double, task, s->rows * s->rows, "J M^-1 J', factored")                                                          \
-    X(double, unit, s->rows, "a column of its inverse")
+    X(double, inertia, s->rows * s->rows, "its inverse")                                                               \
+    X(double, share, s->rows, "of what a row could be that the loops leave")                                           \
+    X(double, unit, s->rows ? s->v : 0, "a large change of each coordinate")                                           \
+    X(double, generic, s->rows ? s->v : 0, "a row of the same size as one of J; a row of X")
 
 struct kt_mass_inverse {
     void *owned; /* memory of kt_mass_inverse_create, or NULL */
@@ -31,5 +34,8 @@ struct kt_mass_inverse {
     kt_kkt kkt;
     KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)
 };
+
+/* x (nv x columns, finite) becomes M^-1 x; there are terms. */
+void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x);
 
 #endif

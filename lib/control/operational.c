@@ -1,24 +1,78 @@
 /* Operational-space inertia (Khatib 1987): with X = M^-1 J' and J X = L L',
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
+ *
+ * How much of itself a row of J can move is judged three times: by its size beside what it could be, by what the loops
+ * leave of it beside what it could be without them, and by its pivot in L beside what it is without the rows before it.
+ * The product of the three, of the row that has the least, is the reciprocal condition number.
  */
+#include "closure/levenberg_marquardt.h"
 #include "control/mass_inverse.h"
 #include "linear/cholesky.h"
 
+#include <float.h>
 #include <string.h>
 
-/* The part of a row of J X that must be left beside the rows before it, as in maggi_kane.h. */
+/* The part of a row of J X that must be left beside the rows before it, as in cholesky.h. It is a square. */
 #define KT_TASK_RANK 1e-14
 
-/* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`. */
-static int factor(kt_mass_inverse *w, int rows) {
+/* ---- what is left of a row --------------------------------------------------------------------------------------- */
+
+/* The size of a row beside what one of a radian or of a length of the mechanism could have, whichever is less, at most 1:
+ * the most that a coordinate moves the task while it moves by one unit. 0 up to rounding. */
+static double size_of(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+    const double could_be = fmin(1.0, kt_model_extent(w->model));
+    double most = 0.0;
+    for (size_t i = 0; i < w->model->n.v; i++)
+        most = fmax(most, fabs(jacobian[i * (size_t)rows + (size_t)r]) * w->unit[i]);
+    return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
+}
+
+/* With the basis Z of what loops leave: the largest entry of the row J_r Z beside the largest sum of the absolute values
+ * of its terms. */
+static double share_of_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+    const size_t nv = w->model->n.v;
+    double left = 0.0, whole = 0.0;
+    for (int c = 0; c < w->dofs; c++) {
+        double sum = 0.0, size = 0.0;
+        for (size_t i = 0; i < nv; i++) {
+            const double term = w->basis[(size_t)c * nv + i] * jacobian[i * (size_t)rows + (size_t)r];
+            sum += term;
+            size += fabs(term);
+        }
+        left = fmax(left, fabs(sum));
+        whole = fmax(whole, size);
+    }
+    return left > KT_RANK_TOLERANCE * whole ? left / whole : 0.0;
+}
+
+/* Without a basis: J_r M^-1 J_r' beside that of a row whose entries are as large, in other proportions; squares. */
+static double share_of_generic(kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+    const size_t nv = w->model->n.v;
+    double left = 0.0, whole = 0.0;
+    for (size_t i = 0; i < nv; i++)
+        w->generic[i] = jacobian[i * (size_t)rows + (size_t)r] * (1.0 + 0.5 * kt_generic(i));
+    kt_mass_inverse_columns(w, 1, w->generic);
+    for (size_t i = 0; i < nv; i++) {
+        const double entry = jacobian[i * (size_t)rows + (size_t)r];
+        left += entry * w->column[(size_t)r * nv + i];
+        whole += entry * (1.0 + 0.5 * kt_generic(i)) * w->generic[i];
+    }
+    return left > KT_TASK_RANK * whole ? fmin(1.0, sqrt(left / whole)) : 0.0;
+}
+
+/* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`; *rcond receives the
+ * least part of a row. */
+static int factor(kt_mass_inverse *w, int rows, double *rcond) {
+    double *l = w->task;
+    *rcond = 1.0;
     for (int n = 0; n < rows; n++) {
-        double *l = w->task;
         double pivot = l[n * (rows + 1)];
         const double whole = pivot;
         for (int k = 0; k < n; k++)
             pivot -= l[k * rows + n] * l[k * rows + n];
-        if (!(pivot > KT_TASK_RANK * whole))
+        if (!(pivot > KT_TASK_RANK * whole) || w->share[n] == 0.0)
             return n;
+        *rcond = fmin(*rcond, w->share[n] * sqrt(pivot / whole));
         l[n * (rows + 1)] = sqrt(pivot);
         for (int i = n + 1; i < rows; i++) {
             for (int k = 0; k < n; k++)
@@ -29,48 +83,82 @@ static int factor(kt_mass_inverse *w, int rows) {
     return rows;
 }
 
-static kt_status fill(kt_mass_inverse *w, int rows, const double *jacobian, kt_error *error) {
+/* ---- Lambda ------------------------------------------------------------------------------------------------------ */
+
+/* X, J X, and what is left of each row. */
+static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
     const size_t nv = w->model->n.v;
     for (size_t i = 0; i < nv; i++)
         for (int r = 0; r < rows; r++)
             w->column[(size_t)r * nv + i] = jacobian[i * (size_t)rows + (size_t)r];
-    const kt_status status = kt_mass_inverse_apply(w, rows, w->column, error);
-    for (int c = 0; c < rows && status == KT_OK; c++)
+    kt_mass_inverse_columns(w, rows, w->column);
+    for (int c = 0; c < rows; c++) {
         for (int r = c; r < rows; r++) {
             double sum = 0.0;
             for (size_t i = 0; i < nv; i++)
                 sum += jacobian[i * (size_t)rows + (size_t)r] * w->column[(size_t)c * nv + i];
             w->task[c * rows + r] = sum;
         }
-    return status;
+        w->share[c] = size_of(w, rows, c, jacobian);
+        if (KT_HAS_LOOPS && w->model->n.group > 0)
+            w->share[c] *= w->kkt.data ? share_of_generic(w, rows, c, jacobian) : share_of_basis(w, rows, c, jacobian);
+    }
+}
+
+/* Lambda, and X Lambda in place of X. Returns whether all of it is finite. */
+static bool invert(kt_mass_inverse *w, int rows) {
+    const size_t nv = w->model->n.v, square = (size_t)rows * (size_t)rows;
+    memset(w->inertia, 0, square * sizeof *w->inertia);
+    for (int c = 0; c < rows; c++) {
+        double *x = w->inertia + (size_t)c * (size_t)rows;
+        x[c] = 1.0;
+        kt_dense_solve(w->task, rows, x);
+    }
+    for (int c = 0; c < rows; c++) /* symmetric to the last bit */
+        for (int r = c + 1; r < rows; r++)
+            w->inertia[r * rows + c] = w->inertia[c * rows + r];
+    for (size_t i = 0; i < nv; i++) {
+        for (int c = 0; c < rows; c++) {
+            w->generic[c] = 0.0;
+            for (int r = 0; r < rows; r++)
+                w->generic[c] += w->column[(size_t)r * nv + i] * w->inertia[c * rows + r];
+        }
+        for (int c = 0; c < rows; c++)
+            w->column[(size_t)c * nv + i] = w->generic[c];
+    }
+    return kt_all_finite(w->inertia, square) && kt_all_finite(w->column, (size_t)rows * nv);
 }
 
 kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const double *jacobian, double *inertia,
-                                 double *consistent, kt_error *error) {
-    const int nv = (int)inverse->model->n.v;
-    if (rows < 0 || rows > inverse->rows)
+                                 double *consistent, double *rcond, kt_error *error) {
+    KT_REQUIRE(error, inverse, jacobian || rows <= 0 || !inverse->model->n.v, inertia || rows <= 0);
+    kt_mass_inverse *w = inverse;
+    const size_t nv = w->model->n.v;
+    double least;
+    if (!w->ready)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
+                            "it holds no terms: kt_mass_inverse_compute has not succeeded before");
+    if (rows < 0 || rows > w->rows)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "jacobian", "it has %d rows: the object was made for up to %d",
-                            rows, inverse->rows);
-    const kt_status status = fill(inverse, rows, jacobian, error);
+                            rows, w->rows);
+    const kt_status status = kt_columns_check(nv, rows, jacobian, error);
     if (status != KT_OK)
         return status;
-    const int failed = factor(inverse, rows);
+    fill(w, rows, jacobian);
+    const int failed = factor(w, rows, &least);
     if (failed < rows)
         return kt_error_set(
             error, KT_ERROR_SINGULAR, "jacobian",
             "no motion is left along row %d beside the rows before it: the position is singular for this "
             "task, or it has more rows than the mechanism has degrees of freedom; leave the row out",
             failed);
-    for (int c = 0; c < rows; c++) {
-        double *x = inertia + (size_t)c * (size_t)rows;
-        memset(inverse->unit, 0, (size_t)rows * sizeof *x);
-        inverse->unit[c] = 1.0;
-        kt_dense_solve(inverse->task, rows, inverse->unit);
-        for (int r = c; r < rows; r++)
-            x[r] = inertia[(size_t)r * (size_t)rows + (size_t)c] = inverse->unit[r];
-    }
-    for (int c = 0; c < rows && consistent; c++)
-        kt_dense_apply(inverse->column, nv, rows, inertia + (size_t)c * (size_t)rows,
-                       consistent + (size_t)c * (size_t)nv);
+    if (!invert(w, rows))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "jacobian",
+                            "the inertia overflows: look for a row of the Jacobian that is tiny or huge");
+    memcpy(inertia, w->inertia, (size_t)rows * (size_t)rows * sizeof *inertia);
+    if (consistent)
+        memcpy(consistent, w->column, (size_t)rows * nv * sizeof *consistent);
+    if (rcond)
+        *rcond = least;
     return KT_OK;
 }

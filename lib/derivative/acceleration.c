@@ -40,7 +40,9 @@ static size_t lay_out(work *w, void *memory, const kt_model *model) {
 }
 
 size_t kt_acceleration_work_size(const kt_model *model) {
-    return kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_linearized_is_dense(model)) + lay_out(NULL, NULL, model);
+    return model ? kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_linearized_is_dense(model)) +
+                       lay_out(NULL, NULL, model)
+                 : 0;
 }
 
 /* The factors of M, those of kkt.h, or reduced = Cholesky of Z' M Z. */
@@ -104,6 +106,9 @@ static kt_status solve_forces(work *w, kt_error *error) {
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v);
+    v = v ? v : model->zero;
     return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
                                           da_dtau, error);
 }

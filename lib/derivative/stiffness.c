@@ -220,6 +220,8 @@ static bool is_along_tree(const kt_model *model) {
 }
 
 size_t kt_stiffness_work_size(const kt_model *model) {
+    if (!model)
+        return 0;
     const bool by_tree = is_along_tree(model);
     return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
            (KT_HAS_LOOPS && by_tree ? kt_kkt_init(NULL, NULL, model, NULL) : 0);
@@ -320,6 +322,10 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
                                 const double *q, const double *v, const double *tau, const kt_wrench *external,
                                 const double *a, double *basis, double *mass, double *stiffness, double *damping,
                                 kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
+               basis || !model->n.loop);
+    v = v ? v : model->zero;
     kt_linearized w;
     kt_status status =
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);

@@ -45,20 +45,31 @@ kt_twist kt_links_twist(const kt_model *model, const kt_link_kinematics *links, 
 }
 
 kt_vec3 kt_point_position(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
     const carried c = carry(model, data->kinematics, body, at);
     return kt_v4_vec3(kt_v4_from(c.link->position) + c.arm);
 }
 
 kt_vec3 kt_point_velocity(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
     const carried c = carry(model, data->kinematics, body, at);
     return velocity(&c);
 }
 
 kt_vec3 kt_point_acceleration(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
     return kt_links_acceleration(model, data->kinematics, body, at);
 }
 
 kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return (kt_pose){{{(double)NAN, (double)NAN, (double)NAN},
+                          {(double)NAN, (double)NAN, (double)NAN},
+                          {(double)NAN, (double)NAN, (double)NAN}},
+                         {(double)NAN, (double)NAN, (double)NAN}};
     const kt_body_record *b = &model->body[body];
     kt_pose pose;
     pose.rotation = kt_mat3_multiply(data->kinematics[b->link].axes, b->in_link.rotation);
@@ -67,10 +78,14 @@ kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body) {
 }
 
 kt_twist kt_body_twist(const kt_model *model, const kt_data *data, int body) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return (kt_twist){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
     return kt_links_twist(model, data->kinematics, body);
 }
 
 kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int body) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+        return (kt_twist){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
     kt_twist twist;
     twist.angular = data->kinematics[model->body[body].link].alpha;
     twist.linear = kt_point_acceleration(model, data, body, origin);
@@ -95,6 +110,8 @@ static inline void write_column(const kt_dof *dof, void *context) {
 }
 
 void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian) {
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !jacobian)
+        return;
     memset(jacobian, 0, 6 * model->n.v * sizeof *jacobian);
     columns c = {.arm = carry(model, data->kinematics, body, at).arm};
     kt_v4 axes[3], parent[3] = {{0.0}};

@@ -102,6 +102,8 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
 
 kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                               const kt_wrench *external, double *a, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
@@ -110,6 +112,8 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
 
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                               const kt_wrench *external, double *tau, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, tau || !model->n.v);
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
@@ -117,6 +121,8 @@ kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double
 }
 
 kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, mass || !model->n.v);
     const kt_input input = {.q = q};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
@@ -136,6 +142,20 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
     if (status == KT_OK)
         model->kernels->mirror(model->n.v, mass);
     return status;
+}
+
+/* FNV-1a, eight bytes at a time. */
+static uint64_t hash(uint64_t sum, const double *x, size_t n) {
+    for (size_t i = 0; i < n; i++) {
+        uint64_t bits;
+        memcpy(&bits, &x[i], sizeof bits);
+        sum = (sum ^ bits) * 1099511628211U;
+    }
+    return sum;
+}
+
+uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v) {
+    return hash(hash(14695981039346656037U, q, model->n.q), v ? v : model->zero, model->n.v);
 }
 
 static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {
@@ -164,6 +184,8 @@ kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q,
     if (!failed) {
         if (links)
             take_links(model, data, links);
+        if (links == data->kinematics)
+            data->state = kt_state_hash(model, q, v);
         return KT_OK;
     }
     char where[KT_WHERE_SIZE];
@@ -174,6 +196,8 @@ kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q,
 
 kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q);
     return kt_links_update(model, data, q, v, a, false, data->kinematics, error);
 }
 

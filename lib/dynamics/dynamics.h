@@ -94,6 +94,15 @@ kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error 
  * large. */
 kt_status kt_input_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
 
+/* A number that tells states of a model from each other, but for one in 2^64; v may be NULL (zero). O(nq). */
+uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v);
+
+/* Checks n x columns numbers that a call replaces by a solution: KT_ERROR_ARGUMENT if there are fewer columns than 0 or
+ * x is NULL, KT_ERROR_NOT_FINITE if a number is not finite or so large that a solution might not be
+ * (KT_COLUMN_MOST). */
+#define KT_COLUMN_MOST 1e150
+KT_CHECKED kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *error);
+
 /* Whether the wrenches of all bodies except the world are finite. */
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 

@@ -35,6 +35,8 @@ static kt_factor_sizes sizes_of(const kt_model *model) {
 }
 
 size_t kt_mass_factor_size(const kt_model *model) {
+    if (!model)
+        return 0;
     const kt_factor_sizes s = sizes_of(model);
     return lay_out(NULL, &s);
 }
@@ -63,6 +65,7 @@ static void find_rows(kt_mass_factor *f) {
 
 kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, kt_mass_factor **factor,
                               kt_error *error) {
+    KT_REQUIRE(error, model, factor);
     const kt_factor_sizes s = sizes_of(model);
     const kt_status status =
         kt_arena_begin("kt_mass_factor_init", "kt_mass_factor_size", memory, size, lay_out(NULL, &s), error);
@@ -77,6 +80,7 @@ kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, 
 }
 
 kt_status kt_mass_factor_create(const kt_model *model, kt_mass_factor **factor, kt_error *error) {
+    KT_REQUIRE(error, model, factor);
     const size_t size = kt_mass_factor_size(model);
     void *memory = kt_arena_allocate(size, "the factors of a mass matrix", error);
     return memory ? kt_arena_own(memory, kt_mass_factor_init(model, memory, size, factor, error)) : KT_ERROR_MEMORY;
@@ -100,6 +104,7 @@ static void take_mass(kt_mass_factor *f, const double *mass) {
 }
 
 kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_error *error) {
+    KT_REQUIRE(error, factor, mass || !factor->model->n.v);
     const kt_model *model = factor->model;
     take_mass(factor, mass);
     const size_t failed = factor->kernels->compute(factor);
@@ -127,9 +132,12 @@ static void apply_sorted(kt_mass_factor *f, kt_factor_call call, int columns, do
 }
 
 KT_INLINE kt_status apply(kt_mass_factor *f, kt_factor_call call, int columns, double *x, kt_error *error) {
-    if (!f->ready)
+    if (!f || !f->ready)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "factor",
                             "it holds no factors: kt_mass_factor_compute has not succeeded before");
+    const kt_status status = kt_columns_check(f->model->n.v, columns, x, error);
+    if (status != KT_OK)
+        return status;
     if (f->model->ordered)
         f->kernels->apply[call](f, columns, x);
     else
@@ -154,6 +162,8 @@ kt_status kt_mass_factor_multiply(kt_mass_factor *factor, int columns, double *x
 }
 
 void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d) {
+    if (!factor || !d)
+        return;
     const kt_model *model = factor->model;
     for (size_t k = 0; k < model->n.v; k++)
         d[model->link_v[k]] = factor->diagonal[k];

@@ -18,6 +18,8 @@ static kt_vec3 apply_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
 }
 
 double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
+    if (!kt_data_serve(model, data))
+        return (double)NAN;
     double twice = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
@@ -30,6 +32,8 @@ double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
 }
 
 double kt_potential_energy(const kt_model *model, const kt_data *data) {
+    if (!kt_data_serve(model, data))
+        return (double)NAN;
     const kt_vec3 g = kt_v4_vec3(model->gravity);
     double energy = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
@@ -42,6 +46,8 @@ double kt_potential_energy(const kt_model *model, const kt_data *data) {
 }
 
 kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
+    if (!kt_data_serve(model, data))
+        return (kt_wrench){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
     kt_wrench total = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
@@ -56,6 +62,8 @@ kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
 }
 
 double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center) {
+    if (!kt_data_serve(model, data) || !center)
+        return (double)NAN;
     kt_vec3 moment = {0.0, 0.0, 0.0};
     double mass = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
@@ -128,6 +136,8 @@ const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, c
 }
 
 void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches) {
+    if (!kt_data_serve(model, data) || !wrenches)
+        return;
     memcpy(wrenches, kt_joint_reactions_find(model, data, data->kinematics, external),
            model->n.body * sizeof *wrenches);
 }

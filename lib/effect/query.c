@@ -36,6 +36,8 @@ bool kt_effect_has_initial_length(const kt_effect *effect) {
 }
 
 kt_energetics kt_model_energetics(const kt_model *model) {
+    if (!model)
+        return KT_ENERGY_CONSERVED;
     kt_energetics worst = model->driven ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];

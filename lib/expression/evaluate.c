@@ -86,6 +86,8 @@ static double value_of(kt_operator code, double x, double y) {
 }
 
 double kt_expression_evaluate(const kt_expression *expression, const double *values) {
+    if (!expression)
+        return (double)NAN;
     double stack[KT_EXPRESSION_DEPTH_MAX] = {0.0};
     int top = -1;
     for (size_t i = 0; i < expression->count; i++) {
@@ -105,9 +107,12 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
     return stack[0];
 }
 
-bool kt_expression_is_angle(const kt_expression *expression) { return expression->is_angle; }
+bool kt_expression_is_angle(const kt_expression *expression) { return expression && expression->is_angle; }
 
 size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *indices) {
+    if (!expression)
+        return 0;
+    room = indices ? room : 0;
     size_t count = 0;
     for (size_t i = 0; i < expression->count; i++) {
         if (expression->term[i].code != KT_OPERATOR_SYMBOL)
@@ -221,6 +226,8 @@ static kt_taylor apply(kt_operator code, kt_taylor x, kt_taylor y) {
 
 void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
                           const double *second, double out[3]) {
+    if (!expression || !out)
+        return;
     kt_taylor stack[KT_EXPRESSION_DEPTH_MAX] = {{0.0, 0.0, 0.0}};
     int top = -1;
     for (size_t i = 0; i < expression->count; i++) {

@@ -35,7 +35,7 @@ typedef struct base_work {
 KT_ARENA_ARRAYS(place_arrays, base_work, KT_BASE_FIELDS, const kt_counts *n, size_t columns)
 
 size_t kt_base_parameters_work_size(const kt_model *model) {
-    return place_arrays(NULL, NULL, &model->n, (size_t)kt_regressor_columns(model));
+    return model ? place_arrays(NULL, NULL, &model->n, (size_t)kt_regressor_columns(model)) : 0;
 }
 
 /* ---- the triangle ------------------------------------------------------------------------------------------------ */
@@ -179,6 +179,8 @@ static void relate(const base_work *w, size_t columns, const int *at, size_t j, 
 
 kt_status kt_base_parameters_find(const kt_model *model, kt_data *data, void *work, size_t work_size, int *rank,
                                   int *column, double *relation, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, rank, column, relation);
     const size_t columns = (size_t)kt_regressor_columns(model);
     base_work w = {.before = NULL};
     kt_status status = kt_arena_check("work", "kt_base_parameters_work_size", work, work_size,
@@ -231,6 +233,9 @@ static void add_term(words *to, const kt_model *model, int column, double coeffi
 int kt_base_parameter_name(const kt_model *model, int rank, const int *column, const double *relation, int index,
                            /* NOLINTNEXTLINE(readability-non-const-parameter): it is written by way of the words */
                            char *text, size_t size) {
+    if (!model || !column || !relation || rank < 0 || rank > kt_regressor_columns(model) || !KT_IS_INDEX(index, rank) ||
+        (!text && size > 0))
+        return 0;
     const int rest = kt_regressor_columns(model) - rank;
     words to = {.text = text, .size = size};
     add_term(&to, model, column[index], 1.0);

@@ -4,6 +4,7 @@
  * URDF gives the joint's frame by `origin` in the parent link, and the axis in the joint's frame, as we do.
  */
 #include "import/urdf.h"
+#include "base/require.h"
 
 #include "scene/part.h"
 
@@ -18,23 +19,19 @@
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) {
-    char what[KT_MESSAGE_SIZE];
+    char what[KT_MESSAGE_SIZE], where[KT_WHERE_SIZE];
     va_list arguments;
     if (left->count == 0)
         return;
     va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
-    const size_t room = strlen(u->path) + 32;
-    char *where = kt_pool_take(&u->r->keep, room, 1);
+    kt_scene_where(where, u->path, left->first->line, left->first->column);
     kt_scene_note *to = &u->notes[u->note_count++];
-    to->where = where;
+    to->where = kt_pool_text(&u->r->keep, where, strlen(where));
     to->what = kt_pool_text(&u->r->keep, what, strlen(what));
-    if (to->where == NULL || to->what == NULL) {
+    if (to->where == NULL || to->what == NULL)
         (void)kt_reader_out_of_memory(u->r);
-        return;
-    }
-    (void)snprintf(where, room, "%s:%u:%u", u->path, (unsigned)left->first->line, (unsigned)left->first->column);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
@@ -195,15 +192,9 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
 }
 
 static bool is_robot(kt_reader *r, const kt_element *root) {
-    static const char *const others[][2] = {{"mujoco", "; this is MJCF, the format of MuJoCo, which is not read"},
-                                            {"mujocoinclude", "; this is a part of a file in MJCF, which is not read"},
-                                            {"sdf", "; this is SDF, the format of Gazebo, which is not read"}};
-    const char *known = "";
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
-        known = strcmp(root->name, others[i][0]) == 0 ? others[i][1] : known;
     if (strcmp(root->name, "robot") != 0)
         return kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
-                            "a robot in URDF begins with <robot name=\"...\">, not with <%.40s>%s", root->name, known);
+                            "a robot in URDF begins with <robot name=\"...\">, not with <%.40s>", root->name);
     for (const kt_element *e = root->first; e != NULL; e = e->next)
         if (strncmp(e->name, "xacro:", 6) == 0)
             return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column,
@@ -240,6 +231,7 @@ static kt_status check_options(const kt_urdf_options *o, kt_error *error) {
 
 kt_status kt_urdf_parse(const char *path, const char *text, size_t size, const kt_urdf_options *options,
                         kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    KT_REQUIRE(error, text || !size, scene);
     const kt_status status = check_options(options, error);
     return status != KT_OK ? status
                            : kt_format_parse(read_robot, options, path, text, size, scene, report, user, error);
@@ -247,6 +239,7 @@ kt_status kt_urdf_parse(const char *path, const char *text, size_t size, const k
 
 kt_status kt_urdf_read(const char *path, const kt_urdf_options *options, kt_scene *scene, kt_scene_report *report,
                        void *user, kt_error *error) {
+    KT_REQUIRE(error, path, scene);
     const kt_status status = check_options(options, error);
     return status != KT_OK ? status : kt_format_read(read_robot, options, path, scene, report, user, error);
 }

@@ -29,7 +29,7 @@ static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
 }
 
-size_t kt_integrator_size(const kt_method *method, size_t n) { return bytes(method, n, true); }
+size_t kt_integrator_size(const kt_method *method, size_t n) { return method ? bytes(method, n, true) : 0; }
 
 size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options) {
     return bytes(method, n, options->newton == NULL);
@@ -121,6 +121,7 @@ static kt_status check_own(const kt_method *method, kt_error *error) {
 
 kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
                              const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
+    KT_REQUIRE(error, method, options, integrator);
     if (options == NULL || integrator == NULL)
         return refuse(error, "kt_integrator_init", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
@@ -193,6 +194,7 @@ static void forget_history(kt_integrator *it) {
 
 kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, const kt_integrator_callbacks *callbacks,
                               kt_error *error) {
+    KT_REQUIRE(error, it);
     if (callbacks == NULL || callbacks->rhs == NULL)
         return refuse(error, "kt_integrator_start", "a right-hand side must be given");
     kt_status status = check_state(it, t, y, error);
@@ -216,6 +218,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
 }
 
 kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error) {
+    KT_REQUIRE(error, it);
     if (!it->started)
         return refuse(error, "kt_integrator_jump", "call kt_integrator_start first");
     kt_status status = check_state(it, it->memory.t, y, error);
@@ -251,6 +254,7 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
 /* ---- within the last step ---------------------------------------------------------------------------------------- */
 
 kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
+    KT_REQUIRE(error, it, slope);
     kt_try r;
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
@@ -271,6 +275,7 @@ static kt_status refuse_time(const kt_integrator *it, double t, kt_error *error)
 }
 
 kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, kt_error *error) {
+    KT_REQUIRE(error, it, y_out);
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_interpolate", "call kt_integrator_start first");
     const double t0 = it->memory.previous_t, t1 = it->memory.t;
@@ -291,10 +296,12 @@ kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, 
 
 /* ---- checkpoints and queries ------------------------------------------------------------------------------------- */
 
-size_t kt_integrator_history_size(const kt_integrator *it) { return it->sizes.history; }
+size_t kt_integrator_history_size(const kt_integrator *it) { return it ? it->sizes.history : 0; }
 
 void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, double *y, double *previous_y,
                         double *history) {
+    if (!it || !memory || !y || (!history && it->sizes.history > 0))
+        return;
     *memory = it->memory;
     memcpy(y, it->y, it->sizes.n * sizeof *y);
     for (size_t i = 0; i < it->sizes.history; i++)
@@ -306,6 +313,7 @@ void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, d
 kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *memory, const double *y,
                                 const double *previous_y, const double *history,
                                 const kt_integrator_callbacks *callbacks, kt_error *error) {
+    KT_REQUIRE(error, it, history || !it->sizes.history);
     if (memory == NULL || callbacks == NULL || callbacks->rhs == NULL)
         return refuse(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
     kt_status status = check_state(it, memory->t, y, error);
@@ -338,10 +346,12 @@ const double *kt_integrator_previous_state(const kt_integrator *it) {
     return it->memory.has_previous ? it->previous_y : it->y;
 }
 
-double kt_integrator_time(const kt_integrator *it) { return it->memory.t; }
-const double *kt_integrator_state(const kt_integrator *it) { return it->y; }
-double kt_integrator_previous_time(const kt_integrator *it) { return it->memory.previous_t; }
-size_t kt_integrator_dimension(const kt_integrator *it) { return it->sizes.n; }
-const kt_method *kt_integrator_method(const kt_integrator *it) { return it->method; }
-kt_integrator_counts kt_integrator_counts_get(const kt_integrator *it) { return it->memory.counts; }
-const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *it) { return &it->memory; }
+double kt_integrator_time(const kt_integrator *it) { return it ? it->memory.t : (double)NAN; }
+const double *kt_integrator_state(const kt_integrator *it) { return it ? it->y : NULL; }
+double kt_integrator_previous_time(const kt_integrator *it) { return it ? it->memory.previous_t : (double)NAN; }
+size_t kt_integrator_dimension(const kt_integrator *it) { return it ? it->sizes.n : 0; }
+const kt_method *kt_integrator_method(const kt_integrator *it) { return it ? it->method : NULL; }
+kt_integrator_counts kt_integrator_counts_get(const kt_integrator *it) {
+    return it ? it->memory.counts : (kt_integrator_counts){.steps = 0};
+}
+const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *it) { return it ? &it->memory : NULL; }

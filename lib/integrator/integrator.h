@@ -34,6 +34,7 @@
 #define KT_INTEGRATOR_INTEGRATOR_H
 
 #include "base/arena.h"
+#include "base/require.h"
 #include "base/words.h"
 #include "kinetree/integrator.h"
 

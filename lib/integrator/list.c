@@ -22,9 +22,18 @@ int kt_method_count(void) { return COUNT; }
 
 const kt_method *kt_method_at(int index) { return index >= 0 && index < COUNT ? methods[index] : NULL; }
 
+/* Whether two names are equal, where `_` and `-` are the same. */
+static bool is_named(const char *a, const char *b) {
+    while (*a != '\0' && (*a == *b || (*a == '-' && *b == '_'))) {
+        a++;
+        b++;
+    }
+    return *a == *b;
+}
+
 const kt_method *kt_method_find(const char *name) {
     for (int i = 0; name != NULL && i < COUNT; i++)
-        if (strcmp(methods[i]->name, name) == 0)
+        if (is_named(methods[i]->name, name))
             return methods[i];
     return NULL;
 }
@@ -37,7 +46,10 @@ bool kt_method_is_built_in(const kt_method *method) {
 }
 
 size_t kt_method_names(bool adaptive, char *text, size_t size) {
+    char none[1];
     size_t length = 0;
+    size = text != NULL ? size : 0;
+    text = text != NULL ? text : none;
     if (size > 0)
         text[0] = '\0';
     for (int i = 0; i < COUNT; i++) {

@@ -3,9 +3,15 @@
 
 #include <math.h>
 
-kt_complex kt_stability_value(const kt_stability *s, kt_complex z) { return s->family->value(s, z); }
+kt_complex kt_stability_value(const kt_stability *s, kt_complex z) {
+    if (!s)
+        return (kt_complex){(double)NAN, (double)NAN};
+    return s->family->value(s, z);
+}
 
 double kt_stability_gain(const kt_stability *s, kt_complex z) {
+    if (!s)
+        return (double)NAN;
     if (s->family->gain != NULL)
         return s->family->gain(s, z);
     const kt_complex value = kt_stability_value(s, z);

@@ -9,6 +9,7 @@
 #include <math.h>
 
 kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability, kt_error *error) {
+    KT_REQUIRE(error, method, stability);
     kt_status status = kt_method_check_sizes(method, error);
     if (status != KT_OK)
         return status;
@@ -20,14 +21,18 @@ kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *s
 }
 
 int kt_stability_stages(const kt_method *method, double z) {
+    if (!method)
+        return 0;
     const kt_method_family *family = kt_method_family_of(method);
     return family->stages != NULL ? family->stages(method, z) : method->stages;
 }
 
-double kt_stability_real_limit(const kt_stability *s) { return s->family->real_limit(s); }
-double kt_stability_imaginary_limit(const kt_stability *s) { return s->family->imaginary_limit(s); }
+double kt_stability_real_limit(const kt_stability *s) { return s ? s->family->real_limit(s) : (double)NAN; }
+double kt_stability_imaginary_limit(const kt_stability *s) { return s ? s->family->imaginary_limit(s) : (double)NAN; }
 
 void kt_stability_grid(const kt_stability *s, kt_complex low, kt_complex high, int columns, int rows, double *gain) {
+    if (!s || !gain || columns < 2 || rows < 2)
+        return;
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < columns; j++) {
             const kt_complex z = {low.re + (high.re - low.re) * (double)j / (double)(columns - 1),
@@ -39,6 +44,8 @@ void kt_stability_grid(const kt_stability *s, kt_complex low, kt_complex high, i
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step, double duration) {
+    if (!s)
+        return (double)NAN;
     const bool by_frequency = s->poles > 0 && lambda.re > 0.0;
     const kt_complex z = {by_frequency ? 0.0 : step * lambda.re, step * lambda.im};
     const double truth = z.re > 0.0 ? z.re : 0.0; /* ln of the true growth of the mode in one step */
@@ -49,6 +56,8 @@ double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step
 }
 
 double kt_stability_period_error(const kt_stability *s, kt_complex lambda, double step) {
+    if (!s)
+        return (double)NAN;
     const kt_complex z = {step * lambda.re, step * fabs(lambda.im)}, value = kt_stability_value(s, z);
     const double steps = 2.0 * acos(-1.0) / z.im, turn = steps * atan2(value.im, value.re);
     const double gain = exp(steps * log(hypot(value.re, value.im))), truth = exp(steps * z.re);
@@ -142,6 +151,8 @@ static double longest_of_all(const spectrum *p, ptrdiff_t *index) {
 
 double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,
                          double growth, ptrdiff_t *index) {
+    if (!method || (!eigenvalues && count > 0))
+        return (double)NAN;
     ptrdiff_t unused = -1;
     ptrdiff_t *const to = index != NULL ? index : &unused;
     kt_stability stability;
@@ -156,6 +167,8 @@ double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues,
 
 double kt_stability_worst(const kt_method *method, const kt_complex *eigenvalues, size_t count, double step,
                           double duration, ptrdiff_t *index) {
+    if (!method || (!eigenvalues && count > 0))
+        return (double)NAN;
     ptrdiff_t unused = -1;
     ptrdiff_t *const to = index != NULL ? index : &unused;
     *to = -1;

@@ -383,6 +383,7 @@ void kt_integrator_put_quadratures(kt_integrator *it, const double *values) {
 size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 
 kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
+    KT_REQUIRE(error, it);
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
     if (isnan(t_limit) || t_limit == it->memory.t)

@@ -1,7 +1,7 @@
 /* What the table of a method says without its family: sizes and orders. */
 #include "integrator/integrator.h"
 
-bool kt_method_is_adaptive(const kt_method *method) { return method->embedded_order > 0; }
+bool kt_method_is_adaptive(const kt_method *method) { return method ? method->embedded_order > 0 : false; }
 
 double kt_method_error_order(const kt_method *method) {
     if (method->embedded_order_low > 0)
@@ -12,6 +12,8 @@ double kt_method_error_order(const kt_method *method) {
 /* The cubic through both states and slopes is exact to theta^3, but its order is at most that of the states it joins.
  */
 int kt_method_dense_order(const kt_method *method) {
+    if (!method)
+        return 0;
     if (method->dense_order > 0)
         return method->dense_order;
     return method->order < 3 ? method->order : 3;

@@ -11,6 +11,8 @@ static bool is_zero(const double *x, int count) {
 /* Where a quaternion follows other positions, linear and angular velocity are given each by itself; a joint without
  * coordinates has nothing to give. */
 unsigned kt_joint_given(const kt_joint *joint) {
+    if (!joint)
+        return 0;
     if (kt_joint_type_name(joint->type) == NULL || kt_joint_sizes[joint->type].nv == 0)
         return 0;
     const kt_joint_size *size = &kt_joint_sizes[joint->type];

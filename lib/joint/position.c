@@ -16,6 +16,8 @@ static void store(double *p, kt_quat a) {
 }
 
 void kt_position_rate(const kt_model *model, const double *q, const double *v, double *qdot) {
+    if (!model || !q || !v || !qdot)
+        return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_link_facts(link);
@@ -29,6 +31,8 @@ void kt_position_rate(const kt_model *model, const double *q, const double *v, d
 }
 
 void kt_position_add(const kt_model *model, const double *q, const double *dv, double *out) {
+    if (!model || !q || !dv || !out)
+        return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_link_facts(link);
@@ -43,6 +47,8 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
 }
 
 void kt_position_subtract(const kt_model *model, const double *end, const double *q, double *dv) {
+    if (!model || !end || !q || !dv)
+        return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_link_facts(link);
@@ -58,6 +64,8 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
 }
 
 bool kt_position_normalize(const kt_model *model, double *q) {
+    if (!model || (!q && model->n.q > 0))
+        return false;
     for (int pass = 0; pass < 2; pass++) /* the first pass checks, so that a failure changes nothing */
         for (size_t i = 1; i < model->n.link; i++) {
             const kt_motion_facts motion = kt_link_facts(&model->link[i]);

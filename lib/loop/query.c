@@ -21,6 +21,8 @@ bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_
 
 /* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
 int kt_loop_equation_count(const kt_loop *loop) {
+    if (!loop)
+        return 0;
     if (!KT_HAS_LOOPS || (unsigned)loop->type >= KT_LOOP_TYPE_COUNT)
         return 0;
     if (kt_loop_is_relation(loop->type))
@@ -46,11 +48,17 @@ kt_vec3 kt_loop_axis(const kt_loop *loop, int end) {
     return end == 1 && two ? loop->axis2 : loop->axis;
 }
 
-int kt_loop_count(const kt_model *model) { return (int)model->n.loop; }
-const char *kt_loop_name(const kt_model *model, int loop) { return model->text + model->loop[loop].name; }
-kt_loop_type kt_loop_type_of(const kt_model *model, int loop) { return (kt_loop_type)model->loop[loop].type; }
+int kt_loop_count(const kt_model *model) { return model ? (int)model->n.loop : 0; }
+const char *kt_loop_name(const kt_model *model, int loop) {
+    return model && KT_IS_INDEX(loop, model->n.loop) ? model->text + model->loop[loop].name : NULL;
+}
+kt_loop_type kt_loop_type_of(const kt_model *model, int loop) {
+    return model && KT_IS_INDEX(loop, model->n.loop) ? (kt_loop_type)model->loop[loop].type : KT_LOOP_TYPE_COUNT;
+}
 
 int kt_loop_find(const kt_model *model, const char *name) {
+    if (!model || !name)
+        return -1;
     for (int loop = 0; loop < kt_loop_count(model); loop++)
         if (strcmp(kt_loop_name(model, loop), name) == 0)
             return loop;
@@ -58,6 +66,8 @@ int kt_loop_find(const kt_model *model, const char *name) {
 }
 
 kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop) {
+    if (!model || !KT_IS_INDEX(loop, model->n.loop))
+        return (kt_loop_rows){-1, 0};
     return (kt_loop_rows){.first = (int)model->loop[loop].equation, .count = (int)model->loop[loop].row_count};
 }
 
@@ -75,6 +85,8 @@ static void generic_ends(kt_loop_end end[2]) {
 /* Equations whose multiplier exerts a force are about lengths, those whose multiplier exerts a moment alone about
  * angles. */
 kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
+    if (!model || !KT_IS_INDEX(loop, model->n.loop) || !KT_IS_INDEX(row, model->loop[loop].row_count))
+        return KT_MEASURE_NONE;
     const kt_loop_record *record = &model->loop[loop];
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
@@ -94,6 +106,8 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
 
 /* A relation of joints is an angle itself; see orientation.h for the others. */
 double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual) {
+    if (!model || !KT_IS_INDEX(loop, model->n.loop) || !KT_IS_INDEX(row, model->loop[loop].row_count))
+        return (double)NAN;
     const int type = model->loop[loop].type;
     if (!KT_HAS_LOOPS || kt_loop_is_relation((kt_loop_type)type))
         return residual;

@@ -358,6 +358,9 @@ static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const 
 
 kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            double *forces, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, forces || !model->n.v);
+    v = v ? v : model->zero;
     const double *tau = model->zero;
     const kt_wrench *wrenches = NULL;
     double *all = data->scratch_v + 2 * kt_lanes8(model->n.v);
@@ -374,7 +377,10 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
 }
 
 double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    if (!kt_data_serve(model, data) || (!q && model->n.q > 0))
+        return (double)NAN;
     double energy = 0.0;
+    v = v ? v : model->zero;
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.effect; i++) {
@@ -412,7 +418,7 @@ static const kt_effect_record *find_effect(const kt_model *model, int source) {
         if (first[low].source == source)
             return &first[low];
     }
-    return NULL; /* unreachable: each effect is in one batch */
+    return NULL;
 }
 
 /* The ends of an effect as find_ends has them, from the kinematics of the last update. */
@@ -436,7 +442,21 @@ static bool is_load_finite(const kt_effect_load *load) {
 
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                              int effect, kt_effect_load *load, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, load);
     const kt_effect_record *record = find_effect(model, effect);
+    if (!record)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
+                            model->n.effect);
+    const kt_input input = {.q = q, .v = v};
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    v = v ? v : model->zero;
+    if (record->ends > 0 && data->state != kt_state_hash(model, q, v))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "data",
+                            "they hold the kinematics of another state; call kt_kinematics_update with this q and v "
+                            "first");
     const kt_effect_kind *kind = kt_effect_kind_of(record->type);
     const kt_link *link = &model->link[record->link[0]];
     sum s = {.model = model, .t = t, .failed = record};

@@ -3,6 +3,7 @@
 #include "kinetree/mechanism.h"
 #include "reduction/kernel.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
@@ -51,8 +52,38 @@ static void write_group(const kt_model *model, kt_data *data, size_t g, const kt
     }
 }
 
+/* Whether all numbers of a group's equations are finite. Of a group that is reduced by fronts, whose columns are found
+ * one by one, one product with ones tells it: what is not finite stays so in every sum. */
+static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    const size_t k = (size_t)w.k;
+    if (!kt_all_finite(w.residual, k) || !kt_all_finite(w.rate, k) || !kt_all_finite(w.right, k))
+        return false;
+    if (!with_jacobian)
+        return true;
+    if (!group->front.used)
+        return kt_all_finite(w.a, k * (size_t)w.m);
+    memset(data->delta, 0, model->n.v * sizeof *data->delta);
+    for (int c = 0; c < group->v_count; c++)
+        data->delta[model->group_v[group->v + c]] = 1.0;
+    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, w.multiplier, NULL);
+    return kt_all_finite(w.multiplier, k);
+}
+
+static kt_status refuse_group(const kt_model *model, size_t g, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    const int loop = model->group_loop[model->group[g].loop];
+    (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "its equations, or those of loops that share links with it, overflow: look for a position or "
+                        "velocity that is huge");
+}
+
 kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             double *jacobian, double *residual, double *rate, double *drift, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q);
     const kt_outputs out = {jacobian, residual, rate, drift};
     double *vectors[3] = {residual, rate, drift};
     const kt_input input = {.q = q, .v = v};
@@ -63,6 +94,9 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     if (KT_HAS_LOOPS)
         kt_reduction_kernels_of(model)->fill(model, data, t, q, v ? v : model->zero);
+    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
+        if (!is_finite(model, data, g, jacobian != NULL))
+            return refuse_group(model, g, t, error);
     if (jacobian)
         memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
     for (int k = 0; k < 3; k++)
@@ -94,6 +128,8 @@ static size_t write_basis(const kt_model *model, kt_data *data, size_t g, double
 
 kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q, double *basis,
                             int *columns, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, basis || !model->n.v, columns);
     const size_t nv = model->n.v;
     const kt_input input = {.q = q};
     size_t count = 0;

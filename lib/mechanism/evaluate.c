@@ -9,8 +9,8 @@ kt_status kt_wrenches_check(const kt_model *model, const double *q, const double
     return kt_input_check(model, &input, error);
 }
 
-kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                   const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     const kt_status given = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
     if (given != KT_OK)
         return given;
@@ -18,6 +18,13 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     if (status != KT_OK)
         return status;
     return model->forward(model, data, t, q, v, tau, external, a, error);
+}
+
+kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                   const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
+    return kt_acceleration_trusted(model, data, t, q, v ? v : model->zero, tau, external, a, error);
 }
 
 #ifndef KT_NO_JACOBIAN

@@ -6,6 +6,11 @@
 #include "effect/effect.h"
 #include "kinetree/mechanism.h"
 
+/* kt_acceleration_evaluate without a look at its pointers: all but tau, external and error are given. */
+KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, double t, const double *q,
+                                             const double *v, const double *tau, const kt_wrench *external, double *a,
+                                             kt_error *error);
+
 /* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
  * to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

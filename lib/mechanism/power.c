@@ -57,6 +57,9 @@ static kt_status refuse(const kt_model *model, double t, const kt_input *input, 
 
 kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v, power);
+    v = v ? v : model->zero;
     const double *all = tau;
     const kt_wrench *all_wrenches = external;
     double *acceleration = data->scratch_v + 2 * kt_lanes8(model->n.v), loops = 0.0;

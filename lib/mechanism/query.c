@@ -2,9 +2,11 @@
 #include "kinetree/mechanism.h"
 #include "model/model.h"
 
-int kt_loop_group_count(const kt_model *model) { return (int)model->n.group; }
+int kt_loop_group_count(const kt_model *model) { return model ? (int)model->n.group : 0; }
 
 kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
+    if (!model || !KT_IS_INDEX(group, model->n.group))
+        return (kt_loop_group){.loops = NULL};
     const kt_group *g = &model->group[group];
     return (kt_loop_group){.loop_count = g->loop_count,
                            .loops = model->group_loop + g->loop,
@@ -14,6 +16,8 @@ kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
 }
 
 kt_mobility kt_model_mobility(const kt_model *model) {
+    if (!model)
+        return (kt_mobility){0, 0, 0, 0};
     kt_mobility f = {.tree = (int)model->n.v};
     for (size_t g = 0; g < model->n.group; g++) {
         f.equations += model->group[g].row_count;

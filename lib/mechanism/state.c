@@ -45,6 +45,8 @@ static void measure_correction(const kt_model *model, kt_data *data, const doubl
 
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
                            kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
     bool moved = false;
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     const kt_input input = {.q = q, .v = v};
@@ -69,6 +71,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_residual *residual, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, residual);
+    v = v ? v : model->zero;
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
     if (KT_HAS_LOOPS && model->n.group &&
@@ -79,6 +84,8 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
 }
 
 kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
     const kt_input input = {.q = q, .v = v};
     double *new_q = data->assembled_q, *new_v = data->assembled_v, *given = data->given_q;
     kt_status status = kt_input_check(model, &input, error);
@@ -98,6 +105,8 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
 }
 
 void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q) {
+    if (!kt_data_serve(model, data) || !q)
+        return;
     memcpy(q, data->assembled_q, model->n.q * sizeof *q);
 }
 

@@ -4,6 +4,8 @@
 #include <string.h>
 
 const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name) {
+    if (!descriptor || !name)
+        return NULL;
     for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++)
         if (strcmp(descriptor->keys[i].name, name) == 0)
             return &descriptor->keys[i];
@@ -11,6 +13,8 @@ const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *nam
 }
 
 const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind) {
+    if (!descriptor)
+        return NULL;
     for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++)
         if (descriptor->keys[i].kind == kind)
             return &descriptor->keys[i];

@@ -6,11 +6,27 @@
 KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
 KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
 
+/* FNV-1a over the lengths of all arrays of the data: data of one model serve another one if these are equal. */
+static uint64_t shape_of(const kt_counts *n) {
+    uint64_t hash = 14695981039346656037U;
+#define KT_ARENA_HASH(type, name, count, meaning) hash = (hash ^ (uint64_t)(count)) * 1099511628211U;
+    KT_DATA_FIELDS(KT_ARENA_HASH)
+#undef KT_ARENA_HASH
+    return hash;
+}
+
 size_t kt_model_layout(void *memory, const kt_counts *n) {
     const size_t bytes = lay_out_model(memory, n);
     if (memory)
         ((kt_model *)memory)->bytes = bytes;
     return bytes;
+}
+
+void kt_model_seal(kt_model *model) { model->shape = shape_of(&model->n); }
+
+kt_status kt_data_refuse(kt_error *error, const char *call) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, call,
+                        "the data are another model's; take data that were made for this one (kt_data_create)");
 }
 
 void kt_model_name_all(kt_model *m) {
@@ -29,19 +45,21 @@ void kt_model_free(kt_model *model) {
     kt_aligned_release(model);
 }
 
-size_t kt_data_size(const kt_model *model) { return lay_out_data(NULL, &model->n); }
+size_t kt_data_size(const kt_model *model) { return model ? lay_out_data(NULL, &model->n) : 0; }
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+    KT_REQUIRE(error, model, data);
     const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, kt_data_size(model), error);
     if (status != KT_OK)
         return status;
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
-    (*data)->model = model;
+    (*data)->shape = model->shape;
     return KT_OK;
 }
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
+    KT_REQUIRE(error, model, data);
     const size_t size = kt_data_size(model);
     void *memory = kt_arena_allocate(size, "the data", error);
     return memory ? kt_arena_own(memory, kt_data_init(model, memory, size, data, error)) : KT_ERROR_MEMORY;
@@ -50,6 +68,8 @@ kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error)
 void kt_data_free(kt_data *data) { kt_arena_free(data); }
 
 kt_iterations kt_data_iterations(kt_data *data) {
+    if (!data)
+        return (kt_iterations){0, 0, 0, 0};
     const kt_iterations none = {0, 0, 0, 0}, seen = data->iterations;
     data->iterations = none;
     return seen;

@@ -4,6 +4,7 @@
 
 #include "base/arena.h"
 #include "base/names.h"
+#include "base/require.h"
 #include "model/planar.h"
 #include "model/record.h"
 
@@ -99,6 +100,7 @@ typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t
 
 struct kt_model {
     size_t bytes;
+    uint64_t shape; /* of the data that belong to it: a hash of their lengths */
     kt_counts n;
     kt_v4 gravity;
     kt_isa level;
@@ -122,6 +124,16 @@ struct kt_model {
 /* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
  * memory to its arrays, and its number of bytes. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
+
+/* Notes which data serve the model, whose counts are final. */
+void kt_model_seal(kt_model *model);
+
+/* A characteristic length of the mechanism, m: the longest distance from joint to joint or from joint to centre of mass;
+ * 1 if there is none. O(links). */
+double kt_model_extent(const kt_model *model);
+
+/* Writes the size of a large change of each velocity coordinate (nv): a radian, or this length. O(links). */
+void kt_model_units(const kt_model *model, double *unit);
 
 /* Initialises the model's table of names with those of all bodies and markers. */
 void kt_model_name_all(kt_model *model);
@@ -251,8 +263,9 @@ typedef struct kt_front_count {
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 struct kt_data {
-    void *owned; /* memory of kt_data_create, or NULL */
-    const kt_model *model;
+    void *owned;       /* memory of kt_data_create, or NULL */
+    uint64_t shape;    /* of its model */
+    uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
     bool dead;         /* the last projection was refused at a dead point (closure/project.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
@@ -264,5 +277,22 @@ struct kt_data {
     int32_t corrected_v;        /* that velocity */
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
 };
+
+/* Requires a model, and data that serve it: its own, or those of a model of the same shape (a copy, or the original of
+ * one). */
+#define KT_REQUIRE_DATA(error, model, data)                                                                            \
+    do {                                                                                                               \
+        KT_REQUIRE(error, model, data);                                                                                \
+        if ((data)->shape != (model)->shape)                                                                           \
+            return kt_data_refuse(error, __func__);                                                                    \
+    } while (0)
+
+/* Returns the error of data that are another model's. */
+KT_CHECKED kt_status kt_data_refuse(kt_error *error, const char *call);
+
+/* Whether data serve a model; false where one of them is NULL. For calls that cannot fail. */
+static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {
+    return model && data && model->shape == data->shape;
+}
 
 #endif

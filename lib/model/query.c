@@ -7,31 +7,51 @@
 const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT] = {KT_JOINT_LIST(KT_JOINT_COUNTS)};
 #undef KT_JOINT_COUNTS
 
-int kt_model_body_count(const kt_model *model) { return (int)model->n.body; }
-int kt_model_nq(const kt_model *model) { return (int)model->n.q; }
-int kt_model_nv(const kt_model *model) { return (int)model->n.v; }
-kt_vec3 kt_model_gravity(const kt_model *model) { return kt_v4_vec3(model->gravity); }
-const char *kt_model_name(const kt_model *model) { return model->text + model->name; }
+int kt_model_body_count(const kt_model *model) { return model ? (int)model->n.body : 0; }
+int kt_model_nq(const kt_model *model) { return model ? (int)model->n.q : 0; }
+int kt_model_nv(const kt_model *model) { return model ? (int)model->n.v : 0; }
+kt_vec3 kt_model_gravity(const kt_model *model) {
+    if (!model)
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
+    return kt_v4_vec3(model->gravity);
+}
+const char *kt_model_name(const kt_model *model) { return model ? model->text + model->name : NULL; }
 
-kt_isa kt_model_isa(const kt_model *model) { return model->level; }
+kt_isa kt_model_isa(const kt_model *model) { return model ? model->level : KT_ISA_AUTO; }
 
 const char *kt_model_plan(const kt_model *model) {
+    if (!model)
+        return NULL;
     static const char *const name[KT_SWEEP_COUNT] = {"spatial", "planar", "mixed"};
     return name[model->sweep];
 }
 
 void kt_model_initial(const kt_model *model, double *q, double *v) {
-    memcpy(q, model->q0, model->n.q * sizeof *q);
-    memcpy(v, model->v0, model->n.v * sizeof *v);
+    if (model && q)
+        memcpy(q, model->q0, model->n.q * sizeof *q);
+    if (model && v)
+        memcpy(v, model->v0, model->n.v * sizeof *v);
 }
 
-const char *kt_body_name(const kt_model *model, int body) { return model->text + model->body[body].name; }
-int kt_body_parent(const kt_model *model, int body) { return model->body[body].parent; }
-double kt_body_mass(const kt_model *model, int body) { return model->body[body].mass; }
-int kt_body_find(const kt_model *model, const char *name) { return kt_names_find(&model->names, 0, name); }
-int kt_body_source(const kt_model *model, int body) { return model->body[body].source; }
+const char *kt_body_name(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->text + model->body[body].name : NULL;
+}
+int kt_body_parent(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->body[body].parent : -1;
+}
+double kt_body_mass(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->body[body].mass : (double)NAN;
+}
+int kt_body_find(const kt_model *model, const char *name) {
+    return model && name ? kt_names_find(&model->names, 0, name) : -1;
+}
+int kt_body_source(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->body[body].source : -1;
+}
 
 kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
+    if (!model || !KT_IS_INDEX(body, model->n.body))
+        return (kt_coordinates){.type = KT_JOINT_FIXED, .q = -1, .v = -1};
     const kt_body_record *b = &model->body[body];
     return (kt_coordinates){.type = (kt_joint_type)b->type,
                             .q = b->q,
@@ -43,6 +63,8 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
 /* Coordinates are in the order of the bodies, and a body without coordinates has the same v as the next body: the
  * result is the last body whose first coordinate is not larger than v. */
 int kt_body_of_velocity(const kt_model *model, int v) {
+    if (!model)
+        return -1;
     int low = 0, high = (int)model->n.body; /* body[low].v <= v < body[high].v */
     if (v < 0 || v >= (int)model->n.v)
         return -1;
@@ -56,16 +78,22 @@ int kt_body_of_velocity(const kt_model *model, int v) {
     return low;
 }
 
-int kt_marker_count(const kt_model *model, int body) { return model->body[body].marker_count; }
+int kt_marker_count(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->body[body].marker_count : 0;
+}
 
 const char *kt_marker_name(const kt_model *model, int body, int marker) {
-    return model->text + model->marker[model->body[body].marker + marker].name;
+    return model && KT_IS_INDEX(body, model->n.body) && KT_IS_INDEX(marker, model->body[body].marker_count)
+               ? model->text + model->marker[model->body[body].marker + marker].name
+               : NULL;
 }
 
 kt_vec3 kt_marker_at(const kt_model *model, int body, int marker) {
+    if (!model || !KT_IS_INDEX(body, model->n.body) || !KT_IS_INDEX(marker, model->body[body].marker_count))
+        return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
     return model->marker[model->body[body].marker + marker].at;
 }
 
 int kt_marker_find(const kt_model *model, int body, const char *name) {
-    return kt_names_find(&model->names, 1 + body, name);
+    return model && KT_IS_INDEX(body, model->n.body) && name ? kt_names_find(&model->names, 1 + body, name) : -1;
 }

@@ -4,6 +4,7 @@
  * (uselocale) during the call, and faults are reported after it has been switched back.
  */
 #include "kinetree/scene.h"
+#include "base/require.h"
 
 #include "scene/file.h"
 #include "scene/number.h"
@@ -162,6 +163,8 @@ static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
 }
 
 bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
+    if (!scene || !error)
+        return false;
     const kt_mark *mark = scene->marks != NULL ? find_mark(scene, error->where) : NULL;
     if (mark == NULL)
         return false;
@@ -290,10 +293,12 @@ kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, 
 
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
                          void *user, kt_error *error) {
+    KT_REQUIRE(error, text || !size, scene);
     return kt_scene_parse_with(path, text, size, NULL, scene, report, user, error);
 }
 
 kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    KT_REQUIRE(error, path, scene);
     return kt_scene_read_with(path, NULL, scene, report, user, error);
 }
 
@@ -320,6 +325,7 @@ static kt_status emit(const kt_scene *scene, FILE *stream, kt_error *error) {
 }
 
 kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
+    KT_REQUIRE(error, scene, stream);
     if (scene == NULL || stream == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
     kt_status status = kt_description_check(&scene->description, NULL, NULL, error);

@@ -22,6 +22,9 @@ size_t kt_parameter_work_size(const kt_model *model) {
 
 kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
                              const kt_parameter *parameter, kt_error *error) {
+    const kt_status status = kt_parameter_require(model, parameter, error);
+    if (status != KT_OK)
+        return status;
     if (parameter->kind == KT_PARAMETER_HOLD)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
                             "there is no derivative with respect to hold, which is a choice of assembly and no number");
@@ -34,8 +37,8 @@ kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_dat
     *w = (kt_parameter_work){
         .parameter = parameter, .data = data, .n = model->n.v, .p = model->n.row, .count = (size_t)parameter->count};
     (void)place_arrays(w, memory, model, w->n, w->p);
-    kt_parameter_get(model, parameter, w->now);
-    return kt_model_copy(model, w->copy, kt_model_size(model), &w->shifted, error);
+    const kt_status read = kt_parameter_get(model, parameter, w->now, error);
+    return read != KT_OK ? read : kt_model_copy(model, w->copy, kt_model_size(model), &w->shifted, error);
 }
 
 /* ---- differences ------------------------------------------------------------------------------------------------- */

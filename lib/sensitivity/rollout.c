@@ -52,6 +52,8 @@ static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, cons
 }
 
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
+    if (!model || !rollout || !rollout->method)
+        return 0;
     return rollout->steps > 0 && kt_step_work_size(model, rollout->method) > 0 ? lay_out(NULL, NULL, model, rollout)
                                                                                : 0;
 }
@@ -201,6 +203,9 @@ static kt_status run(rollout_work *w, kt_error *error) {
 kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                               const kt_rollout *rollout, const double *q, const double *v, double *value,
                               double *by_start, double *by_inputs, kt_cost *cost, void *user, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, rollout, q || !model->n.q, value, cost);
+    v = v ? v : model->zero;
     const size_t nq = model->n.q, n = model->n.v;
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
     if (rollout->steps <= 0)

@@ -29,6 +29,8 @@ static size_t place(kt_step_work *w, void *memory, const kt_model *model, const 
 }
 
 size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
+    if (!model || !method)
+        return 0;
     return is_explicit(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
 }
 
@@ -132,6 +134,9 @@ kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *ste
 
 kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                            const double *q, const double *v, double *next_q, double *next_v, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, step, q || !model->n.q, next_q || !model->n.q, next_v || !model->n.v);
+    v = v ? v : model->zero;
     const size_t nq = model->n.q;
     kt_step_work w;
     kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);

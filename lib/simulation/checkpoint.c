@@ -126,9 +126,13 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     return head;
 }
 
-size_t kt_simulation_state_size(const kt_simulation *simulation) { return measure(&simulation->size).total; }
+size_t kt_simulation_state_size(const kt_simulation *simulation) {
+    return simulation ? measure(&simulation->size).total : 0;
+}
 
 void kt_simulation_save(const kt_simulation *simulation, void *block) {
+    if (!simulation || !block)
+        return;
     const kt_simulation_sizes *size = &simulation->size;
     kt_checkpoint_offsets at = measure(size);
     kt_checkpoint_head head = make_head(simulation);
@@ -187,6 +191,7 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
 }
 
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
+    KT_REQUIRE(error, simulation, block);
     const kt_simulation_sizes *size = &simulation->size;
     kt_checkpoint_offsets at = measure(size);
     const char *from = block;

@@ -14,6 +14,7 @@
  */
 #include "algebra/lane.h"
 #include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -49,7 +50,7 @@ static int accelerate(kt_simulation *simulation, double t, const double *y, cons
     if (simulation->acceleration == NULL || power != NULL) {
         const kt_status status =
             power != NULL ? kt_power_evaluate(model, simulation->data, t, q, v, tau, external, a, power, error)
-                          : kt_acceleration_evaluate(model, simulation->data, t, q, v, tau, external, a, error);
+                          : kt_acceleration_trusted(model, simulation->data, t, q, v, tau, external, a, error);
         if (status != KT_OK)
             return kt_simulation_is_recoverable(status) ? 1 : -1;
     }

@@ -89,6 +89,8 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
 KT_ARENA_LAYOUT(lay_out, kt_simulation, KT_SIMULATION_FIELDS, const kt_simulation_sizes *size)
 
 size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
+    if (!model)
+        return 0;
     kt_simulation_request settings;
     kt_simulation_sizes size = {0};
     if (read_options(model, run, options, &settings, NULL) != KT_OK)
@@ -204,6 +206,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
 
 kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
+    KT_REQUIRE(error, model, simulation);
     kt_simulation_request settings;
     kt_simulation_sizes sizes = {0};
     kt_status status = read_options(model, run, options, &settings, error);
@@ -227,6 +230,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
 
 kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                                kt_simulation **simulation, kt_error *error) {
+    KT_REQUIRE(error, model, simulation);
     const size_t size = kt_simulation_size(model, run, options);
     void *memory = kt_arena_allocate(size, "the simulation", error);
     return memory == NULL

@@ -167,6 +167,8 @@ static void add_record(list *l, const kt_run *run, unsigned record) {
 }
 
 int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps) {
+    if (!model || !steps)
+        return 0;
     const kt_run standard = kt_run_default();
     const unsigned record = kt_run_record(run ? run : &standard, model);
     list l = {steps, 0};

@@ -20,7 +20,9 @@ double kt_simulation_record_time(const kt_simulation *simulation, int64_t k) {
     return k == simulation->record_count - 1 ? simulation->duration : (double)k * simulation->interval;
 }
 
-int64_t kt_simulation_record_count(const kt_simulation *simulation) { return simulation->record_count; }
+int64_t kt_simulation_record_count(const kt_simulation *simulation) {
+    return simulation ? simulation->record_count : 0;
+}
 
 void kt_simulation_skip_records(kt_simulation *simulation) {
     double t = kt_integrator_time(simulation->integrator);

@@ -85,6 +85,8 @@ static kt_choice_of_method choose(const kt_run *run, const kt_model *model) {
 }
 
 const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
+    if (!run)
+        return NULL;
     switch (choose(run, model)) {
     case KT_CHOSEN_BY_NAME:
         return NULL;
@@ -106,10 +108,14 @@ const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
 
 /* The two-step family is given by rho; bdf2 is its member with rho = 0. */
 const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage) {
+    if (!run)
+        return NULL;
     const char *chosen = choose(run, model) == KT_CHOSEN_ADAPTIVE ? "auto" : "dopri5";
     const kt_method *method = kt_method_find(run->integrator != NULL ? run->integrator : chosen);
     if (method == NULL || !(method->rho > 0.0))
         return method;
+    if (storage == NULL)
+        return NULL;
     *storage = *method;
     storage->rho = run->rho;
     return storage;
@@ -118,6 +124,7 @@ const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_meth
 /* ---- limits ------------------------------------------------------------------------------------------------------- */
 
 kt_status kt_run_check(const kt_run *run, kt_error *error) {
+    KT_REQUIRE(error, run);
     if (!(run->rho >= 0.0 && run->rho <= 1.0))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rho", "%g: the spectral radius at infinity must be 0 to 1",
                             run->rho);
@@ -141,6 +148,8 @@ kt_status kt_run_check(const kt_run *run, kt_error *error) {
 }
 
 unsigned kt_run_record(const kt_run *run, const kt_model *model) {
+    if (!run || !model)
+        return 0;
     if (run->record != KT_RECORD_DEFAULT)
         return run->record;
     unsigned constraint = kt_loop_count(model) > 0 ? KT_RECORD_CONSTRAINT : 0U;

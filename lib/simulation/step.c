@@ -47,6 +47,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
 
 kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
                                       const double *values, kt_error *error) {
+    KT_REQUIRE(error, simulation, copy, parameter, values);
     if (simulation->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
@@ -63,6 +64,7 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
 }
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
+    KT_REQUIRE(error, simulation);
     size_t nv = simulation->size.user_nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
         kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
@@ -88,6 +90,7 @@ static bool wrench_is_finite(const kt_wrench *wrench) {
 }
 
 kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
+    KT_REQUIRE(error, simulation);
     size_t count = simulation->size.body;
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
         if (!wrench_is_finite(&wrenches[body])) {
@@ -118,6 +121,8 @@ void kt_simulation_count(kt_simulation *simulation) {
 }
 
 kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation) {
+    if (!simulation)
+        return (kt_velocity_correction){0.0, (double)NAN, 0};
     const kt_corrections *corrections = &simulation->memory.corrections;
     if (!(corrections->most > 0.0))
         return (kt_velocity_correction){0.0, (double)NAN, 0};
@@ -126,6 +131,8 @@ kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *si
 }
 
 kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
+    if (!simulation)
+        return (kt_simulation_counts){.steps = 0};
     kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
     kt_simulation_counts counts = {from.steps,
                                    from.rejected,
@@ -178,6 +185,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
 }
 
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
+    KT_REQUIRE(error, simulation);
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_limit > t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "t_limit = %.17g s is not after the current time, %.17g s",
@@ -188,6 +196,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
 }
 
 kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error) {
+    KT_REQUIRE(error, simulation);
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
@@ -208,6 +217,7 @@ static double end_of_period(const kt_simulation *simulation, double period) {
 }
 
 kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error) {
+    KT_REQUIRE(error, simulation);
     const double t = kt_integrator_time(simulation->integrator);
     if (!(period > 0.0) || !isfinite(period))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the period is %g s; it must be above zero", period);
@@ -221,9 +231,13 @@ kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error 
 
 /* ---- state ------------------------------------------------------------------------------------------------------- */
 
-double kt_simulation_time(const kt_simulation *simulation) { return kt_integrator_time(simulation->integrator); }
+double kt_simulation_time(const kt_simulation *simulation) {
+    return simulation ? kt_integrator_time(simulation->integrator) : (double)NAN;
+}
 
 kt_work kt_simulation_work(const kt_simulation *simulation) {
+    if (!simulation)
+        return (kt_work){(double)NAN, (double)NAN};
     return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
 }
 
@@ -252,6 +266,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
+    KT_REQUIRE(error, simulation, q || !simulation->size.user_nq);
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
@@ -274,6 +289,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
+    KT_REQUIRE(error, simulation, a || !simulation->size.user_nv);
     const kt_simulation_memory *memory = &simulation->memory;
     const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
     const double *tau = memory->next.torque ? simulation->torque_next : NULL;

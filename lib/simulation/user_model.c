@@ -10,10 +10,10 @@
 
 #include <string.h>
 
-const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation->state; }
+const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation ? simulation->state : NULL; }
 
 const double *kt_simulation_velocities(const kt_simulation *simulation) {
-    return simulation->state + simulation->size.user_nq;
+    return simulation ? simulation->state + simulation->size.user_nq : NULL;
 }
 
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {

@@ -300,6 +300,7 @@ static kt_status loosen_all(const kt_description *description, const kt_model_op
 
 kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options, const kt_model *model,
                              kt_absolute **absolute, kt_error *error) {
+    KT_REQUIRE(error, description, model, absolute);
     const kt_model_options defaults = kt_model_options_default();
     kt_absolute *made;
     if (!KT_HAS_LOOPS)
@@ -335,8 +336,14 @@ void kt_absolute_free(kt_absolute *absolute) {
     kt_aligned_release(absolute);
 }
 
-const kt_model *kt_absolute_model(const kt_absolute *absolute) { return absolute ? absolute->model : NULL; }
+const kt_model *kt_absolute_model(const kt_absolute *absolute) {
+    if (!absolute)
+        return NULL;
+    return absolute ? absolute->model : NULL;
+}
 
 void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) {
+    if (!options)
+        return;
     options->transformation = absolute ? &absolute->transformation : NULL;
 }

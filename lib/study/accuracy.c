@@ -1,4 +1,5 @@
 /* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
+#include "base/require.h"
 #include "kinetree/study.h"
 
 #include "base/aligned.h"
@@ -18,10 +19,11 @@ kt_accuracy_options kt_accuracy_options_default(void) {
 }
 
 kt_variant kt_variant_default(const kt_run *run) {
+    const kt_run standard = kt_run_default();
     kt_variant variant = {0};
     variant.model = kt_model_options_default();
-    variant.model.metric = run->metric;
-    variant.model.plan = run->plan;
+    variant.model.metric = (run ? run : &standard)->metric;
+    variant.model.plan = (run ? run : &standard)->plan;
     variant.simulation = kt_simulation_options_default();
     return variant;
 }
@@ -197,6 +199,7 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
 
 kt_status kt_accuracy_create(const kt_description *description, const kt_run *run, const kt_accuracy_options *options,
                              kt_accuracy **study, kt_error *error) {
+    KT_REQUIRE(error, description, run, study);
     kt_accuracy start = {.options = options != NULL ? *options : kt_accuracy_options_default()};
     kt_accuracy *made = NULL;
     kt_status status = begin(&start, description, run, error);
@@ -218,12 +221,13 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
     return status;
 }
 
-const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study) { return &study->results; }
+const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study) { return study ? &study->results : NULL; }
 
-const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study->model; }
+const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study ? study->model : NULL; }
 
 kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                               double setting, kt_accuracy_point *point, kt_error *error) {
+    KT_REQUIRE(error, study, variant, method, point);
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))

@@ -94,6 +94,8 @@ void kt_accuracy_mark_front(kt_accuracy *study) {
 }
 
 int kt_accuracy_best(const kt_accuracy *study, double goal) {
+    if (!study)
+        return -1;
     int best = -1;
     const bool timed = study->options.clock != NULL;
     for (int c = 0; c < study->results.curve_count; c++) {

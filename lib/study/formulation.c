@@ -65,6 +65,7 @@ static kt_status fill_projected(kt_constraint_formulation *formulation, kt_data 
 kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulation, kt_data *data, double t,
                                              const double *q, const double *v, const double *tau,
                                              const kt_wrench *external, double *rate, double *a, kt_error *error) {
+    KT_REQUIRE(error, formulation, data, q || formulation->n == 0, v || formulation->n == 0, a || formulation->n == 0);
     const kt_constraint_formulation_options *o = &formulation->options;
     const bool projects = o->type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     const bool stable =
@@ -109,6 +110,8 @@ static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *e
 }
 
 void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_simulation_options *options) {
+    if (!formulation || !options)
+        return;
     const bool projects = formulation->options.type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     options->acceleration = accelerate;
     options->projection = projects ? kt_formulation_project_positions : NULL;
@@ -120,10 +123,12 @@ void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_si
 
 kt_constraint_formulation_statistics
 kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation) {
-    return formulation->found;
+    return formulation ? formulation->found : (kt_constraint_formulation_statistics){.evaluations = 0};
 }
 
 void kt_constraint_formulation_reset(kt_constraint_formulation *formulation) {
+    if (!formulation)
+        return;
     const kt_constraint_formulation_statistics none = {.least = 1.0};
     formulation->found = none;
     formulation->largest = 0.0;
@@ -131,6 +136,7 @@ void kt_constraint_formulation_reset(kt_constraint_formulation *formulation) {
 }
 
 kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation, kt_error *error) {
+    KT_REQUIRE(error, formulation);
     const kt_constraint_formulation_statistics *f = &formulation->found;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", f->least_time);

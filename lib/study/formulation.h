@@ -5,6 +5,7 @@
 #define KT_STUDY_FORMULATION_H
 
 #include "base/arena.h"
+#include "base/require.h"
 #include "kinetree/study.h"
 
 #include <stdio.h>

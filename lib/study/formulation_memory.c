@@ -38,7 +38,7 @@ static size_t place(void *memory, const kt_model *model) {
                    (size_t)kt_model_mobility(model).equations);
 }
 
-size_t kt_constraint_formulation_size(const kt_model *model) { return place(NULL, model); }
+size_t kt_constraint_formulation_size(const kt_model *model) { return model ? place(NULL, model) : 0; }
 
 /* ---- placing ----------------------------------------------------------------------------------------------------- */
 
@@ -79,6 +79,7 @@ static kt_status choose_penalty(kt_constraint_formulation *formulation, kt_data 
 kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                          const kt_constraint_formulation_options *options, void *memory, size_t size,
                                          kt_constraint_formulation **formulation, kt_error *error) {
+    KT_REQUIRE(error, model, data, options, formulation);
     kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
@@ -105,6 +106,7 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
 
 kt_status kt_constraint_formulation_create(const kt_model *model, const kt_constraint_formulation_options *options,
                                            kt_constraint_formulation **formulation, kt_error *error) {
+    KT_REQUIRE(error, model, options, formulation);
     const size_t size = place(NULL, model);
     kt_data *data = NULL;
     kt_status status = kt_data_create(model, &data, error);

@@ -174,10 +174,10 @@ KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
             double old[KT_PARAMETER_MAX], now[KT_PARAMETER_MAX];
             if (!other || !fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e))
                 return;
-            kt_parameter_get(copy, &parameter, old);
+            (void)fine("get", kt_parameter_get(copy, &parameter, old, &e), &e);
             if (!set(copy, t))
                 return;
-            kt_parameter_get(copy, &parameter, now);
+            (void)fine("get", kt_parameter_get(copy, &parameter, now, &e), &e);
             kt_check_true("it is read back", memcmp(now, t->values, (size_t)t->count * sizeof *now) == 0);
             const answer theirs = ask(other), ours = ask(copy);
             double most = 0.0, size = 0.0;
@@ -317,7 +317,7 @@ KT_TEST(an_effect_is_switched_off_by_its_numbers) {
         double now = -1.0;
         fine("find", kt_parameter_find(copy, off[k].name, &parameter, &e), &e);
         fine(off[k].name, kt_parameter_set(copy, &parameter, &off[k].value, &e), &e);
-        kt_parameter_get(copy, &parameter, &now);
+        (void)fine("get", kt_parameter_get(copy, &parameter, &now, &e), &e);
         kt_check_true("it is read back", now == off[k].value);
     }
     free(copy);
@@ -367,10 +367,10 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     assemble_from(model, free_q);
     assemble_from(held, held_q);
     fine("find", kt_parameter_find(copy, "ram.hold", &parameter, &e), &e);
-    kt_parameter_get(copy, &parameter, &hold);
+    (void)fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
     kt_check_true("it is free", hold == 0.0);
     fine("set", kt_parameter_set(copy, &parameter, (const double[]){1.0}, &e), &e);
-    kt_parameter_get(copy, &parameter, &hold);
+    (void)fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
     kt_check_true("it is held", hold == 1.0);
     assemble_from(copy, set_q);
     fine("set", kt_parameter_set(copy, &parameter, (const double[]){0.0}, &e), &e);
@@ -381,5 +381,64 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     kt_check_true("and back", memcmp(back_q, free_q, sizeof back_q) == 0);
     free(copy);
     kt_model_free(held);
+    kt_model_free(model);
+}
+
+/* Each name of a parameter of the large model, in a small one and in a copy of it: none reads or writes there. */
+KT_TEST(parameters_of_another_model_are_refused) {
+    static const char *const names[] = {"hand.mass",          "arm.com",
+                                        "hand.armature",      "slide.hold",
+                                        "effect coil.length", "effect mount.stiffness",
+                                        "effect hold.target", "effect push.value",
+                                        "loop drive.position"};
+    kt_scene scene;
+    kt_model *model = compile(NULL, KT_PLAN_AUTO), *small = NULL;
+    kt_error e;
+    if (!model ||
+        !fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e) ||
+        !fine("compile", kt_model_compile(&scene.description, NULL, &small, &e), &e))
+        return;
+    kt_scene_free(&scene);
+    kt_model *copy = copy_of(small);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        double now[KT_PARAMETER_MAX] = {7.0};
+        kt_parameter parameter;
+        if (!fine(names[i], kt_parameter_find(model, names[i], &parameter, &e), &e))
+            continue;
+        kt_note("%s", names[i]);
+        kt_check_equal_int("get", kt_parameter_get(small, &parameter, now, &e), KT_ERROR_ARGUMENT);
+        kt_check_contains("what", e.message, "none of this model");
+        kt_check_true("untouched", now[0] == 7.0);
+        kt_check_equal_int("set", kt_parameter_set(copy, &parameter, now, &e), KT_ERROR_ARGUMENT);
+        parameter.count++;
+        kt_check_equal_int("of another length", kt_parameter_get(model, &parameter, now, &e), KT_ERROR_ARGUMENT);
+    }
+    free(copy);
+    kt_model_free(small);
+    kt_model_free(model);
+}
+
+/* What is refused names the item that the parameter belongs to. */
+KT_TEST(numbers_that_cannot_be_are_told_with_the_name_of_their_item) {
+    static const struct {
+        const char *name, *where;
+    } asked[] = {{"gravity", "gravity"},
+                 {"hand.mass", "hand"},
+                 {"slide.hold", "body 'slide'"},
+                 {"effect coil.stiffness", "coil"},
+                 {"effect hold.target", "effect 'hold'"},
+                 {"effect push.value", "effect 'push'"},
+                 {"loop drive.position", "loop 'drive'"}};
+    const double wrong[KT_PARAMETER_MAX] = {(double)NAN, 0.0, 0.0, 0.0, 0.0, 0.0};
+    kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model);
+    for (size_t i = 0; model && i < sizeof asked / sizeof *asked; i++) {
+        kt_parameter parameter;
+        kt_error e;
+        if (!fine(asked[i].name, kt_parameter_find(copy, asked[i].name, &parameter, &e), &e))
+            continue;
+        kt_check_equal_int(asked[i].name, kt_parameter_set(copy, &parameter, wrong, &e), KT_ERROR_MODEL);
+        kt_check_contains("where", e.where, asked[i].where);
+    }
+    free(copy);
     kt_model_free(model);
 }

@@ -106,10 +106,10 @@ static bool invert(const kt_model *model, kt_data *data, motion *m, kt_coordinat
                      &e) &&
         linkage_fine("accelerations",
                      kt_acceleration_complete(model, data, work, size, 0.0, m->q, m->v, independent, m->a, &e), &e) &&
-        linkage_fine(
-            "forces",
-            kt_actuation_evaluate(model, data, work, size, 0.0, m->q, m->v, m->a, NULL, actuated, weights, forces, &e),
-            &e);
+        linkage_fine("forces",
+                     kt_actuation_evaluate(model, data, work, size, 0.0, m->q, m->v, m->a, NULL, actuated, weights,
+                                           forces, NULL, &e),
+                     &e);
     free(work);
     return fine;
 }
@@ -355,7 +355,8 @@ static void check_least(subject *s, kt_coordinate_list first, kt_coordinate_list
     kt_worst worst = kt_worst_make("weighted forces that are rates");
     for (int i = 0; i < all.count; i++)
         largest = fmax(largest, fabs(weights[i] * forces[i]));
-    if (linkage_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, &e), &e))
+    if (linkage_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e),
+                     &e))
         for (int i = 0; i < all.count; i++) {
             double rate = 0.0;
             for (int c = 0; c < first.count; c++)
@@ -428,25 +429,25 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
     const int index[2] = {0, 0};
     kt_check_equal_int("one of two",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){index, 1}, NULL, torque, &e),
+                                             (kt_coordinate_list){index, 1}, NULL, torque, NULL, &e),
                        KT_ERROR_SINGULAR);
     kt_check_text("where", e.where, "joint 'second'");
     kt_check_contains("what", e.message, "a motion that no actuator drives: 1 of the 1 coordinates");
     kt_check_equal_int("none",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){NULL, 0}, NULL, torque, &e),
+                                             (kt_coordinate_list){NULL, 0}, NULL, torque, NULL, &e),
                        KT_ERROR_SINGULAR);
     kt_check_equal_int("twice",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){index, 2}, NULL, torque, &e),
+                                             (kt_coordinate_list){index, 2}, NULL, torque, NULL, &e),
                        KT_ERROR_ARGUMENT);
     kt_check_equal_int("weight",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){index, 1}, (const double[]){-1.0}, torque, &e),
+                                             (kt_coordinate_list){index, 1}, (const double[]){-1.0}, torque, NULL, &e),
                        KT_ERROR_ARGUMENT);
     kt_check_equal_int("memory",
                        kt_actuation_evaluate(l.model, l.data, work, 8, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){index, 1}, NULL, torque, &e),
+                                             (kt_coordinate_list){index, 1}, NULL, torque, NULL, &e),
                        KT_ERROR_MEMORY);
     kt_check_equal_int("one of two chosen",
                        kt_velocity_complete(l.model, l.data, work, size, 0.0, q, (kt_coordinate_list){index, 1}, a, &e),
@@ -455,7 +456,7 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
     q[1] = (double)NAN;
     kt_check_equal_int("position",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, q, NULL, a, NULL,
-                                             (kt_coordinate_list){index, 1}, NULL, torque, &e),
+                                             (kt_coordinate_list){index, 1}, NULL, torque, NULL, &e),
                        KT_ERROR_NOT_FINITE);
     kt_check_equal_int(
         "time",
@@ -498,7 +499,7 @@ KT_TEST(accelerations_that_open_a_loop_are_refused) {
         torque[0] = 7.0;
         kt_check_equal_int(
             "a millionth off",
-            kt_actuation_evaluate(l.model, l.data, work, size, 0.0, m.q, m.v, m.a, NULL, two, NULL, torque, &e),
+            kt_actuation_evaluate(l.model, l.data, work, size, 0.0, m.q, m.v, m.a, NULL, two, NULL, torque, NULL, &e),
             KT_ERROR_CONSTRAINT);
         kt_check_contains("where", e.where, "loop 'pin'");
         kt_check_equal_bits("untouched", torque, (const double[]){7.0}, 1);
@@ -509,7 +510,7 @@ KT_TEST(accelerations_that_open_a_loop_are_refused) {
         KT_ERROR_ARGUMENT);
     kt_check_equal_int("one motor",
                        kt_actuation_evaluate(l.model, l.data, work, size, 0.0, m.q, NULL, NULL, NULL,
-                                             (kt_coordinate_list){motors, 1}, NULL, torque, &e),
+                                             (kt_coordinate_list){motors, 1}, NULL, torque, NULL, &e),
                        KT_ERROR_SINGULAR);
     free(work);
     linkage_free(&l);

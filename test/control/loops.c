@@ -126,7 +126,7 @@ static void basis_of(subject *u, kt_random *random, kt_worst *worst, int n) {
     (void)random;
     if (!kt_tree_fine("basis",
                       kt_independent_basis(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q,
-                                           (kt_coordinate_list){u->list, u->count}, basis, &e),
+                                           (kt_coordinate_list){u->list, u->count}, basis, NULL, &e),
                       &e))
         return;
     for (int c = 0; c < u->count; c++) {
@@ -201,7 +201,7 @@ static bool actuate(subject *u, const double *a, kt_coordinate_list list, const 
     kt_error e = {0};
     return kt_tree_fine("actuation",
                         kt_actuation_evaluate(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, u->g.v,
-                                              a, u->g.external, list, weights, forces, &e),
+                                              a, u->g.external, list, weights, forces, NULL, &e),
                         &e);
 }
 
@@ -259,7 +259,7 @@ static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
         kt_worst_near(worst, y[i], x[i], 5.0 * moved[i], "mechanism %d coordinate %d", n, i);
     for (int i = 0; i < TASK * nv; i++)
         jacobian[i] = kt_random_uniform(random, -1.0, 1.0);
-    const kt_status status = kt_operational_inertia(inverse, TASK, jacobian, inertia, consistent, &e);
+    const kt_status status = kt_operational_inertia(inverse, TASK, jacobian, inertia, consistent, NULL, &e);
     kt_check_equal_int("as many rows as freedoms", status, u->count < TASK ? KT_ERROR_SINGULAR : KT_OK);
     for (int c = 0; c < TASK && status == KT_OK; c++) {
         /* the force on the task that accelerates it by one moves the mechanism by the consistent inverse */

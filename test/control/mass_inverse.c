@@ -110,7 +110,7 @@ KT_TEST(operational_inertia_is_the_inverse_of_what_a_task_feels) {
         kt_frame_jacobian(tree.model, tree.data, tree.count - 1, kt_vec3_make(0.1, 0.2, -0.3), KT_TWIST_ALIGNED,
                           jacobian);
         kt_mass_inverse *w = make(&tree, s.q, TASK);
-        const kt_status status = kt_operational_inertia(w, TASK, jacobian, inertia, consistent, &e);
+        const kt_status status = kt_operational_inertia(w, TASK, jacobian, inertia, consistent, NULL, &e);
         if (status == KT_OK) {
             regular++;
             project(&tree, inverse, jacobian, task);
@@ -214,14 +214,15 @@ KT_TEST(what_has_no_inverse_is_refused_with_the_joint_or_row) {
         !kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e), &e))
         return;
     kt_frame_jacobian(model, data, 2, kt_vec3_make(1.0, 0.0, 0.0), KT_TWIST_BODY, jacobian);
-    kt_check_equal_int("six rows", kt_operational_inertia(w, TASK, jacobian, inertia, NULL, &e), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("six rows", kt_operational_inertia(w, TASK, jacobian, inertia, NULL, NULL, &e),
+                       KT_ERROR_ARGUMENT);
     const double xy[4] = {jacobian[4], jacobian[3], jacobian[10], jacobian[9]}; /* y, then x */
-    kt_check_equal_int("stretched", kt_operational_inertia(w, 2, xy, inertia, NULL, &e), KT_ERROR_SINGULAR);
+    kt_check_equal_int("stretched", kt_operational_inertia(w, 2, xy, inertia, NULL, NULL, &e), KT_ERROR_SINGULAR);
     kt_check_contains("row", e.message, "row 1 ");
     kt_check_equal_bits("untouched", inertia, (const double[]){7.0}, 1);
     /* 1 kg at half of each metre: the force along y that moves the tip of the stretched arm. M = [2.5 0.75; 0.75 0.25],
      * J = [2 1]: J M^-1 J' = 8. */
-    (void)kt_tree_fine("y", kt_operational_inertia(w, 1, (const double[]){xy[0], xy[2]}, inertia, NULL, &e), &e);
+    (void)kt_tree_fine("y", kt_operational_inertia(w, 1, (const double[]){xy[0], xy[2]}, inertia, NULL, NULL, &e), &e);
     kt_check_near("of y alone", inertia[0], 0.125, 4.0 * EPS);
     kt_mass_inverse_free(w);
     kt_data_free(data);

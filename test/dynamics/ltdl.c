@@ -201,26 +201,28 @@ KT_TEST(matrix_that_is_not_positive_definite_is_refused_by_its_joint) {
     release(&f);
 }
 
-/* What a pass leaves for the next is zero, whatever it has computed. */
-KT_TEST(column_that_is_not_finite_leaves_the_next_alone) {
+KT_TEST(column_that_is_not_finite_is_refused_and_leaves_all_alone) {
     kt_random random = kt_random_of_test();
     int same = 0;
     for (int n = 0; n < TREES; n++) {
         static factored f;
-        double x[2][KT_TREE_NV], bad[KT_TREE_NV];
+        double x[2][KT_TREE_NV], bad[KT_TREE_NV], kept[KT_TREE_NV];
         kt_error e;
         if (!draw(&f, n, &random, NULL))
             return;
         const size_t nv = (size_t)f.tree.nv;
         for (size_t i = 0; i < nv; i++)
             bad[i] = i % 2 ? (double)NAN : (double)INFINITY;
+        memcpy(kept, bad, nv * sizeof *kept);
         memcpy(x[0], f.s.v, nv * sizeof **x);
         memcpy(x[1], f.s.v, nv * sizeof **x);
         if (!kt_tree_fine("solves", kt_mass_factor_solve(f.factor, 1, x[0], &e), &e) ||
-            !kt_tree_fine("solves NaN", kt_mass_factor_solve(f.factor, 1, bad, &e), &e) ||
+            !kt_check_equal_int("NaN", kt_mass_factor_solve(f.factor, 1, bad, &e),
+                                nv > 0 ? KT_ERROR_NOT_FINITE : KT_OK) ||
+            !kt_check_equal_int("-1 columns", kt_mass_factor_solve(f.factor, -1, bad, &e), KT_ERROR_ARGUMENT) ||
             !kt_tree_fine("solves again", kt_mass_factor_solve(f.factor, 1, x[1], &e), &e))
             return;
-        same += memcmp(x[0], x[1], nv * sizeof **x) == 0;
+        same += memcmp(x[0], x[1], nv * sizeof **x) == 0 && memcmp(bad, kept, nv * sizeof *bad) == 0;
         release(&f);
     }
     kt_check_equal_int("trees whose solutions have equal bits", same, TREES);

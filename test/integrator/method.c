@@ -21,6 +21,15 @@ KT_TEST(every_method_is_found_by_its_name) {
     }
 }
 
+/* implicit_euler is implicit-euler. */
+KT_TEST(every_method_is_found_by_its_identifier) {
+    int found = 0;
+#define FIND(id) found += kt_check_true(#id, kt_method_find(#id) == kt_method_at(found));
+    KT_METHOD_LIST(FIND)
+#undef FIND
+    kt_check_equal_int("all", found, kt_method_count());
+}
+
 KT_TEST(names_of_all_methods_stand_in_one_line) {
     for (int adaptive = 0; adaptive <= 1; adaptive++) {
         char expected[256] = "", names[256], some[8];
@@ -64,6 +73,7 @@ KT_TEST(a_method_tells_its_family) {
 }
 
 KT_TEST(what_is_no_method_is_not_found) {
+    kt_check_true("as in KT_METHOD_LIST", kt_method_find("rk_4") == NULL && kt_method_find("rk") == NULL);
     kt_check_true("unknown", kt_method_find("rk5") == NULL);
     kt_check_true("empty", kt_method_find("") == NULL);
     kt_check_true("NULL", kt_method_find(NULL) == NULL);

@@ -374,6 +374,36 @@ KT_TEST(wrench_that_is_not_finite_is_named) {
     stage_close(&s);
 }
 
+/* Kinematics of one position and the velocities of another would make a force that no state has. */
+KT_TEST(load_of_an_effect_is_refused_from_kinematics_of_another_state) {
+    static stage s;
+    kt_error error = {0};
+    kt_effect_load load = {.joint_force = 7.0}, expected = {.joint_force = 0.0};
+    stage_describe(&s);
+    own o = {.stiffness = 3.0};
+    add_pull(&s, &o)->name = "tether";
+    if (stage_build(&s)) {
+        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
+        (void)fine("load", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &expected, &error), &error);
+        s.q[0] += 1e-9;
+        kt_check_equal_int("another q", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_contains("what", error.message, "another state");
+        s.q[0] -= 1e-9;
+        s.v[0] += 1.0;
+        kt_check_equal_int("another v", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_equal_int("no effect", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 1, &load, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_near("untouched", load.joint_force, 7.0, 0.0);
+        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, NULL, NULL, &error), &error);
+        (void)fine("at rest", kt_effect_evaluate(s.model, s.data, 0.0, s.q, NULL, 0, &load, &error), &error);
+        kt_check_equal_bits("a pull does not depend on velocities", &load.wrench[0].force.x,
+                            &expected.wrench[0].force.x, 3);
+    }
+    stage_close(&s);
+}
+
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
 
 KT_TEST(effects_lie_in_batches_of_one_type_and_only_what_bears_them_moves) {

@@ -165,8 +165,8 @@ static void compare(mechanism *m, const kt_step *step, const char *name, kt_wors
     kt_parameter parameter;
     void *work = take(size);
     kt_error error;
-    if (kt_tree_fine(name, kt_parameter_find(m->copy, name, &parameter, &error), &error)) {
-        kt_parameter_get(m->copy, &parameter, now);
+    if (kt_tree_fine(name, kt_parameter_find(m->copy, name, &parameter, &error), &error) &&
+        kt_tree_fine(name, kt_parameter_get(m->copy, &parameter, now, &error), &error)) {
         if (parameter.kind >= KT_PARAMETER_EFFECT_CURVE && parameter.count == 4)
             memcpy(now, (double[]){now[0], 0.05, -0.4, 0.03}, 4 * sizeof *now); /* moves */
         if (kt_tree_fine("set", kt_parameter_set(m->copy, &parameter, now, &error), &error) &&

@@ -140,9 +140,9 @@ static kt_status ask(controls *c, double t, const double *q, const double *v, kt
     if (status == KT_OK)
         status = kt_mass_inverse_apply(c->inverse, 1, rates, error);
     if (status == KT_OK)
-        status = kt_operational_inertia(c->inverse, 1, row, &inertia, a, error);
+        status = kt_operational_inertia(c->inverse, 1, row, &inertia, a, NULL, error);
     if (status == KT_OK)
-        status = kt_independent_basis(model, c->data, c->work, c->size, t, q, list, c->matrix, error);
+        status = kt_independent_basis(model, c->data, c->work, c->size, t, q, list, c->matrix, NULL, error);
     kt_loop_jacobian(model, 1, row, list.count, c->matrix, forces);
     memcpy(rates, v, (size_t)nv * sizeof *rates);
     if (status == KT_OK)
@@ -150,7 +150,8 @@ static kt_status ask(controls *c, double t, const double *q, const double *v, kt
     if (status == KT_OK)
         status = kt_acceleration_complete(model, c->data, c->work, c->size, t, q, v, list, a, error);
     if (status == KT_OK)
-        status = kt_actuation_evaluate(model, c->data, c->work, c->size, t, q, v, a, NULL, all, NULL, forces, error);
+        status =
+            kt_actuation_evaluate(model, c->data, c->work, c->size, t, q, v, a, NULL, all, NULL, forces, NULL, error);
     return status;
 }
 
@@ -209,10 +210,11 @@ static kt_status set_parameter(kt_simulation *simulation, controls *c, kt_error 
     double mass;
     char name[128];
     (void)snprintf(name, sizeof name, "%s.mass", kt_body_name(c->model, kt_model_body_count(c->model) - 1));
-    const kt_status found = kt_parameter_find(c->model, name, &c->parameter, error);
-    if (found != KT_OK)
-        return found;
-    kt_parameter_get(c->copy, &c->parameter, &mass);
+    kt_status status = kt_parameter_find(c->model, name, &c->parameter, error);
+    if (status == KT_OK)
+        status = kt_parameter_get(c->copy, &c->parameter, &mass, error);
+    if (status != KT_OK)
+        return status;
     mass *= 1.001;
     return kt_simulation_set_parameter(simulation, c->copy, &c->parameter, &mass, error);
 }

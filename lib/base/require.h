@@ -1,0 +1,41 @@
+/* What a public call requires of its arguments before it reads through them.
+ *
+ *     KT_REQUIRE(error, model, q || !model->n.q, columns);
+ *
+ * returns KT_ERROR_ARGUMENT from the function where one of the conditions is false; the message names the first such
+ * argument, the word that the condition begins with. They are evaluated in order, so that a condition may read through
+ * a pointer that an earlier one requires. An array without numbers may be NULL: `q || !model->n.q`. Where all hold,
+ * nothing is called.
+ */
+#ifndef KT_BASE_REQUIRE_H
+#define KT_BASE_REQUIRE_H
+
+#include "base/inner.h"
+
+#include <stddef.h>
+
+/* The number of the first condition that is false, from 1; 0: none. */
+#define KT_FALSE_1(a) (!(a) ? 1 : 0)
+#define KT_FALSE_2(a, b) (!(a) ? 1 : !(b) ? 2 : 0)
+#define KT_FALSE_3(a, b, c) (!(a) ? 1 : !(b) ? 2 : !(c) ? 3 : 0)
+#define KT_FALSE_4(a, b, c, d) (!(a) ? 1 : !(b) ? 2 : !(c) ? 3 : !(d) ? 4 : 0)
+#define KT_FALSE_5(a, b, c, d, e) (!(a) ? 1 : !(b) ? 2 : !(c) ? 3 : !(d) ? 4 : !(e) ? 5 : 0)
+#define KT_FALSE_6(a, b, c, d, e, f) (!(a) ? 1 : !(b) ? 2 : !(c) ? 3 : !(d) ? 4 : !(e) ? 5 : !(f) ? 6 : 0)
+#define KT_FALSE_OF(a, b, c, d, e, f, name, ...) name
+#define KT_FALSE(...)                                                                                                  \
+    KT_FALSE_OF(__VA_ARGS__, KT_FALSE_6, KT_FALSE_5, KT_FALSE_4, KT_FALSE_3, KT_FALSE_2, KT_FALSE_1, )(__VA_ARGS__)
+
+#define KT_REQUIRE(error, ...)                                                                                         \
+    do {                                                                                                               \
+        const int kt_false = KT_FALSE(__VA_ARGS__);                                                                    \
+        if (kt_false)                                                                                                  \
+            return kt_require_refuse(error, __func__, #__VA_ARGS__, kt_false);                                         \
+    } while (0)
+
+/* Returns the error of a condition of the list that is false. */
+KT_INNER KT_CHECKED kt_status kt_require_refuse(kt_error *error, const char *call, const char *conditions, int number);
+
+/* Whether `index` is one of `count`. */
+#define KT_IS_INDEX(index, count) ((index) >= 0 && (size_t)(index) < (size_t)(count))
+
+#endif
