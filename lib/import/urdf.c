@@ -19,19 +19,23 @@
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) {
-    char what[KT_MESSAGE_SIZE], where[KT_WHERE_SIZE];
+    char what[KT_MESSAGE_SIZE];
     va_list arguments;
     if (left->count == 0)
         return;
     va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
-    kt_scene_where(where, u->path, left->first->line, left->first->column);
+    const size_t room = strlen(u->path) + 32;
+    char *where = kt_pool_take(&u->r->keep, room, 1);
     kt_scene_note *to = &u->notes[u->note_count++];
-    to->where = kt_pool_text(&u->r->keep, where, strlen(where));
+    to->where = where;
     to->what = kt_pool_text(&u->r->keep, what, strlen(what));
-    if (to->where == NULL || to->what == NULL)
+    if (to->where == NULL || to->what == NULL) {
         (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    (void)snprintf(where, room, "%s:%u:%u", u->path, (unsigned)left->first->line, (unsigned)left->first->column);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
@@ -192,9 +196,15 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
 }
 
 static bool is_robot(kt_reader *r, const kt_element *root) {
+    static const char *const others[][2] = {{"mujoco", "; this is MJCF, the format of MuJoCo, which is not read"},
+                                            {"mujocoinclude", "; this is a part of a file in MJCF, which is not read"},
+                                            {"sdf", "; this is SDF, the format of Gazebo, which is not read"}};
+    const char *known = "";
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        known = strcmp(root->name, others[i][0]) == 0 ? others[i][1] : known;
     if (strcmp(root->name, "robot") != 0)
         return kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
-                            "a robot in URDF begins with <robot name=\"...\">, not with <%.40s>", root->name);
+                            "a robot in URDF begins with <robot name=\"...\">, not with <%.40s>%s", root->name, known);
     for (const kt_element *e = root->first; e != NULL; e = e->next)
         if (strncmp(e->name, "xacro:", 6) == 0)
             return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column,

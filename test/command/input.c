@@ -52,3 +52,14 @@ KT_TEST(large_text_is_refused_in_bounded_memory) {
     kt_expect(2, "bytes.yaml:1:20: this is not UTF-8 text",
               "printf 'kinetree: 1 # comme\\377' >bytes.yaml; " BOUNDED "$K check bytes.yaml");
 }
+
+/* A place in an error has room for 160 letters. */
+KT_TEST(long_paths_are_written_whole) {
+    char folder[300], path[320], place[360];
+    (void)snprintf(folder, sizeof folder, "%0100d/%0100d", 1, 2);
+    (void)snprintf(path, sizeof path, "%s/robot.urdf", folder);
+    (void)snprintf(place, sizeof place, "%s:1:1: there is no link", path);
+    kt_expect(2, place, "mkdir -p %s && echo \"<robot name='r'/>\" >%s && $K check %s", folder, path, path);
+    const kt_ran ran = kt_shell("$K check %s 2>&1 | head -c 3", path);
+    kt_check_text("begins with the path", ran.out, "000");
+}

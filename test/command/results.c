@@ -360,9 +360,10 @@ KT_TEST(balance_is_recorded_and_summed_up) {
     kt_check_below("drift", kt_json_at(root, "balance.drift"), 2e-11);
     const int supplied = kt_csv_column(ran.err, "energy.supplied"), v = kt_csv_column(ran.err, "velocity.block");
     const int balance = kt_csv_column(ran.err, "energy.balance"), position = kt_csv_column(ran.err, "position.block");
+    /* Steps that are long for the works have them from the dense output: to the tolerance of a step, 1e-12 (1 + W). */
     for (int line = 1; line <= 5; line++) {
         kt_check_near("6 N along the way", kt_csv_number(ran.err, line, supplied),
-                      6.0 * kt_csv_number(ran.err, line, position), 1e-12);
+                      6.0 * kt_csv_number(ran.err, line, position), 2e-11);
         kt_check_near("balance", kt_csv_number(ran.err, line, balance), 0.0, 2e-11);
         kt_check_near("velocity", kt_csv_number(ran.err, line, v), 6.0 * (1.0 - exp(-0.25 * (line - 1))), 2e-12);
     }

@@ -282,7 +282,13 @@ KT_TEST(faults_are_told_at_their_places) {
         {"<robot>\n<link name='a'>\n</robot>", "3:3: this is no well-formed XML: mismatched tag\n"},
         {"<!DOCTYPE robot [<!ENTITY a 'b'>]><robot/>",
          "1:17: a document type (<!DOCTYPE ...>) is not read; leave it out\n"},
-        {"<mujoco/>", "1:1: a robot in URDF begins with <robot name=\"...\">, not with <mujoco>\n"},
+        {"<mujoco/>", "1:1: a robot in URDF begins with <robot name=\"...\">, not with <mujoco>; this is MJCF, the "
+                      "format of MuJoCo, "
+                      "which is not read\n"},
+        {"<sdf version='1.7'/>",
+         "1:1: a robot in URDF begins with <robot name=\"...\">, not with <sdf>; this is SDF, the "
+         "format of Gazebo, which is not read\n"},
+        {"<rigid/>", "1:1: a robot in URDF begins with <robot name=\"...\">, not with <rigid>\n"},
         {"<robot name='r'/>", "1:1: there is no link\n"},
         {"<robot name='r'><xacro:macro/></robot>",
          "1:17: <xacro:macro> is for the macro processor xacro; run it first, and read what it writes\n"},
@@ -319,6 +325,21 @@ KT_TEST(faults_are_told_at_their_places) {
         kt_check_text(table[i].text, faults.text, table[i].fault);
         kt_check_equal_int("places out of order", faults.strange, 0);
     }
+}
+
+KT_TEST(notes_have_the_whole_path) {
+    char path[400] = "";
+    kt_scene scene;
+    kt_error error;
+    while (strlen(path) < 300)
+        strcat(path, "folder/");
+    strcat(path, "r.urdf");
+    static const char text[] = "<robot name='r'><link name='a'/></robot>";
+    if (!kt_check_equal_int("status", kt_urdf_parse(path, text, strlen(text), NULL, &scene, NULL, NULL, &error), KT_OK))
+        return;
+    strcat(path, ":1:17");
+    kt_check_text("where", scene.notes[0].where, path);
+    kt_scene_free(&scene);
 }
 
 KT_TEST(nesting_ends_at_a_depth) {

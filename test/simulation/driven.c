@@ -3,7 +3,9 @@
 #include "../formulation.h"
 #include "scenes.h"
 
+#include "integrator/integrator.h"
 #include "kinetree/scene.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -207,15 +209,22 @@ static const char toggle[] =
     "bodies:\n"
     "  - {name: upper, joint: {type: revolute, at: [0, 1.2, 0], position: -10 deg}, mass: 20, shape: {type: rod, to: "
     "[0, "
-    "-0.5, 0]}}\n"
+    "-0.5, 0], radius: 0.03}}\n"
     "  - {name: lower, parent: upper, joint: {type: revolute, at: [0, -0.5, 0], position: 20 deg}, mass: 20, shape: "
     "{type: "
-    "rod, to: [0, -0.5, 0]}, markers: {pin: [0, -0.5, 0]}}\n"
-    "  - {name: ram, joint: {type: prismatic, axis: y, at: [0, 0.2, 0]}, mass: 50, inertia: [1, 1, 1]}\n"
+    "rod, to: [0, -0.5, 0], radius: 0.03}, markers: {pin: [0, -0.5, 0]}}\n"
+    "  - {name: ram, joint: {type: prismatic, axis: y, at: [0, 0.2, 0]}, mass: 50, inertia: [1, 1, 1], markers: {face: "
+    "[0, "
+    "-0.1, 0]}}\n"
     "loops:\n"
     "  - {name: drive, type: motion, joint: ram, position: {sine: {amplitude: 0.01, frequency: 0.5, phase: 90 deg, "
     "offset: 0.01}}}\n"
-    "  - {name: pin, type: revolute, between: [lower.pin, ram]}\n";
+    "  - {name: pin, type: revolute, between: [lower.pin, ram]}\n"
+    "initial: {hold: []}\n"
+    "effects:\n"
+    "  - {type: contact, point: ram.face, plane: {body: world, at: [0, 0.105, 0]}, axis: y, stiffness: 2e7, exponent: "
+    "1, "
+    "dissipation: 0.1}\n";
 
 /* The ram is lifted by 0.02 m at most: cos(upper) >= 0.98, so that bars are never farther than 0.21 rad from straight. */
 static int look_at_bars(const kt_record *record, void *user) {
@@ -243,6 +252,47 @@ KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
         kt_simulation_free(simulation);
     }
     kt_check_above("states joined", (double)joined, 0.0);
+    kt_model_free(model);
+}
+
+/* The same with a slope at the end of a step that is spoilt on purpose. */
+KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
+    kt_error error;
+    kt_model *model = compile(toggle, &error);
+    const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    const double *slope;
+    if (simulation == NULL)
+        return;
+    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.7, &error), &error);
+    kt_integrator *it = simulation->integrator;
+    (void)kt_fine("slope", kt_integrator_derivative(it, &slope, &error), &error);
+    const double t = 0.5 * (kt_integrator_previous_time(it) + kt_integrator_time(it));
+    const double angle = -acos(1.0 - 0.01 - 0.01 * cos(3.14159265358979323846 * t)); /* what the ram leaves */
+    for (int spoilt = 0; spoilt < 2; spoilt++) {
+        it->k[it->derivative_slot][spoilt ? 0 : 1] *= spoilt ? 1e12 : 1.0;
+        (void)kt_fine("state", kt_simulation_between(simulation, t, &error), &error);
+        kt_check_near("angle", simulation->y[0], angle, 1e-12);
+        kt_check_equal_int("joined", (long long)kt_simulation_counts_get(simulation).joined, spoilt);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* Steps that come to nothing while loops drift open have a remedy of their own. */
+KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
+    kt_error error = {KT_OK, "", ""};
+    kt_model *model = compile(toggle, &error);
+    kt_simulation_options options = kt_simulation_options_default();
+    const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
+    options.max_steps = 3;
+    for (int open = 0; open < 2; open++) {
+        options.unprojected = open;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
+        kt_check_true(error.message, (strstr(error.message, "let them be closed after each step") != NULL) == open);
+        kt_simulation_free(simulation);
+    }
     kt_model_free(model);
 }
 

@@ -44,15 +44,28 @@ static char *read_input(size_t *size) {
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_reported {
+    const char *path;
     int faults;
 } kt_reported;
+
+/* ":LINE:COLUMN" at the end of a place whose path is too long to stand in it; NULL: it stands there. */
+static const char *place_in_file(const char *where) {
+    const char *end = where + strlen(where);
+    if (strncmp(where, "...", 3) != 0)
+        return NULL;
+    for (int colons = 0; end > where && colons < 2;)
+        colons += *--end == ':';
+    return *end == ':' ? end : NULL;
+}
 
 static void report(void *user, const kt_error *error) {
     kt_reported *reported = user;
     reported->faults++;
     /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
      * line. */
-    fprintf(stderr, "%s%s%s\n", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    const char *place = place_in_file(error->where);
+    fprintf(stderr, "%s%s%s%s\n", place != NULL ? reported->path : error->where, place != NULL ? place : "",
+            error->where[0] != '\0' ? ": " : "", error->message);
 }
 
 /* Suggests pendulum.yaml for 'run pendulum', if that file exists. */
@@ -63,10 +76,15 @@ static void suggest_ending(const char *path) {
         kt_say("did you mean '%s'?", whole);
 }
 
-/* Whether a file is a robot in URDF, by its name, or a text by its first character. */
+/* Whether a file is a robot, by its name, or a text by its first character. Robots in URDF may be called .xml, too; of other
+ * formats the reader says what they are. */
 static bool is_urdf_name(const char *path) {
+    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".mjcf"};
     const char *dot = strrchr(path, '.');
-    return dot != NULL && strcasecmp(dot, ".urdf") == 0;
+    bool found = false;
+    for (size_t i = 0; i < sizeof endings / sizeof *endings && dot != NULL; i++)
+        found = found || strcasecmp(dot, endings[i]) == 0;
+    return found;
 }
 
 static bool is_xml(const char *text, size_t size) {
@@ -89,7 +107,7 @@ static int read_any(const char *path, bool is_robot, const kt_urdf_options *opti
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
                                   .setting_count = settings != NULL ? settings->count : 0};
-    kt_reported reported = {0};
+    kt_reported reported = {.path = path};
     kt_error error = {0};
     kt_status status;
     if (strcmp(path, "-") == 0) {
