@@ -16,6 +16,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { JOINTS = ARM_JOINTS, STEPS = 500 };
 
@@ -59,8 +60,17 @@ static uint64_t hash(uint64_t so_far, const double *x, int count) {
     return so_far;
 }
 
+/* Writes a text without a stream: those of newlib take 5 kB. */
+static void put(const char *text) {
+    size_t left = strlen(text);
+    for (ssize_t n = 1; left > 0 && n > 0; left -= n > 0 ? (size_t)n : 0, text += n > 0 ? n : 0)
+        n = write(STDOUT_FILENO, text, left);
+}
+
 static void print(const char *name, uint64_t bits) {
-    printf("%s %08" PRIx32 "%08" PRIx32 "\n", name, (uint32_t)(bits >> 32), (uint32_t)bits);
+    char line[64];
+    snprintf(line, sizeof line, "%.40s %08" PRIx32 "%08" PRIx32 "\n", name, (uint32_t)(bits >> 32), (uint32_t)bits);
+    put(line);
 }
 
 static kt_status follow(const kt_model *known, kt_data *data, kt_simulation *plant, kt_error *error) {
@@ -112,8 +122,12 @@ int main(void) {
         status = kt_simulation_create(arm, &run, NULL, &plant, &error);
     if (status == KT_OK)
         status = follow(known, data, plant, &error);
-    if (status != KT_OK)
-        printf("%s: %s\n", error.where, error.message);
+    if (status != KT_OK) {
+        put(error.where);
+        put(": ");
+        put(error.message);
+        put("\n");
+    }
     kt_simulation_free(plant);
     kt_data_free(data);
     kt_model_free(arm);

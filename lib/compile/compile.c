@@ -5,7 +5,7 @@
 /* Refuses what a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, kt_error *error) {
 #ifdef KT_NO_LOOPS
-    if (description->loop_count)
+    if (description && description->loop_count)
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "loops",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
@@ -41,9 +41,9 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_compile", "model is NULL");
     kt_status status = check_options(settings, error);
     if (status == KT_OK)
-        status = kt_description_check(description, NULL, NULL, error);
-    if (status == KT_OK)
         status = refuse_loops(description, error);
+    if (status == KT_OK)
+        status = kt_description_check(description, NULL, NULL, error);
     if (status == KT_OK)
         status = kt_model_build(description, settings, &tree, error);
     if (status == KT_OK)

@@ -6,6 +6,13 @@
 #include <math.h>
 #include <string.h>
 
+#if defined(KT_NO_LOOPS) && defined(KT_NO_WORDS)
+/* A machine without an operating system has no descriptors of what its library cannot do. */
+const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
+    (void)type;
+    return NULL;
+}
+#else
 #define KT_LOOP_EXTERN(id, name) extern const kt_descriptor kt_loop_##name##_descriptor;
 KT_LOOP_LIST(KT_LOOP_EXTERN)
 #undef KT_LOOP_EXTERN
@@ -16,6 +23,7 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
 #undef KT_LOOP_ENTRY
     return (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type] : NULL;
 }
+#endif
 
 bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_loop_descriptor(type)) == 0; }
 
