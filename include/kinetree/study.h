@@ -371,7 +371,9 @@ typedef struct kt_accuracy_results {
     const kt_method *reference;                  /* method of the reference; NULL: the reference was given */
     const kt_method *check;                      /* method of the second solution */
     double reference_tolerance, check_tolerance; /* of the two */
-    kt_accuracy_error uncertainty;               /* the difference of the two solutions */
+    double check_step; /* s: the longest step of the check, a hundredth of the shortest feature of functions of time, or
+                          what a tenth of the budget allows; 0: no limit */
+    kt_accuracy_error uncertainty; /* the difference of the two solutions */
 
     const kt_variant *variants;      /* the variants of the options */
     int variant_count;               /* length of variants */

@@ -342,6 +342,10 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     return KT_OK;
 }
 
+const double *kt_integrator_known_derivative(const kt_integrator *it) {
+    return it->derivative_slot >= 0 ? it->k[it->derivative_slot] : NULL;
+}
+
 const double *kt_integrator_previous_state(const kt_integrator *it) {
     return it->memory.has_previous ? it->previous_y : it->y;
 }

@@ -149,6 +149,9 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte);
  * forgotten. */
 void kt_integrator_retreat(kt_integrator *it, double step);
 
+/* f(t, y) at the present time and state, where it is known; NULL: it is not. */
+const double *kt_integrator_known_derivative(const kt_integrator *it);
+
 /* The state where the last step began, n values; where it is not known, the present one. */
 const double *kt_integrator_previous_state(const kt_integrator *it);
 

@@ -161,9 +161,18 @@ static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect
     return kind->gap(effect, end);
 }
 
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, kt_gap *gaps) {
+/* Whether a gap is that of an effect with ends: effects in joints come first. */
+static bool has_gap_between_ends(const kt_model *model) {
+    for (size_t i = model->n.batch; i > 0 && model->batch[i - 1].ends > 0; i--)
+        if (kt_effect_has_gap(model->batch[i - 1].type))
+            return true;
+    return false;
+}
+
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, bool swept,
+                      kt_gap *gaps) {
     size_t k = 0;
-    if (model->n.force_link > 0)
+    if (!swept && has_gap_between_ends(model))
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.batch; i++) {
         const kt_effect_batch *batch = &model->batch[i];

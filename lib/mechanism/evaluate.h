@@ -40,9 +40,9 @@ KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, do
 
 /* Gaps of the effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches: their
  * number; all of them in the state (q, v); and the effect of one. Only the motion of links that carry forces is written
- * to data. O(effects). */
+ * to data; swept: it is that of this state already, from an evaluation there. O(effects). */
 size_t kt_gap_count(const kt_model *model);
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, kt_gap *gaps);
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, bool swept, kt_gap *gaps);
 const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k);
 
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */

@@ -81,6 +81,27 @@ double kt_simulation_longest_step(const kt_model *model) {
     return longest;
 }
 
+/* The least distance of two corners of one function that is not above `least`, at times from 0 on. */
+static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, double least) {
+    double last = -HUGE_VAL;
+    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0); c.time < duration;
+         c = kt_curve_next_corner(curve, numbers, c.time)) {
+        least = fmin(least, c.time - last);
+        last = c.time;
+    }
+    return least;
+}
+
+double kt_simulation_shortest_feature(const kt_model *model, double duration) {
+    double least = kt_simulation_longest_step(model);
+    for (size_t i = 0; i < model->n.loop; i++)
+        least = shortest_piece(&model->loop[i].curve, model->number, duration, least);
+    for (size_t i = 0; i < model->n.effect; i++)
+        for (int k = 0; k < 3; k++)
+            least = shortest_piece(&model->effect[i].curve[k], model->number, duration, least);
+    return least;
+}
+
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
 /* Times this close to each other are the same: a step between them would be lost in rounding. */
@@ -140,4 +161,57 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
         c->end = *t_limit;
         c->before = fmin(c->next, *t_limit) - aside(simulation, c->next);
     }
+}
+
+/* ---- of a record, where the step is fixed ------------------------------------------------------------------------ */
+
+/* Whether a stage of a step from t0 over h lies strictly between a and b. */
+static bool is_seen(const kt_method *method, double t0, double h, double a, double b) {
+    for (int i = 0; i < method->stages; i++)
+        if (a < t0 + method->c[i] * h && t0 + method->c[i] * h < b)
+            return true;
+    return false;
+}
+
+/* Whether the function changes from a to b, between which it is one polynomial. */
+static bool changes(const kt_curve *curve, const double *numbers, double a, double b) {
+    double begin[3], middle[3], end[3];
+    kt_curve_evaluate(curve, numbers, a, begin);
+    kt_curve_evaluate(curve, numbers, 0.5 * (a + b), middle);
+    kt_curve_evaluate(curve, numbers, b, end);
+    return begin[0] != middle[0] || middle[0] != end[0];
+}
+
+/* Whether t lies between two corners of the function, *a and *b, both within the last step, where it changes and no
+ * stage is. */
+static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
+    const kt_integrator *integrator = simulation->integrator;
+    const double *numbers = simulation->model->number;
+    const double t0 = kt_integrator_previous_time(integrator), t1 = kt_integrator_time(integrator);
+    *b = kt_curve_next_corner(curve, numbers, nextafter(t0, -HUGE_VAL)).time;
+    do {
+        *a = *b;
+        *b = kt_curve_next_corner(curve, numbers, *a).time;
+    } while (*b < t);
+    return *a < t && *b < t1 && changes(curve, numbers, *a, *b) &&
+           !is_seen(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
+}
+
+kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error) {
+    const kt_model *model = simulation->model;
+    double a = 0.0, b = 0.0;
+    bool missed = false;
+    if (!(t < kt_integrator_time(simulation->integrator)))
+        return KT_OK;
+    for (size_t i = 0; i < model->n.loop && !missed; i++)
+        missed = is_missed(simulation, &model->loop[i].curve, t, &a, &b);
+    for (size_t i = 0; i < model->n.effect && !missed; i++)
+        for (int k = 0; k < 3 && !missed; k++)
+            missed = is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
+    if (!missed)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_STEP, "functions of time",
+                        "what acts at t = %.9g s, between corners at %.9g and %.9g s, no stage of the step of %g s has "
+                        "seen; take a smaller step, or an adaptive method, whose steps end at corners",
+                        t, a, b, simulation->step);
 }

@@ -82,7 +82,7 @@ static bool look(kt_simulation *simulation, double t, kt_gap *gaps) {
     if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
         return false;
     simulation->cached = KT_CACHED_NOTHING;
-    kt_gaps_evaluate(simulation->model, simulation->data, q, q + simulation->size.nq, gaps);
+    kt_gaps_evaluate(simulation->model, simulation->data, q, q + simulation->size.nq, false, gaps);
     return true;
 }
 
@@ -160,9 +160,12 @@ static bool crosses(search *s, const kt_gap *begin, const kt_gap *end, double t0
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
+/* In the present state. The last evaluation may have been there (fsal), and left the motion of links in data. */
 static void find_gaps(kt_simulation *simulation, kt_gap *gaps) {
-    const double *y = kt_integrator_state(simulation->integrator);
-    kt_gaps_evaluate(simulation->model, simulation->data, y, y + simulation->size.nq, gaps);
+    const double *y = kt_integrator_state(simulation->integrator), *v = y + simulation->size.nq;
+    const bool swept = simulation->cached == KT_CACHED_EVALUATION &&
+                       simulation->slope == kt_integrator_known_derivative(simulation->integrator);
+    kt_gaps_evaluate(simulation->model, simulation->data, y, v, swept, gaps);
 }
 
 void kt_simulation_begin_gaps(kt_simulation *simulation) {
@@ -174,6 +177,13 @@ void kt_simulation_begin_gaps(kt_simulation *simulation) {
     simulation->gap_time = t;
 }
 
+/* The first of the two criteria, for effects that act at neither end: what most of them end with. */
+static bool is_far(const kt_gap *a, const kt_gap *b, double h) {
+    const double u = fmax(kt_vec3_dot(a->velocity, a->velocity), kt_vec3_dot(b->velocity, b->velocity));
+    const double d = a->distance + b->distance;
+    return a->distance > 0.0 && b->distance > 0.0 && d * d >= 16.0 * h * h * u;
+}
+
 /* Whether the last step leapt over an effect; *when: a time at which it acts. */
 static bool leaps(kt_simulation *simulation, double *when) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
@@ -181,6 +191,8 @@ static bool leaps(kt_simulation *simulation, double *when) {
     bool looked = false;
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
+        if (is_far(begin, end, t1 - t0))
+            continue;
         search s = search_of(simulation, k, begin, end, t1 - t0, depth_of_rounding);
         const knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
         if (simulation->ends_unseen && crosses(&s, begin, end, t0, t1)) {
@@ -250,14 +262,14 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     const double t1 = kt_integrator_time(simulation->integrator);
     if (!(t0 < t && t < t1))
         return KT_OK;
-    kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, now);
+    kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, false, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)
         acts = acts || now[k].distance < 0.0;
     if (!acts)
         return KT_OK;
     const double *before = kt_integrator_previous_state(simulation->integrator);
-    kt_gaps_evaluate(model, simulation->data, before, before + simulation->size.nq, begin);
+    kt_gaps_evaluate(model, simulation->data, before, before + simulation->size.nq, false, begin);
     find_gaps(simulation, end);
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const search s = search_of(simulation, k, &begin[k], &end[k], t1 - t0, depth_of_record);

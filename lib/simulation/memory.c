@@ -187,6 +187,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->corners.own = settings->options.corner;
     simulation->corners.any =
         !(settings->run.step > 0.0) && (settings->options.corner != NULL || kt_simulation_has_corners(settings->model));
+    simulation->corners.fixed = settings->run.step > 0.0 && kt_simulation_has_corners(settings->model);
     kt_simulation_forget_corners(simulation);
     simulation->watches_gaps = !(settings->run.step > 0.0) && simulation->size.gap > 0;
     simulation->ends_unseen = !kt_simulation_sees_end(settings->method);

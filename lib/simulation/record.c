@@ -117,6 +117,8 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     if (status == KT_OK) {
         if (simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record.time, &from);
+        if (status == KT_OK && simulation->corners.fixed)
+            status = kt_simulation_check_corners(simulation, record.time, &from);
         if (status == KT_OK)
             status = evaluate_record(simulation, &record, &from);
         if (status != KT_OK)

@@ -45,6 +45,7 @@ typedef enum kt_cached {
 /* Corners of functions of time and of a caller's own forces (corner.c): those next to the present time, in s. */
 typedef struct kt_corners {
     bool any;                /* steps end at corners */
+    bool fixed;              /* there are some, and steps are fixed */
     kt_corner_callback *own; /* those of the caller's equations; NULL: none */
     double from, next;       /* between these there is none */
     bool jumps;              /* the accelerations jump at `next` */
@@ -243,11 +244,19 @@ KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_e
 bool kt_simulation_has_corners(const kt_model *model);
 double kt_simulation_longest_step(const kt_model *model);
 
+/* The shortest piece of a function of time between two of its corners that begins and ends within the duration, or a
+ * quarter of a sine's period; HUGE_VAL where there is none. O(corners). */
+KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double duration);
+
 /* Where steps end at corners. The first comes before a step, or before the slope at the present time is asked for: at a
  * corner where the accelerations jump the slopes of earlier steps, and the last step's interpolant, are forgotten. The
  * second: *t_limit becomes the next corner if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
+
+/* With fixed steps: refuses a record at t, within the last step, where a function of time does what no stage has
+ * seen. */
+KT_CHECKED kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error);
 
 /* Corners are searched anew: functions of time, or the time itself, have changed. */
 void kt_simulation_forget_corners(kt_simulation *simulation);

@@ -16,6 +16,7 @@
 #include "study/accuracy.h"
 
 #include "kinetree/joint.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -31,6 +32,7 @@ typedef struct kt_walk {
     const kt_accuracy_states *against; /* what they are compared with; NULL: nothing */
     double begin, time;                /* d(0), and T above */
     double amplification;              /* the largest K */
+    double max_step;                   /* s; 0: the scene's */
     int rows;                          /* records taken */
     bool has_room;                     /* the bounding box is to be computed */
     kt_vec3 low, high;
@@ -92,6 +94,8 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
     kt_accuracy *study = walk->guard.study;
     kt_run run = kt_accuracy_run(study, kt_method_find(name), true, tolerance);
     kt_simulation_options options = kt_simulation_options_default();
+    if (walk->max_step > 0.0)
+        run.max_step = run.max_step > 0.0 ? fmin(run.max_step, walk->max_step) : walk->max_step;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
     options.kinematics = true;
     kt_accuracy_guard_use(&walk->guard, &options);
@@ -226,6 +230,19 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
     return rows;
 }
 
+/* The longest step of the second solution: a hundredth of the shortest feature of the functions of time, so that what
+ * the reference steps over is seen. Where that would take more than a tenth of the budget it is longer. 0: no limit. */
+static double choose_step(const kt_accuracy *study) {
+    const double duration = study->results.duration, evaluations = 6.0;
+    const double shortest = kt_simulation_shortest_feature(study->model, duration);
+    if (!isfinite(shortest))
+        return 0.0;
+    double most = (double)study->options.run_evaluations / evaluations;
+    if (study->options.clock != NULL && study->evaluation > 0.0)
+        most = fmin(most, 0.1 * study->options.budget / (evaluations * study->evaluation));
+    return fmax(0.01 * shortest, duration / fmax(most, 1.0));
+}
+
 /* The second solution of a computed reference, by tsit5. Fills study->second. */
 static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_accuracy_results *results = &study->results;
@@ -233,6 +250,7 @@ static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_walk walk = {.guard = kt_accuracy_guard_make(study, 0.25, 16.0), .into = &study->second};
     results->check = kt_method_find("tsit5");
     results->check_tolerance = choose_tolerance(study, used);
+    results->check_step = walk.max_step = choose_step(study);
     const kt_status status = solve(&walk, results->check->name, &results->check_tolerance, &counts, error);
     if (status != KT_OK)
         return status;

@@ -77,6 +77,40 @@ KT_TEST(steps_are_a_quarter_of_a_sine_at_most) {
     kt_model_free(model);
 }
 
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+/* Fixed steps of 0.1 s: a pulse of 2 ms lies between two stages, and a record of every millisecond shows it. Of 1 ms, of
+ * which a stage is in each half of the pulse, or of a ramp of 3 s, nothing is refused. */
+static void check_fixed(kt_function function, double step, kt_status expected) {
+    pushed p;
+    kt_error error = {0};
+    kt_run run = kt_run_fixed("rk4", step, 8.0);
+    run.interval = 1e-3;
+    push_by(&p, KT_EFFECT_MOTOR);
+    p.effect.torque = function;
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (simulation != NULL &&
+        kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), expected) &&
+        expected != KT_OK) {
+        kt_check_contains("when", error.message, "between corners at 5 and 5.001 s");
+        kt_check_contains("remedy", error.message, "take a smaller step, or an adaptive method");
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(record_of_a_pulse_that_no_fixed_step_has_seen_is_refused) {
+    static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
+    const kt_function short_pulse = kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR);
+    check_fixed(short_pulse, 0.1, KT_ERROR_STEP);
+    check_fixed(short_pulse, 1e-3, KT_OK);
+    check_fixed(kt_function_ramp(0.0, 1.0, 2.0, 5.0), 0.1, KT_OK);
+}
+
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
 
 /* 1 N from 7 s to 7.01 s. */

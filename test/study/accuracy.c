@@ -269,6 +269,28 @@ KT_TEST(given_reference_is_used_and_checked) {
     kt_check_contains("in words", b.error.message, "of this scene");
 }
 
+/* A box of 1 kg that rests until 1000 N push it for 2 ms, from 5 s on: it is 4.999 m away at 10 s. */
+KT_TEST(reference_is_checked_with_steps_below_the_shortest_feature) {
+    static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
+    static bench b;
+    make_pendulum(&b, 1, 0.0, 10.0);
+    b.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    b.bodies[0].joint.type = KT_JOINT_PRISMATIC;
+    b.effects[0] = kt_effect_default();
+    b.effects[0].type = KT_EFFECT_MOTOR;
+    b.effects[0].joint = "upper";
+    b.effects[0].torque = kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR);
+    b.description.effects = b.effects;
+    b.description.effect_count = 1;
+    if (make_study(&b)) {
+        /* A hundredth of 1 ms would take more than the evaluations that a run may have, six a step. */
+        kt_check_near("longest step of the check, s", b.results->check_step, 10.0 * 6.0 / 1e5, 1e-12);
+        kt_check_near("amplitude, m", b.results->amplitude, 4.999, 1e-8);
+        kt_check_below("uncertainty, m", b.results->uncertainty.position, 1e-9);
+    }
+    kt_accuracy_free(b.study);
+}
+
 /* Bisection ends within 2 percent; a run past the limit must show it within its 3000 steps or so. */
 KT_TEST(stability_limits_are_those_of_the_tableaus) {
     bench b;

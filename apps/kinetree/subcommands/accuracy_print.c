@@ -68,8 +68,10 @@ static void print_head(const kt_findings *findings) {
         printf("%s at tolerance %g", results->reference->name, results->reference_tolerance);
     else
         printf("%s", findings->arguments->reference);
-    printf(", checked by %s at %g: they differ by %.2g %s,\n  and no error below that is believed\n",
-           results->check->name, results->check_tolerance, results->uncertainty.position, unit);
+    printf(", checked by %s at %g", results->check->name, results->check_tolerance);
+    if (results->check_step > 0.0)
+        printf(" with steps of %.2g s at most", results->check_step);
+    printf(": they differ by %.2g %s,\n  and no error below that is believed\n", results->uncertainty.position, unit);
     print_horizon(results);
 }
 
