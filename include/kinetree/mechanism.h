@@ -35,11 +35,13 @@ KT_API kt_mobility kt_model_mobility(const kt_model *model);
 
 /* A group of loops that share moving links; each group is reduced separately. */
 typedef struct kt_loop_group {
-    int loop_count;   /* number of its loops */
-    const int *loops; /* their indices, in the model's memory */
-    int coordinates;  /* number of tree coordinates that its loops constrain */
-    int equations;    /* number of equations of its loops */
-    int rank;         /* independent ones among them, at generic positions */
+    int loop_count;     /* number of its loops */
+    const int *loops;   /* their indices, in the model's memory */
+    int coordinates;    /* number of tree coordinates that its loops constrain */
+    int equations;      /* number of equations of its loops */
+    int rank;           /* independent ones among them, at generic positions */
+    kt_group_form form; /* how it is eliminated, chosen when the model was compiled */
+    const char *reason; /* why, in words; static */
 } kt_loop_group;
 
 /* Return the number of groups, and the group of index `group`, counted from 0. O(1). */

@@ -53,6 +53,22 @@ typedef enum kt_structure {
     KT_STRUCTURE_FRONTS,   /* link by link, with dense matrices of what the links still to come depend on */
 } kt_structure;
 
+/* Forms in which a constraint group is eliminated; those from FRONT on go link by link. X(id, name) */
+#define KT_GROUP_FORM_LIST(X)                                                                                          \
+    X(KT_FORM_DENSE, dense)       /* one dense QR decomposition, and Maggi-Kane */                                     \
+    X(KT_FORM_PIN, pin)           /* three coordinates in a plane and one pin: closed form */                          \
+    X(KT_FORM_FRONT, front)       /* frontal elimination */                                                            \
+    X(KT_FORM_FRONT4, front4)     /* the same in registers, in a plane, with four parameters or fewer */               \
+    X(KT_FORM_DELASSUS, delassus) /* range space, of few equations on many links */
+
+/* The form of a constraint group: the compiler chooses it; all give the same results but for rounding. */
+typedef enum kt_group_form {
+#define KT_GROUP_FORM_ENUM(id, name) id,
+    KT_GROUP_FORM_LIST(KT_GROUP_FORM_ENUM)
+#undef KT_GROUP_FORM_ENUM
+        KT_GROUP_FORM_COUNT /* how many */
+} kt_group_form;
+
 /* Plans. X(id, name in scene files) */
 #define KT_PLAN_LIST(X)                                                                                                \
     X(KT_PLAN_AUTO, auto)       /* trees that move in a plane are computed in it */                                    \
@@ -74,9 +90,10 @@ typedef struct kt_model_options {
     kt_metric metric;                     /* of projections */
     kt_plan plan;                         /* of trees that move in a plane */
     kt_structure structure;               /* of the reduction by QR; the others are dense */
+    unsigned excluded_forms;              /* bits 1 << kt_group_form that are not chosen: to compare; DENSE stays */
 } kt_model_options;
 
-/* auto, by QR decomposition, identity, auto, auto. */
+/* auto, by QR decomposition, identity, auto, auto, none excluded. */
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free. Of the core

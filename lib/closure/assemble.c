@@ -43,7 +43,7 @@ static void aim_nearest(const kt_model *model, kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        if (group->front.used) {
+        if (kt_group_has_fronts(group)) {
             kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_CLOSED, d, w.right, NULL);
             for (int r = 0; r < w.k; r++)
                 w.right[r] -= w.residual[r];

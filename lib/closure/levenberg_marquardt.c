@@ -97,7 +97,7 @@ static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows r
 bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
     const kt_group *group = &model->group[g];
     const kt_group_work matrices = kt_group_matrices(model, data, g, rows), *w = &matrices;
-    if (group->front.used)
+    if (kt_group_has_fronts(group))
         return damp_front(model, data, g, rows, gap, mu, (double)INFINITY);
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
@@ -132,8 +132,8 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
     const double *unit = model->unit + group->v;
     double largest = 0.0;
     const double most = GAP_DAMPING * mu * data->gap[g] / (double)w->m;
-    if (!(group->front.used ? damp_front(model, data, g, KT_ROWS_CLOSED, w->residual, mu, most)
-                            : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
+    if (!(kt_group_has_fronts(group) ? damp_front(model, data, g, KT_ROWS_CLOSED, w->residual, mu, most)
+                                     : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
         return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, fabs(w->free[i]));
@@ -153,7 +153,8 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
 static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w) {
     const double before = data->gap[g], after = squares(w);
     /* A step that the gap alone damps ends at a minimum at once; more damping would find it again and again. */
-    const bool least = model->group[g].front.used && after != before && fabs(after - before) <= 1e-10 * before;
+    const bool least =
+        kt_group_has_fronts(&model->group[g]) && after != before && fabs(after - before) <= 1e-10 * before;
     const bool rounding = before <= 1e-28 * (double)w->k;
     double *mu = &data->damping[g];
     if (after < before) {
@@ -195,7 +196,7 @@ static void descend(const kt_model *model, kt_data *data, double t, const bool *
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            data->settled[g] |= i >= large && model->group[g].front.used;
+            data->settled[g] |= i >= large && kt_group_has_fronts(&model->group[g]);
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, data, g, data->damping[g], data->delta);

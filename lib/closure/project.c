@@ -59,7 +59,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
 void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
                                  kt_violation *violation) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!model->group[g].front.used) {
+    if (!kt_group_has_fronts(&model->group[g])) {
         kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
         return;
     }
@@ -119,12 +119,12 @@ bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double 
     double widest = 0.0, fastest = 0.0, slip = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        for (int i = 0; i < w.m && model->group[g].front.used; i++)
+        for (int i = 0; i < w.m && kt_group_has_fronts(&model->group[g]); i++)
             fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
         for (int r = 0; r < w.k; r++) {
-            if (model->group[g].front.used)
+            if (kt_group_has_fronts(&model->group[g]))
                 widest = fmax(widest, kt_front_reach(model, data->front_planar[g], &w, r));
-            for (int i = 0; i < w.m && !model->group[g].front.used; i++) {
+            for (int i = 0; i < w.m && !kt_group_has_fronts(&model->group[g]); i++) {
                 const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
                 widest = fmax(widest, a / w.scale[r]);
                 if (a > 0.0)
@@ -278,7 +278,7 @@ void kt_velocity_gaps_share(const kt_model *model, kt_data *data) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         if (!kt_damped_step(model, data, g, KT_ROWS_ALL, w.right, 1e-13))
             continue;
-        if (group->front.used) {
+        if (kt_group_has_fronts(group)) {
             for (int i = 0; i < w.m; i++)
                 data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
             kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, NULL);

@@ -378,6 +378,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     m->gravity = kt_v4_from(b->description->gravity);
     m->metric = options->metric;
     m->structure = options->structure;
+    m->excluded_forms = options->excluded_forms;
     b->model = m;
     if (n.plane)
         memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);

@@ -23,6 +23,7 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
         unsigned value, count;
     } choices[] = {{"options.metric", options->metric, KT_METRIC_MASS + 1},
                    {"options.structure", options->structure, KT_STRUCTURE_FRONTS + 1},
+                   {"options.excluded_forms", options->excluded_forms, 1u << KT_GROUP_FORM_COUNT},
                    {"options.plan", options->plan, KT_PLAN_COUNT}};
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)
         if (choices[i].value >= choices[i].count)

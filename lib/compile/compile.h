@@ -28,6 +28,22 @@ void kt_articulated_number(kt_model *model);
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
+/* What decides between dense matrices and fronts: operations of both, and whether a special form of fronts would serve
+ * if all equations were independent. */
+typedef struct kt_form_estimate {
+    double front_flops, dense_flops;
+    bool has_few_equations, is_front4;
+} kt_form_estimate;
+
+/* form.c: the form of a group before anything is known of it; whether it has fronts; the form of its damped steps. */
+void kt_form_begin(const kt_model *model, kt_group *group);
+bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of);
+void kt_form_choose_damped(const kt_model *model, kt_group *group);
+/* The forms of all groups, when ranks are known and after what they depend on has changed. */
+void kt_forms_choose(kt_model *model);
+/* A group of few equations is left to the fronts. */
+void kt_form_refuse_inexact(kt_group *group);
+
 /* Leaves groups of few equations to the fronts where their own form would lose digits (delassus_accuracy.c). */
 kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error);
 

@@ -36,8 +36,8 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
     return off / terms;
 }
 
-/* v, tau and a: nv numbers each. */
-static void measure(kt_model *model, kt_data *data, double *v, double *tau, double *a) {
+/* v, tau and a: nv numbers each; inexact: of the groups, false. */
+static void measure(kt_model *model, kt_data *data, double *v, double *tau, double *a, bool *inexact) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     for (size_t i = 0; i < model->n.v; i++) {
         v[i] = 1.0 - 0.25 * (double)(7 * i % 5);
@@ -46,29 +46,29 @@ static void measure(kt_model *model, kt_data *data, double *v, double *tau, doub
     for (int forced = 0; forced < 2; forced++) {
         const bool done = kernels->forward(model, data, 0.0, model->q0, v, tau, NULL, false, a) == 0;
         for (size_t g = 0; g < model->n.group && done; g++) {
-            kt_group *group = &model->group[g];
-            if (group->delassus && data->special_form[g] && off_by(model, data, g, a) > OFF_MOST * group->link_count)
-                group->inexact = true;
+            const kt_group *group = &model->group[g];
+            if (group->form == KT_FORM_DELASSUS && data->special_form[g])
+                inexact[g] = inexact[g] || off_by(model, data, g, a) > OFF_MOST * group->link_count;
         }
         for (size_t i = 0; i < model->n.v; i++)
             tau[i] = 1.0 - 0.5 * (double)(3 * i % 5);
     }
-    model->few = false;
-    for (size_t g = 0; g < model->n.group; g++) {
-        kt_group *group = &model->group[g];
-        group->delassus = group->delassus && !group->inexact;
-        model->few = model->few || group->delassus;
-    }
+    for (size_t g = 0; g < model->n.group; g++)
+        if (inexact[g])
+            kt_form_refuse_inexact(&model->group[g]);
+    kt_forms_choose(model);
 }
 
 kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
-    kt_status status = model->few ? kt_data_create(model, &data, error) : KT_OK;
+    kt_status status = model->has_delassus ? kt_data_create(model, &data, error) : KT_OK;
     double *numbers = data ? malloc(3 * model->n.v * sizeof *numbers) : NULL;
-    if (data && !numbers)
+    bool *inexact = data ? calloc(model->n.group, sizeof *inexact) : NULL;
+    if (data && (!numbers || !inexact))
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
-    if (numbers)
-        measure(model, data, numbers, numbers + model->n.v, numbers + 2 * model->n.v);
+    if (numbers && inexact)
+        measure(model, data, numbers, numbers + model->n.v, numbers + 2 * model->n.v, inexact);
+    free(inexact);
     free(numbers);
     kt_data_free(data);
     return status;

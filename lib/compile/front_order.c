@@ -13,12 +13,8 @@
 
 #include <string.h>
 
-/* Operations that a step of the elimination costs besides those that are counted, and the ratio of operations below
- * which fronts take less time than dense matrices, in the plane and in space. Narrow fronts (reduction/front4.h)
- * always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4. */
+/* Operations that a step of the elimination costs besides those that are counted. */
 #define STEP_FLOPS 300.0
-#define WORTH_PLANAR 0.25
-#define WORTH_SPATIAL 0.125
 
 /* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0
  * us an evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical
@@ -268,22 +264,22 @@ static double flops_of(const planner *p, const int32_t *order) {
     return sum;
 }
 
-/* Whether this order's fronts are narrow (compile/rank.c), if all equations are independent. */
-static bool is_narrow(const planner *p, const int32_t *order) {
+/* Whether this order's fronts fit into registers (form.c), if all equations are independent. */
+static bool is_front4(const planner *p, const int32_t *order) {
     int32_t params = 0;
-    bool narrow = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
+    bool fits = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
     measure_order(p, order);
     count_open(p);
-    for (int32_t l = 0; l < p->count && narrow; l++) {
+    for (int32_t l = 0; l < p->count && fits; l++) {
         const int32_t rows = p->a->slot[l];
         params += kt_link_dofs(&p->m->link[order[l]]);
-        narrow = params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && p->a->opened[l] == 0;
+        fits = params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && p->a->opened[l] == 0;
         params = p->a->change[l] ? params - rows : 0;
     }
-    return narrow;
+    return fits;
 }
 
-/* Whether the group is solved by reduction/delassus.h (compile/rank.c), if all equations are independent, and this
+/* Whether the group is solved by reduction/delassus.h (form.c), if all equations are independent, and this
  * takes less time than dense matrices. */
 static bool has_few_equations(const planner *p) {
     size_t count = 0;
@@ -432,7 +428,7 @@ void kt_fronts_find_delays(kt_model *m) {
     for (size_t g = 0; g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         bool any = false;
-        for (int rows = 0; rows < KT_ROWS_COUNT && group->front.used; rows++)
+        for (int rows = 0; rows < KT_ROWS_COUNT && kt_group_has_fronts(group); rows++)
             any = find_delays(m, group, rows) || any;
         group->front.delayed_most = any ? KT_FRONT_DELAYED_MOST : 0;
         if (any)
@@ -447,7 +443,6 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
         kt_group *group = &m->group[g];
         const planner p = {
             .a = a, .m = m, .group = group, .link = m->group_link + group->link, .count = group->link_count};
-        const double worth = kt_group_is_planar(m, group) ? WORTH_PLANAR : WORTH_SPATIAL;
         double flops = (double)INFINITY;
         group->front = (kt_front_plan){.step = step};
         gather(&p);
@@ -458,9 +453,11 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
                 memcpy(a->best, a->order, (size_t)p.count * sizeof *a->best);
             flops = fmin(flops, of);
         }
-        group->front.used = m->structure == KT_STRUCTURE_FRONTS || flops < worth * dense_flops(&p) ||
-                            has_few_equations(&p) || is_narrow(&p, a->best);
-        if (!group->front.used)
+        const kt_form_estimate estimate = {.front_flops = flops,
+                                           .dense_flops = dense_flops(&p),
+                                           .has_few_equations = has_few_equations(&p),
+                                           .is_front4 = is_front4(&p, a->best)};
+        if (!kt_form_is_front(m, group, &estimate))
             continue;
         measure_order(&p, a->best);
         write_steps(&p, &group->front, a->best, loop);

@@ -139,6 +139,8 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         }
     }
     mark_passing(m);
+    for (size_t g = 0; g < m->n.group && KT_HAS_LOOPS; g++)
+        kt_form_begin(m, &m->group[g]);
     if (KT_HAS_LOOPS && m->n.front)
         kt_attach_plan_fronts(a, m);
     if (KT_HAS_LOOPS)

@@ -432,6 +432,8 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
     case KT_PARAMETER_ARMATURE:
         memcpy(copy->armature + copy->body[parameter->item].v, values, (size_t)parameter->count * sizeof *values);
         kt_armature_note(copy);
+        if (KT_HAS_LOOPS)
+            kt_forms_choose(copy);
         break;
     case KT_PARAMETER_HOLD:
         kt_joint_hold(copy, &copy->body[parameter->item], values[0] != 0.0);

@@ -195,7 +195,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 continue;
             const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                                         &group->usual[rows]);
-            if (group->front.used)
+            if (kt_group_has_fronts(group))
                 note_steps(model, data, group, rows, best, found);
             else if (best && model->reduction->chooses)
                 note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
@@ -204,7 +204,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
             if (best)
                 keep_position(model, group, q, found->q + 2 * model->n.q);
             found->seen[g] = true;
-            if (group->front.used)
+            if (kt_group_has_fronts(group))
                 note_alive_front(model, data, g, found->alive);
             else
                 note_alive(model, group, &w, found->alive);
@@ -221,7 +221,7 @@ static bool come_closer(const kt_model *model, kt_data *data, double *share) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!model->group[g].front.used || is_closed(&w) || share[g] < SHARE_LEAST)
+        if (!kt_group_has_fronts(&model->group[g]) || is_closed(&w) || share[g] < SHARE_LEAST)
             continue;
         share[g] *= 0.25;
         any = true;
@@ -259,29 +259,19 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
  * equations' scales. */
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0, angles = 0.0;
-    for (int i = 0; i < w->m && group->front.used; i++)
+    for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
         angles += model->unit[group->v + i] == 1.0;
     for (int r = 0; r < w->k; r++) {
         double sum = 0.0;
-        if (group->front.used)
+        if (kt_group_has_fronts(group))
             sum = w->scale[r] * w->scale[r] * angles + (w->scale[r] == model->length ? w->m - angles : 0.0);
-        for (int i = 0; i < w->m && !group->front.used; i++) {
+        for (int i = 0; i < w->m && !kt_group_has_fronts(group); i++) {
             const double unit = model->unit[group->v + i], entry = w->scale[r] / unit;
             sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
         }
         longest = fmax(longest, sum);
     }
     return KT_RANK_FLOOR * sqrt(longest);
-}
-
-/* Whether damped steps of a group are those of reduction/delassus.h, if its equations are few: a tree that begins on
- * the ground. */
-static bool has_few_loops(const kt_model *model, const kt_group *group) {
-    bool few = group->front.used && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
-               kt_delassus_count((size_t)group->v_count) <= group->front.count;
-    for (int i = 0; i < group->link_count && few; i++)
-        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
-    return few;
 }
 
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */
@@ -300,62 +290,11 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         place_rows(model, data, g, alive);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         group->least = least_of(model, group, &w);
-        group->few = has_few_loops(model, group);
+        kt_form_choose_damped(model, group);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
     }
     memset(alive, 0, model->n.row * sizeof *alive);
-}
-
-/* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
- * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
-static bool is_pin(const kt_model *model, const kt_group *group) {
-    if (group->front.used || !model->reduction->pins || !kt_group_is_planar(model, group) || group->loop_count != 1 ||
-        group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
-        group->rank[KT_ROWS_ALL] != 2)
-        return false;
-    const int32_t loop = model->group_loop[group->loop];
-    const kt_planar_loop *flat = &model->planar_loop[loop];
-    const kt_planar_row *x = &flat->row[0], *y = &flat->row[1];
-    if (model->loop[loop].term_count || flat->count != 2 || x->kind != KT_PLANAR_ROW_ALONG ||
-        y->kind != KT_PLANAR_ROW_ALONG)
-        return false;
-    const double off =
-        fmax(fabs(x->e[0] * y->e[0] + x->e[1] * y->e[1]), fmax(fabs(x->e[0] * x->e[0] + x->e[1] * x->e[1] - 1.0),
-                                                               fabs(y->e[0] * y->e[0] + y->e[1] * y->e[1] - 1.0)));
-    return off < 64.0 * DBL_EPSILON;
-}
-
-/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where equations may be
- * passed on, the fronts do that. */
-static bool is_of_few(const kt_group *group) {
-    return group->few && !group->front.delayed_most && group->rank[KT_ROWS_ALL] > 0 &&
-           group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
-}
-
-/* Whether a group is reduced by reduction/front4.h: a planar group on the ground with fronts of few parameters,
- * each step with at most two equations, all of them independent. */
-static bool is_narrow(const kt_model *model, const kt_group *group) {
-    const kt_front_plan *plan = &group->front;
-    const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
-    int32_t params = 0, open = 0, rank = 0;
-    bool narrow = plan->used && !plan->delayed_most && !group->delassus && group->parent == 0 &&
-                  kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_FRONT4_SLOTS &&
-                  kt_front4_count((size_t)group->link_count) <= plan->count;
-    for (int32_t s = 0; s < group->link_count && narrow; s++) {
-        const kt_front_step *step = &model->front[plan->step + s];
-        int32_t rows = 0;
-        for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
-            const kt_loop_record *loop = &model->loop[model->front_loop[i]];
-            for (int r = 0; r < loop->row_count; r++)
-                rows += model->slot[group->row + loop->row + r] >= 0;
-        }
-        rank += rows;
-        open += 1 - step->last_use_count;
-        narrow = ++params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && cap[s] == rank;
-        params = open ? params - rows : 0;
-    }
-    return narrow;
 }
 
 /* Gives the chosen equations of a group their weights. */
@@ -378,22 +317,16 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
-            group->usual[rows] = !group->rank[rows] ? 0.0 : group->front.used ? 1.0 : group->usual[rows];
+            group->usual[rows] = !group->rank[rows] ? 0.0 : kt_group_has_fronts(group) ? 1.0 : group->usual[rows];
             prefer(model, group, rows, found);
         }
-        group->fits_pin = is_pin(model, group);
     }
     if (model->n.front) {
         kt_fronts_find_delays(model);
         kt_groups_place_matrices(model);
     }
-    model->few = false;
-    for (size_t g = 0; g < model->n.group; g++) {
-        model->group[g].delassus = is_of_few(&model->group[g]);
-        model->group[g].narrow = is_narrow(model, &model->group[g]);
-        model->few |= model->group[g].delassus;
-    }
     kt_armature_note(model);
+    kt_forms_choose(model);
 }
 
 /* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are
@@ -430,7 +363,7 @@ static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error 
 static bool needs_lapack(const kt_model *model) {
     bool large = false;
     for (size_t g = 0; g < model->n.group; g++)
-        large = large || (!model->group[g].front.used && model->group[g].v_count >= model->reduction->large);
+        large = large || (!kt_group_has_fronts(&model->group[g]) && model->group[g].v_count >= model->reduction->large);
     return large;
 }
 

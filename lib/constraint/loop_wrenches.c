@@ -88,7 +88,7 @@ void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, k
             const int32_t *slot = kt_rows_slots(model, group, loop);
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
-            else if (group->front.used)
+            else if (kt_group_has_fronts(group))
                 loops[index] = front_wrench(model, data, &w, loop, slot, bodies);
             else
                 loops[index] = frame_wrench(model, data, &w, loop, slot, t, bodies);

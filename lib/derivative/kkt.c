@@ -17,7 +17,7 @@ static size_t kept_of(const kt_group *group) {
 /* The most that its maps take: as many columns of N and W as there are parameters. */
 static size_t maps_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
-    if (!group->front.used)
+    if (!kt_group_has_fronts(group))
         return m * (m + 2 * (size_t)group->row_count);
     return (size_t)group->link_count * width * (2 * base + 3 * width + kt_front_vectors(&group->front));
 }
@@ -27,7 +27,7 @@ static kt_kkt_sizes sizes_of(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         s.maps += maps_of(group);
-        if (!group->front.used)
+        if (!kt_group_has_fronts(group))
             continue;
         s.steps += (size_t)group->link_count;
         s.width = larger(s.width, (size_t)group->front.width);

@@ -216,7 +216,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
     double *parent = inertia_of(w, (size_t)group->parent);
     for (int l = 0; l < group->link_count; l++)
         hand_over(w, (size_t)w->model->group_link[group->link + l], c);
-    if (group->front.used)
+    if (kt_group_has_fronts(group))
         return KT_KERNEL(kt_kkt_reduce_front)(w, g, parent);
     return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
 }
@@ -224,7 +224,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
 /* With the metric of the coordinates. */
 static void reduce_apart(kt_kkt *w, size_t g) {
     const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
-    if (w->model->group[g].front.used) {
+    if (kt_group_has_fronts(&w->model->group[g])) {
         (void)KT_KERNEL(kt_kkt_reduce_front)(w, g, NULL);
         return;
     }

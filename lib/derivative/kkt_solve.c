@@ -281,7 +281,7 @@ KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (g < 0)
         eliminate(k, i, c);
-    else if (is_first(k->model, i) && k->model->group[g].front.used)
+    else if (is_first(k->model, i) && kt_group_has_fronts(&k->model->group[g]))
         backward_pass_front(k, (size_t)g, c);
     else if (is_first(k->model, i))
         backward_pass_dense(k, (size_t)g, c);
@@ -289,7 +289,7 @@ KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
 
 KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
-    if (is_first(k->model, i) && k->model->group[g].front.used)
+    if (is_first(k->model, i) && kt_group_has_fronts(&k->model->group[g]))
         ascend(k, (size_t)g, c);
     else if (is_first(k->model, i))
         ascend_dense(k, (size_t)g, c);
@@ -303,7 +303,7 @@ static void forward_pass_planar(const columns *k, size_t i) { forward_pass(k, i,
 
 /* With the metric of the coordinates: groups are apart, and outside them x = f. */
 KT_INLINE void solve_group(const columns *k, size_t g, int c) {
-    if (k->model->group[g].front.used) {
+    if (kt_group_has_fronts(&k->model->group[g])) {
         backward_pass_front(k, g, c);
         ascend(k, g, c);
     } else {

@@ -96,9 +96,9 @@ void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, doubl
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
-        if (group->front.used)
+        if (kt_group_has_fronts(group))
             kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, w.multiplier, NULL);
-        for (int r = 0; r < w.k && !group->front.used; r++) {
+        for (int r = 0; r < w.k && !kt_group_has_fronts(group); r++) {
             w.multiplier[r] = 0.0;
             for (int i = 0; i < w.m; i++)
                 w.multiplier[r] += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];

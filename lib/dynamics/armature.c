@@ -16,21 +16,19 @@ static bool has_armature(const kt_model *model, const kt_link *link) {
 void kt_armature_note(kt_model *model) {
     model->geared = false;
     for (size_t g = 0; g < model->n.group; g++)
-        model->group[g].apart = model->group[g].front.used;
+        model->group[g].has_armature = false;
     for (size_t i = 1; i < model->n.link; i++) {
         kt_link *link = &model->link[i];
         const bool geared = has_armature(model, link);
         model->geared |= geared;
         link->geared = geared;
         if (geared && link->group >= 0)
-            model->group[link->group].apart = true;
+            model->group[link->group].has_armature = true;
         if (i >= model->n.spatial) {
             kt_planar_link *planar = &model->planar[i - model->n.spatial + 1];
             planar->armature = model->armature[link->v];
         }
     }
-    for (size_t g = 0; g < model->n.group; g++)
-        model->group[g].pin = model->group[g].fits_pin && !model->group[g].apart;
     model->kernels = kt_kernels_of(model->level, model->sweep, model->geared);
 }
 

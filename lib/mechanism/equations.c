@@ -13,7 +13,7 @@ typedef struct kt_outputs {
 
 static void write_row(const kt_model *model, const kt_group *group, const kt_group_work *w, int r, size_t row,
                       const kt_outputs *out) {
-    for (int i = 0; i < w->m && out->jacobian && !group->front.used; i++)
+    for (int i = 0; i < w->m && out->jacobian && !kt_group_has_fronts(group); i++)
         out->jacobian[(size_t)model->group_v[group->v + i] * model->n.row + row] =
             w->a[(size_t)r * (size_t)w->m + (size_t)i];
     if (out->residual)
@@ -41,7 +41,7 @@ static void write_group(const kt_model *model, kt_data *data, size_t g, const kt
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
-    if (group->front.used && out->jacobian)
+    if (kt_group_has_fronts(group) && out->jacobian)
         write_columns(model, data, g, out->jacobian);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
@@ -62,7 +62,7 @@ static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_
         return false;
     if (!with_jacobian)
         return true;
-    if (!group->front.used)
+    if (!kt_group_has_fronts(group))
         return kt_all_finite(w.a, k * (size_t)w.m);
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     for (int c = 0; c < group->v_count; c++)
@@ -118,10 +118,10 @@ static size_t write_basis(const kt_model *model, kt_data *data, size_t g, double
     for (size_t i = 0; i < m; i++) {
         const size_t row = (size_t)model->group_v[(size_t)group->v + i];
         mark[row] = 1.0;
-        for (size_t c = 0; c < count && !group->front.used; c++)
+        for (size_t c = 0; c < count && !kt_group_has_fronts(group); c++)
             column[c * nv + row] = w.basis[c * m + i];
     }
-    for (size_t c = 0; c < count && group->front.used; c++)
+    for (size_t c = 0; c < count && kt_group_has_fronts(group); c++)
         kt_reduction_kernels_in_space(model)->nullspace(model, data, g, (int)c, column + c * nv);
     return count;
 }

@@ -5,6 +5,11 @@
 int kt_loop_group_count(const kt_model *model) { return model ? (int)model->n.group : 0; }
 
 kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
+    static const char *const reasons[] = {
+#define QUERY_REASON(id, words) words,
+        KT_FORM_REASON_LIST(QUERY_REASON)
+#undef QUERY_REASON
+    };
     if (!model || !KT_IS_INDEX(group, model->n.group))
         return (kt_loop_group){.loops = NULL};
     const kt_group *g = &model->group[group];
@@ -12,7 +17,9 @@ kt_loop_group kt_loop_group_at(const kt_model *model, int group) {
                            .loops = model->group_loop + g->loop,
                            .coordinates = g->v_count,
                            .equations = g->row_count,
-                           .rank = g->rank[KT_ROWS_ALL]};
+                           .rank = g->rank[KT_ROWS_ALL],
+                           .form = g->form,
+                           .reason = reasons[g->reason]};
 }
 
 kt_mobility kt_model_mobility(const kt_model *model) {

@@ -28,7 +28,6 @@ typedef struct kt_front_term {
 
 /* A group's plan. */
 typedef struct kt_front_plan {
-    bool used;                /* otherwise the group is reduced by dense matrices */
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
     int32_t delayed_most;     /* and equations that a step passes on: KT_FRONT_DELAYED_MOST or none */

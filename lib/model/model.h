@@ -109,15 +109,16 @@ struct kt_model {
     const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
     kt_metric metric;
     kt_structure structure;
-    kt_sweep sweep; /* which links there are: spatial, planar or both */
-    double length;  /* of the longest loop, once around: the scale of lengths */
-    bool ordered;   /* velocity coordinates have the order of the links */
-    bool driven;    /* some loop depends on time */
-    bool few;       /* some group is solved by reduction/delassus.h */
-    bool geared;    /* some joint has armature */
-    bool placed;    /* in the caller's memory (kt_model_copy) */
-    uint32_t name;  /* offset in text */
-    kt_names names; /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
+    unsigned excluded_forms;
+    kt_sweep sweep;    /* which links there are: spatial, planar or both */
+    double length;     /* of the longest loop, once around: the scale of lengths */
+    bool ordered;      /* velocity coordinates have the order of the links */
+    bool driven;       /* some loop depends on time */
+    bool has_delassus; /* some group is solved by reduction/delassus.h */
+    bool geared;       /* some joint has armature */
+    bool placed;       /* in the caller's memory (kt_model_copy) */
+    uint32_t name;     /* offset in text */
+    kt_names names;    /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
 };
 

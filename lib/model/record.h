@@ -126,6 +126,24 @@ typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
 enum { KT_GROUP_MATRICES = 22 };
 
+/* Why a group has its form. X(id, words) */
+#define KT_FORM_REASON_LIST(X)                                                                                         \
+    X(KT_FORM_REASON_SMALL, "dense matrices of its coordinates take the fewest operations")                            \
+    X(KT_FORM_REASON_ASKED, "it was asked for")                                                                        \
+    X(KT_FORM_REASON_METHOD, "the reduction that was asked for has no other form")                                     \
+    X(KT_FORM_REASON_PIN, "one pin closes three coordinates in a plane")                                               \
+    X(KT_FORM_REASON_ARMATURE, "one pin closes three coordinates, but a joint has armature")                           \
+    X(KT_FORM_REASON_OPERATIONS, "link by link it takes fewer operations than dense matrices")                         \
+    X(KT_FORM_REASON_REGISTERS, "four parameters or fewer pass from link to link in a plane")                          \
+    X(KT_FORM_REASON_FEW, "one to four equations hold many links on the ground")                                       \
+    X(KT_FORM_REASON_INEXACT, "its few equations alone would lose digits where heavy links hang on light ones")
+
+typedef enum kt_form_reason {
+#define KT_FORM_REASON_ENUM(id, words) id,
+    KT_FORM_REASON_LIST(KT_FORM_REASON_ENUM)
+#undef KT_FORM_REASON_ENUM
+} kt_form_reason;
+
 /* A constraint group: loops that share links and are therefore reduced together. No link is in two groups. `parent`
  * carries all links of the group and is not one of them. Equations that are void at every position are left out; those
  * with a residual come first. */
@@ -139,17 +157,17 @@ typedef struct kt_group {
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
     double least;                 /* the least size that the first direction counts as (constraint/group.h) */
-    bool apart;                   /* it is reduced by fronts, or has armature */
-    bool pin;                     /* three coordinates in a plane that one pin closes (reduction/pin.h) */
-    bool few;                     /* few loops on many links: damped steps are those of reduction/delassus.h */
-    bool delassus;                /* few independent equations on many links: dynamics, too */
-    bool inexact;                 /* the fronts solve it: delassus.h would lose digits (compile/delassus_accuracy.c) */
-    bool narrow;                  /* fronts of few parameters in a plane (reduction/front4.h) */
-    bool fits_pin;                /* `pin`, were there no armature (dynamics/armature.c) */
+    kt_group_form form;           /* how it is eliminated (compile/form.c) */
+    kt_group_form damped_form;    /* of damped steps: DENSE, FRONT or DELASSUS */
+    kt_form_reason reason;        /* why it has this form */
+    bool has_armature;            /* a joint of it has */
     size_t dense;                 /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
     kt_front_plan front;
 } kt_group;
+
+/* Whether a group has the plan of fronts: its matrices are those of the fronts, in whichever of their forms. */
+static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
 
 /* Numbers that are copied from a kt_effect to its record, under the same names. */
 #define KT_EFFECT_NUMBERS(X)                                                                                           \

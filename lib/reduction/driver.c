@@ -91,9 +91,10 @@ static __attribute__((noinline)) bool eliminate_dense_geared(const kt_model *mod
 
 static __attribute__((noinline)) bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
                                                       const double *tau) {
-    if (model->group[g].apart)
-        return model->group[g].front.used ? eliminate_front(model, data, g, tau)
-                                          : eliminate_dense_geared(model, data, g, tau);
+    if (kt_group_has_fronts(&model->group[g]))
+        return eliminate_front(model, data, g, tau);
+    if (model->group[g].has_armature)
+        return eliminate_dense_geared(model, data, g, tau);
     return eliminate_dense(model, data, g, tau, false);
 }
 
@@ -167,7 +168,7 @@ KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool d
         return;
     }
     const kt_group *group = &model->group[link->group];
-    if (model->group_link[group->link] == (int32_t)i && group->front.used) {
+    if (model->group_link[group->link] == (int32_t)i && kt_group_has_fronts(group)) {
         const kt_front_base base = front_base(data, group);
         KT_KERNEL(kt_front_respond)(model, data, (size_t)link->group, group->parent ? base.x : NULL, a);
     } else if (model->group_link[group->link] == (int32_t)i) {
@@ -237,7 +238,7 @@ size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, co
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
     const kt_group *group = &model->group[g];
     data->special_form[g] = KT_SPECIAL_FORM_NONE;
-    if (group->front.used)
+    if (kt_group_has_fronts(group))
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
@@ -256,7 +257,7 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
 static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
                        double t) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (model->group[g].front.used)
+    if (kt_group_has_fronts(&model->group[g]))
         KT_KERNEL(kt_front_fill)(model, data, g, false, moving, q, v, t);
     else
         kt_rows_fill(model, data, g, &w, moving, q, v, t);
@@ -264,7 +265,8 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
 
 bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
                                  bool delassus) {
-    const bool solved = delassus && model->group[g].delassus && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    const bool solved =
+        delassus && model->group[g].form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
     data->special_form[g] = solved ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
     return solved || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
@@ -287,7 +289,7 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
 /* If groups of few equations cannot be solved by their own method, for whatever reason, the general one decides. */
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
-    if (!regular && model->few && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
+    if (!regular && model->has_delassus && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
         return 0;
     return try_forward(model, data, t, q, v, tau, external, regular, false, a);
 }
@@ -300,15 +302,15 @@ void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t 
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_position_residuals(&w, violation);
-    if (v && group->front.used)
+    if (v && kt_group_has_fronts(group))
         KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    if (v && group->front.used)
+    if (v && kt_group_has_fronts(group))
         kt_group_violation(&w, w.multiplier, violation);
     else if (v)
         kt_group_velocity_residuals(model, group, &w, v, violation);
-    for (int i = 0; i < w.m && held && group->front.used; i++)
+    for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
         data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
-    for (int i = 0; i < w.m && held && !group->front.used; i++)
+    for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)
         for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
             w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
 }
@@ -361,7 +363,7 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
 
 /* Closes a group by its own form, if that is `solved`; otherwise factors it. */
 static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
-    if (model->group[g].delassus) {
+    if (model->group[g].form == KT_FORM_DELASSUS) {
         KT_KERNEL(kt_delassus_least)(model, data, g, step);
         return true;
     }
@@ -380,7 +382,7 @@ bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, doubl
         const kt_group *group = &model->group[g];
         if (data->special_form[g] && least_step_special(model, data, g, step))
             continue;
-        if (group->front.used) {
+        if (kt_group_has_fronts(group)) {
             const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
             if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
                 return false;
@@ -404,7 +406,7 @@ static bool least_step(const kt_model *model, kt_data *data, kt_metric metric, c
     KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.link);
     KT_KERNEL(kt_spatial_clear)(model, data, model->n.link);
     data->motion[0].linear = kt_v4_splat(0.0);
-    if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.link, model->few, step) == 0)
+    if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.link, model->has_delassus, step) == 0)
         return true;
     return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
 }
@@ -423,7 +425,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_link_motion *p = &data->motion[group->parent];
         if (data->special_form[g])
             continue;
-        if (group->front.used) {
+        if (kt_group_has_fronts(group)) {
             KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
             continue;
         }
@@ -445,10 +447,10 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
-        double *need = group->front.used ? w.free : w.half; /* no longer needed */
+        double *need = kt_group_has_fronts(group) ? w.free : w.half; /* no longer needed */
         for (int i = 0; i < w.m; i++)
             need[i] = force[model->group_v[group->v + i]];
-        if (group->front.used)
+        if (kt_group_has_fronts(group))
             KT_KERNEL(kt_front_multipliers_of)(model, data, g, w.multiplier);
         else
             model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
@@ -458,7 +460,7 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
 static void basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!model->group[g].front.used)
+        if (!kt_group_has_fronts(&model->group[g]))
             model->reduction->basis(&w, data->rank[g]);
     }
 }
@@ -466,7 +468,8 @@ static void basis(const kt_model *model, kt_data *data) {
 /* If the group is of few equations, `solved` says from here on that they alone have been measured. */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     double size = 0.0;
-    const bool solved = model->group[g].few && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
+    const bool solved =
+        model->group[g].damped_form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
     data->special_form[g] = solved ? KT_SPECIAL_FORM_WHOLE : KT_SPECIAL_FORM_NONE;
     return solved ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
 }

@@ -20,7 +20,7 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
                           double t) {
     kt_group_work w;
     kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    if (model->group[g].front.used)
+    if (kt_group_has_fronts(&model->group[g]))
         KT_KERNEL(kt_front_fill)(model, data, g, kt_group_is_planar(model, &model->group[g]), moving, q, v, t);
     else if (kt_group_is_planar(model, &model->group[g]))
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
@@ -108,9 +108,10 @@ static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int
     kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
     if (data->special_form[g])
         return KT_KERNEL(kt_front4_solve)(model, data, (size_t)g, tau, a);
-    if (group->apart)
-        return group->front.used ? eliminate_front(model, data, g, top, tau, a)
-                                 : eliminate_dense_geared(model, data, group, &w, top, tau, a);
+    if (kt_group_has_fronts(group))
+        return eliminate_front(model, data, g, top, tau, a);
+    if (group->has_armature)
+        return eliminate_dense_geared(model, data, group, &w, top, tau, a);
     return eliminate_dense(model, data, group, &w, top, tau, false, a);
 }
 
@@ -147,7 +148,7 @@ typedef struct closure {
 } closure;
 
 KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
-    return c->data->special_form[link->group] && c->model->group[link->group].delassus;
+    return c->data->special_form[link->group] && c->model->group[link->group].form == KT_FORM_DELASSUS;
 }
 
 static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
@@ -164,7 +165,7 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 }
 
 static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
-    const bool pin = c->v && c->model->group[link->group].pin;
+    const bool pin = c->v && c->model->group[link->group].form == KT_FORM_PIN;
     const bool done = pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
                           : eliminate_whole(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
     return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
@@ -198,11 +199,11 @@ static kt_elimination eliminate_geared(const kt_planar_link *link, const kt_plan
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
     const kt_group *group = &model->group[g];
     kt_group_work w;
-    if (pins && group->pin) {
+    if (pins && group->form == KT_FORM_PIN) {
         kt_pin_respond(model, data, group, top, a);
         return;
     }
-    if (group->front.used) {
+    if (kt_group_has_fronts(group)) {
         const kt_planar_motion *p = &data->planar[top];
         const double base[3] = {p->alpha, p->linear[0], p->linear[1]};
         KT_KERNEL(kt_front_respond)(model, data, (size_t)g, base, a);
@@ -238,8 +239,8 @@ static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
-        if (c->data->special_form[g] && model->group[g].delassus && k >= plane->first && k < plane->last &&
-            !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
+        if (c->data->special_form[g] && model->group[g].form == KT_FORM_DELASSUS && k >= plane->first &&
+            k < plane->last && !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
             return g;
     }
     return model->n.group;
@@ -255,7 +256,7 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
                                             : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
-        const size_t unsolved = model->few ? solve_delassus(&c, plane) : model->n.group;
+        const size_t unsolved = model->has_delassus ? solve_delassus(&c, plane) : model->n.group;
         if (unsolved < model->n.group)
             return (size_t)model->group_link[model->group[unsolved].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
@@ -280,7 +281,7 @@ static void set_motion(const kt_model *model, kt_data *data, const double *q, co
 /* Narrow fronts are left to front4.h if `special` (data->special_form); the others as kt_group_prepare. */
 static bool prepare_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
     const kt_group *group = &model->group[g];
-    if (!special || !group->narrow || group->count[rows] != group->count[KT_ROWS_ALL])
+    if (!special || group->form != KT_FORM_FRONT4 || group->count[rows] != group->count[KT_ROWS_ALL])
         return KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, special);
     data->special_form[g] = kt_special_form_as(regular);
     data->factored[g] = rows;
@@ -291,7 +292,7 @@ static bool prepare_group(const kt_model *model, kt_data *data, size_t g, kt_row
 
 /* Narrow fronts know no coordinates that count as constants. */
 static bool has_fixed(const kt_data *data, const kt_group *group) {
-    return group->narrow && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
+    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
 }
 
 static bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
@@ -308,7 +309,7 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     size_t failed = 0;
     set_motion(model, data, q, v, external);
     for (size_t g = 0; g < model->n.group; g++) {
-        if (special && model->group[g].pin)
+        if (special && model->group[g].form == KT_FORM_PIN)
             continue;
         fill_moving(model, data, g, q, v, t);
         if (!prepare_group(model, data, g, KT_ROWS_ALL, regular, special))
@@ -317,7 +318,8 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     if (failed)
         return failed;
     if (has_spatial(model))
-        failed = KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, special && model->few, a);
+        failed =
+            KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, special && model->has_delassus, a);
     return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, a);
 }
 
@@ -356,7 +358,7 @@ static bool least_step(const kt_model *model, kt_data *data, kt_metric metric, c
         KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
         KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
         data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->few, step))
+        if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->has_delassus, step))
             return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
     }
     if (accelerate(model, data, NULL, force, true, step) == 0)

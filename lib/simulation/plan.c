@@ -65,7 +65,7 @@ static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
         if (((size_t)model->group_link[group->link] >= model->n.spatial) != planar)
             continue;
         count += (size_t)group->count[KT_ROWS_ALL];
-        *large += group->v_count >= 40 && !group->front.used;
+        *large += group->v_count >= 40 && !kt_group_has_fronts(group);
     }
     return count;
 }
@@ -74,7 +74,7 @@ static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
 static size_t front_loops(const kt_model *model) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++)
-        count += model->group[g].front.used ? (size_t)model->group[g].loop_count : 0;
+        count += kt_group_has_fronts(&model->group[g]) ? (size_t)model->group[g].loop_count : 0;
     return count;
 }
 
@@ -82,14 +82,14 @@ static size_t front_loops(const kt_model *model) {
 static size_t few_loops(const kt_model *model) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++)
-        count += model->group[g].delassus ? (size_t)model->group[g].loop_count : 0;
+        count += model->group[g].form == KT_FORM_DELASSUS ? (size_t)model->group[g].loop_count : 0;
     return count;
 }
 
 /* Why there are none, or fewer than there might be. */
 static const char *why_not_few(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++)
-        if (model->group[g].inexact)
+        if (model->group[g].reason == KT_FORM_REASON_INEXACT)
             return "it would lose digits where heavy links hang on light ones";
     return model->n.loop == 0 ? "no loops" : "no loops of one to four equations hold a long chain on the ground";
 }

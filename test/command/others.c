@@ -114,6 +114,22 @@ KT_TEST(info_plan_lists_kernels_and_what_is_left_out) {
     kt_expect(1, "--json is for the plan", "$K info --json e.yaml");
 }
 
+KT_TEST(info_plan_names_the_form_of_each_constraint_group_and_why) {
+    kt_ran ran = kt_shell("$K info --plan " KT_SCENES "/four-bar.yaml");
+    kt_check_contains(
+        "plan", ran.out,
+        "\nForms of constraint groups\n"
+        "  pin         1 group of 3 coordinates, 2 equations, rank 2: one pin closes three coordinates in a "
+        "plane\n");
+    ran = kt_shell("$K info --plan --json " KT_SCENES "/four-bar.yaml");
+    json_t *root = kt_json(ran.out);
+    const json_t *group = json_array_get(json_object_get(root, "groups"), 0);
+    kt_check_equal_int("groups", (int)json_array_size(json_object_get(root, "groups")), 1);
+    kt_check_text("form", json_string_value(json_object_get(group, "form")), "pin");
+    kt_check_contains("reason", json_string_value(json_object_get(group, "reason")), "one pin closes");
+    json_decref(root);
+}
+
 KT_TEST(info_plan_counts_one_in_the_singular) {
     kt_write_file("one.yaml", "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
                               "effects:\n  - {type: drag, on: a, linear: 1}\n");

@@ -63,7 +63,7 @@ static void count(const tangle *g, census *c) {
     c->compared++;
     for (size_t i = 0; i < m->n.group; i++) {
         const kt_group *group = &m->group[i];
-        *(group->front.used ? &c->fronts : &c->dense) += 1;
+        *(kt_group_has_fronts(group) ? &c->fronts : &c->dense) += 1;
         c->carried += group->parent != 0;
         c->redundant += group->rank[KT_ROWS_ALL] < group->count[KT_ROWS_ALL];
         c->planar += (size_t)m->group_link[group->link] >= m->n.spatial;

@@ -61,9 +61,9 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
     for (size_t i = 0; i < fronts->n.group; i++) {
         const kt_group *group = &fronts->group[i];
         const bool flat = (size_t)fronts->group_link[group->link] >= fronts->n.spatial;
-        o->fronts += group->front.used;
+        o->fronts += kt_group_has_fronts(group);
         o->few += data->special_form[i];
-        o->narrow += group->narrow;
+        o->narrow += group->form == KT_FORM_FRONT4;
         o->ranks += group->rank[KT_ROWS_ALL] != dense->group[i].rank[KT_ROWS_ALL];
         planar = planar || flat;
         spatial = spatial || !flat;
@@ -440,7 +440,7 @@ static double windows_error(kt_structure structure, double theta) {
         error = 0.0;
         for (int i = 0; i < l.nv; i++)
             error = fmax(error, fabs(fabs(a[i]) - fabs(exact)));
-        kt_check_true("structure", l.model->group[0].front.used == (structure != KT_STRUCTURE_DENSE));
+        kt_check_true("structure", kt_group_has_fronts(&l.model->group[0]) == (structure != KT_STRUCTURE_DENSE));
     }
     linkage_free(&l);
     return error / 9.81;
@@ -643,7 +643,7 @@ KT_TEST(row_that_forks_opens_as_many_links_as_forks_are_above_each_other) {
     if (linkage_compile(&l) && linkage_accelerate(&l, 0.0, a)) {
         for (int i = 0; i < l.nv; i++)
             error = fmax(error, fabs(fabs(a[i]) - exact));
-        kt_check_true("by fronts", l.model->group[0].front.used);
+        kt_check_true("by fronts", kt_group_has_fronts(&l.model->group[0]));
         kt_check_below("open links", l.model->group[0].front.slots, 2 * forks);
         kt_check_below("error", error, 1e-12);
     }

@@ -184,7 +184,7 @@ static void compare_accelerations(const linkage *l, const double *tau, const mat
         !linkage_fine("reacts", kt_multiplier_evaluate(l->model, l->data, 0.0, l->q, l->v, tau, NULL, lambda, &error),
                       &error))
         return;
-    const double eps = (l->model->group[0].delassus ? 256.0 : 16.0) * DBL_EPSILON;
+    const double eps = (l->model->group[0].form == KT_FORM_DELASSUS ? 256.0 : 16.0) * DBL_EPSILON;
     solve(m, m->force, m->drift, &exact);
     for (int i = 0; i < m->nv; i++) {
         kt_worst_near(&e->acceleration, a[i], exact.x[i], 4.0 * exact.moved[i], "%s, %d", of, i);
@@ -234,8 +234,8 @@ static void compare_saddle(const linkage *l, const matrices *m, const char *of, 
     if (linkage_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error)) {
         kt_kkt_solve(&w, 1, f, b);
         for (int i = 0; i < m->nv; i++)
-            kt_worst_near(&e->kkt, f[i], exact.x[i], 4.0 * (l->model->group[0].front.used ? exact.moved[i] : most),
-                          "%s, %d", of, i);
+            kt_worst_near(&e->kkt, f[i], exact.x[i],
+                          4.0 * (kt_group_has_fronts(&l->model->group[0]) ? exact.moved[i] : most), "%s, %d", of, i);
     }
     free(memory);
 }
@@ -370,7 +370,7 @@ KT_TEST(gains_of_windows_multiply_no_error) {
                 random = same;
                 (void)snprintf(of, sizeof of, "%s, %s", kinds[k].name, course_name[c]);
                 if (build_row(&l, c, &kinds[k], d ? KT_STRUCTURE_DENSE : KT_STRUCTURE_FRONTS, &random)) {
-                    narrow += l.model->group[0].narrow;
+                    narrow += l.model->group[0].form == KT_FORM_FRONT4;
                     compare(&l, 5.0 * WINDOWS, of, &random, d ? &dense : &fronts);
                 }
                 linkage_free(&l);
@@ -429,7 +429,7 @@ KT_TEST(ropes_of_heavy_links_on_light_ones_are_left_to_the_fronts) {
         char of[48];
         (void)snprintf(of, sizeof of, "masses 1 and %g, %s", heavy, k < 4 ? "in a plane" : "in space");
         if (build_rope(&l, heavy, k < 4 ? KT_PLAN_AUTO : KT_PLAN_SPATIAL, &random)) {
-            wrong += l.model->group[0].delassus != (k % 4 < 2) || is_told(l.model) != (k % 4 >= 2);
+            wrong += (l.model->group[0].form == KT_FORM_DELASSUS) != (k % 4 < 2) || is_told(l.model) != (k % 4 >= 2);
             compare(&l, BARS, of, &random, &e);
         }
         linkage_free(&l);

@@ -21,12 +21,13 @@ typedef struct seen {
 
 static void note_pins(const kt_model *model, seen *s) {
     const kt_group *group = &model->group[0];
-    s->all += group->pin;
-    s->on_ground += group->pin && group->parent == 0;
-    s->on_link += group->pin && group->parent != 0;
-    s->path[model->loop[0].length[0]] += group->pin;
+    s->all += group->form == KT_FORM_PIN;
+    s->on_ground += group->form == KT_FORM_PIN && group->parent == 0;
+    s->on_link += group->form == KT_FORM_PIN && group->parent != 0;
+    s->path[model->loop[0].length[0]] += group->form == KT_FORM_PIN;
     for (int l = 0; l < 3; l++)
-        s->slides += group->pin && model->link[model->group_link[group->link + l]].motion == KT_MOTION_PRISMATIC;
+        s->slides +=
+            group->form == KT_FORM_PIN && model->link[model->group_link[group->link + l]].motion == KT_MOTION_PRISMATIC;
 }
 
 static kt_vec3 draw_along(kt_random *random, double most) {

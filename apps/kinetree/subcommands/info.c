@@ -48,14 +48,67 @@ static void print_dropped(const kt_plan_step *steps, int count) {
             printf("  %-42s %s\n", steps[i].name, steps[i].dropped);
 }
 
-static void print_plan(const kt_model *model, const kt_plan_step *steps, int count) {
+/* ---- the forms of constraint groups ------------------------------------------------------------------------------ */
+
+static const char *form_name(kt_group_form form) {
+#define INFO_FORM(id, name) [id] = #name,
+    static const char *const names[KT_GROUP_FORM_COUNT] = {KT_GROUP_FORM_LIST(INFO_FORM)};
+#undef INFO_FORM
+    return names[form];
+}
+
+static bool are_alike(const kt_loop_group *a, const kt_loop_group *b) {
+    return a->form == b->form && a->reason == b->reason && a->coordinates == b->coordinates &&
+           a->equations == b->equations && a->rank == b->rank;
+}
+
+/* The number of groups from `first` on that differ in nothing that is shown. */
+static int alike_from(const kt_model *model, int first) {
+    const kt_loop_group group = kt_loop_group_at(model, first);
+    int end = first + 1;
+    while (end < kt_loop_group_count(model)) {
+        const kt_loop_group next = kt_loop_group_at(model, end);
+        if (!are_alike(&group, &next))
+            break;
+        end++;
+    }
+    return end - first;
+}
+
+static void print_groups(const kt_model *model) {
+    const int count = kt_loop_group_count(model);
+    if (count)
+        puts("\nForms of constraint groups");
+    for (int first = 0, alike; first < count; first += alike) {
+        const kt_loop_group group = kt_loop_group_at(model, first);
+        alike = alike_from(model, first);
+        printf("  %-9s %3d group%s of %d coordinates, %d equations, rank %d: %s\n", form_name(group.form), alike,
+               alike > 1 ? "s" : "", group.coordinates, group.equations, group.rank, group.reason);
+    }
+}
+
+static json_t *list_groups(const kt_model *model) {
+    json_t *list = json_array();
+    for (int g = 0; g < kt_loop_group_count(model); g++) {
+        const kt_loop_group group = kt_loop_group_at(model, g);
+        json_array_append_new(list, json_pack("{s:s, s:s, s:i, s:i, s:i}", "form", form_name(group.form), "reason",
+                                              group.reason, "coordinates", group.coordinates, "equations",
+                                              group.equations, "rank", group.rank));
+    }
+    return list;
+}
+
+/* ---- all of it --------------------------------------------------------------------------------------------------- */
+
+static void print_plan(const kt_model *model, const kt_model *integrated, const kt_plan_step *steps, int count) {
     printf("Plan: %s\n", kt_model_plan(model));
     for (int phase = 0; phase < KT_PHASE_COUNT; phase++)
         print_phase(steps, count, (kt_phase)phase);
+    print_groups(integrated);
     print_dropped(steps, count);
 }
 
-static int write_plan(const kt_model *model, const kt_plan_step *steps, int count) {
+static int write_plan(const kt_model *model, const kt_model *integrated, const kt_plan_step *steps, int count) {
     json_t *root = json_object(), *list = json_array();
     for (int i = 0; i < count; i++) {
         const kt_plan_step *s = &steps[i];
@@ -66,6 +119,7 @@ static int write_plan(const kt_model *model, const kt_plan_step *steps, int coun
     }
     json_object_set_new(root, "plan", json_string(kt_model_plan(model)));
     json_object_set_new(root, "steps", list);
+    json_object_set_new(root, "groups", list_groups(integrated));
     return kt_json_write(root, "-");
 }
 
@@ -279,8 +333,8 @@ static int show_plan(const kt_scene *scene, const kt_model *model, const kt_mode
     run.record = kt_run_record(&run, model);
     const int count = kt_plan_steps(integrated, &run, steps);
     if (json)
-        return write_plan(model, steps, count);
-    print_plan(model, steps, count);
+        return write_plan(model, integrated, steps, count);
+    print_plan(model, integrated, steps, count);
     return KT_EXIT_DONE;
 }
 

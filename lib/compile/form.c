@@ -1,0 +1,127 @@
+/* The form in which each constraint group is eliminated (kt_group_form): it is chosen here, and asked everywhere else.
+ *
+ * The first choice, before anything is laid out, is between dense matrices and fronts; the second, when ranks are known
+ * (rank.c), whether one of the special forms serves. It is made again where a parameter gives a joint armature, and
+ * where few equations turn out to lose digits (delassus_accuracy.c). Thresholds are measured: bench/run forms.
+ */
+#include "compile/compile.h"
+#include "reduction/delassus.h"
+#include "reduction/front4.h"
+#include "reduction/method.h"
+
+#include <float.h>
+
+/* The ratio of operations below which fronts take less time than dense matrices, in the plane and in space. Fronts in
+ * registers (reduction/front4.h) always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4.
+ */
+#define WORTH_PLANAR 0.25
+#define WORTH_SPATIAL 0.125
+
+static bool may_be(const kt_model *model, kt_group_form form) { return !(model->excluded_forms & 1u << form); }
+
+static void set(kt_group *group, kt_group_form form, kt_form_reason reason) {
+    group->form = form;
+    group->reason = reason;
+}
+
+void kt_form_begin(const kt_model *model, kt_group *group) {
+    set(group, KT_FORM_DENSE,
+        !model->reduction->fronts                ? KT_FORM_REASON_METHOD
+        : model->structure == KT_STRUCTURE_DENSE ? KT_FORM_REASON_ASKED
+                                                 : KT_FORM_REASON_SMALL);
+    group->damped_form = KT_FORM_DENSE;
+}
+
+bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
+    const double worth = kt_group_is_planar(model, group) ? WORTH_PLANAR : WORTH_SPATIAL;
+    const bool few = of->has_few_equations && may_be(model, KT_FORM_DELASSUS);
+    if (model->structure == KT_STRUCTURE_FRONTS)
+        set(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
+    else if (of->front_flops < worth * of->dense_flops || few || (of->is_front4 && may_be(model, KT_FORM_FRONT4)))
+        set(group, KT_FORM_FRONT, KT_FORM_REASON_OPERATIONS);
+    return kt_group_has_fronts(group);
+}
+
+/* ---- the special forms ------------------------------------------------------------------------------------------- */
+
+/* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
+ * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
+static bool is_pin(const kt_model *model, const kt_group *group) {
+    if (kt_group_has_fronts(group) || !model->reduction->pins || !kt_group_is_planar(model, group) ||
+        group->loop_count != 1 || group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
+        group->rank[KT_ROWS_ALL] != 2)
+        return false;
+    const int32_t loop = model->group_loop[group->loop];
+    const kt_planar_loop *flat = &model->planar_loop[loop];
+    const kt_planar_row *x = &flat->row[0], *y = &flat->row[1];
+    if (model->loop[loop].term_count || flat->count != 2 || x->kind != KT_PLANAR_ROW_ALONG ||
+        y->kind != KT_PLANAR_ROW_ALONG)
+        return false;
+    const double off =
+        fmax(fabs(x->e[0] * y->e[0] + x->e[1] * y->e[1]), fmax(fabs(x->e[0] * x->e[0] + x->e[1] * x->e[1] - 1.0),
+                                                               fabs(y->e[0] * y->e[0] + y->e[1] * y->e[1] - 1.0)));
+    return off < 64.0 * DBL_EPSILON;
+}
+
+void kt_form_choose_damped(const kt_model *model, kt_group *group) {
+    bool few = kt_group_has_fronts(group) && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
+               kt_delassus_count((size_t)group->v_count) <= group->front.count && may_be(model, KT_FORM_DELASSUS);
+    for (int i = 0; i < group->link_count && few; i++)
+        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
+    group->damped_form = few ? KT_FORM_DELASSUS : kt_group_has_fronts(group) ? KT_FORM_FRONT : KT_FORM_DENSE;
+}
+
+/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where rows may be
+ * delayed, the fronts do that. */
+static bool is_delassus(const kt_group *group) {
+    return group->damped_form == KT_FORM_DELASSUS && !group->front.delayed_most && group->rank[KT_ROWS_ALL] > 0 &&
+           group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
+}
+
+/* Whether a group is reduced by reduction/front4.h: a planar group on the ground with fronts of few parameters,
+ * each step with at most two equations, all of them independent. */
+static bool is_front4(const kt_model *model, const kt_group *group) {
+    const kt_front_plan *plan = &group->front;
+    const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
+    int32_t params = 0, active = 0, rank = 0;
+    bool fits = kt_group_has_fronts(group) && !plan->delayed_most && group->parent == 0 &&
+                kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_FRONT4_SLOTS &&
+                kt_front4_count((size_t)group->link_count) <= plan->count;
+    for (int32_t s = 0; s < group->link_count && fits; s++) {
+        const kt_front_step *step = &model->front[plan->step + s];
+        int32_t rows = 0;
+        for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->front_loop[i]];
+            for (int r = 0; r < loop->row_count; r++)
+                rows += model->slot[group->row + loop->row + r] >= 0;
+        }
+        rank += rows;
+        active += 1 - step->last_use_count;
+        fits = ++params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && cap[s] == rank;
+        params = active ? params - rows : 0;
+    }
+    return fits;
+}
+
+static void choose_among_fronts(const kt_model *model, kt_group *group) {
+    const bool inexact = group->reason == KT_FORM_REASON_INEXACT;
+    if (is_delassus(group) && !inexact)
+        set(group, KT_FORM_DELASSUS, KT_FORM_REASON_FEW);
+    else if (!is_delassus(group) && is_front4(model, group) && may_be(model, KT_FORM_FRONT4))
+        set(group, KT_FORM_FRONT4, KT_FORM_REASON_REGISTERS);
+}
+
+void kt_forms_choose(kt_model *model) {
+    model->has_delassus = false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        kt_group *group = &model->group[g];
+        if (kt_group_has_fronts(group))
+            choose_among_fronts(model, group);
+        else if (is_pin(model, group) && may_be(model, KT_FORM_PIN))
+            set(group, group->has_armature ? KT_FORM_DENSE : KT_FORM_PIN,
+                group->has_armature ? KT_FORM_REASON_ARMATURE : KT_FORM_REASON_PIN);
+        model->has_delassus |= group->form == KT_FORM_DELASSUS;
+    }
+}
+
+void kt_form_refuse_inexact(kt_group *group) { set(group, KT_FORM_FRONT, KT_FORM_REASON_INEXACT); }
