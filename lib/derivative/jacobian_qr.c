@@ -33,11 +33,8 @@ static int weight_equations(kt_jacobian_qr *w, const kt_model *model, kt_rows ro
     return rank;
 }
 
-static void swap(kt_jacobian_qr *w, const kt_qr *g, int j, int best) {
-    const double norm = w->norm[j];
-    kt_swap_columns(g, g->m, j, best);
-    w->norm[j] = w->norm[best];
-    w->norm[best] = norm;
+static kt_qr qr_of(const kt_jacobian_qr *w) {
+    return (kt_qr){.m = (int)w->n, .k = (int)w->p, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
 }
 
 /* basis = Q */
@@ -54,7 +51,7 @@ static void write_basis(const kt_jacobian_qr *w) {
 kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
                                 kt_error *error) {
     const size_t n = w->n, p = w->p;
-    const kt_qr g = {.m = (int)n, .k = (int)p, .factor = w->factor, .pivot = w->pivot, .reflector = w->reflector};
+    const kt_qr qr = qr_of(w);
     w->rank = weight_equations(w, model, rows);
     for (size_t r = 0; r < p; r++) {
         for (size_t i = 0; i < n; i++)
@@ -67,32 +64,25 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
         const int best = kt_longest_column(w->norm, j, (int)p, &all);
         if (!(w->norm[best] > 0.0 && isfinite(all)))
             return kt_jacobian_singular(error);
-        if (best != j)
-            swap(w, &g, j, best);
-        kt_eliminate_column(&g, (int)n, j, w->norm);
+        kt_qr_step(&qr, (int)n, j, best, w->norm);
     }
-    for (int c = 0; c < w->rank; c++)
-        for (int i = 0; i <= c; i++)
-            w->factor[(size_t)c * n + (size_t)i] /= w->weight[w->pivot[c]];
+    kt_qr_unweight(&qr, (int)n, w->rank, w->weight);
     write_basis(w);
     return KT_OK;
 }
 
 void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y) {
-    for (size_t k = 0; k < (size_t)w->rank; k++) {
-        y[k] = e[w->pivot[k]];
-        for (size_t l = 0; l < k; l++)
-            y[k] -= w->factor[k * w->n + l] * y[l];
-        y[k] /= w->factor[k * w->n + k];
-    }
+    const kt_qr qr = qr_of(w);
+    kt_qr_solve_transposed(&qr, (int)w->n, w->rank, e, y);
 }
 
 void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda) {
+    const kt_qr qr = qr_of(w);
+    double *y = w->norm; /* no longer needed */
+    for (int k = 0; k < w->rank; k++)
+        y[k] = kt_dense_dot(w->basis + (size_t)k * w->n, f, (int)w->n);
+    kt_qr_solve(&qr, (int)w->n, w->rank, y);
     memset(lambda, 0, w->p * sizeof *lambda);
-    for (int k = w->rank - 1; k >= 0; k--) {
-        double sum = kt_dense_dot(w->basis + (size_t)k * w->n, f, (int)w->n);
-        for (int l = k + 1; l < w->rank; l++)
-            sum -= w->factor[(size_t)l * w->n + (size_t)k] * lambda[w->pivot[l]];
-        lambda[w->pivot[k]] = sum / w->factor[(size_t)k * w->n + (size_t)k];
-    }
+    for (int k = 0; k < w->rank; k++)
+        lambda[w->pivot[k]] = y[k];
 }

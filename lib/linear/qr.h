@@ -82,4 +82,44 @@ KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
     return best;
 }
 
+/* Step j of the decomposition: column `best` comes to j, and its reflector is applied to all after it. */
+KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, int best, double *norm) {
+    if (best != j) {
+        const double t = norm[j];
+        kt_swap_columns(w, m, j, best);
+        norm[j] = norm[best];
+        norm[best] = t;
+    }
+    kt_eliminate_column(w, m, j, norm);
+}
+
+/* Divides weights out of the first `rank` columns of R again: A W P = Q R W. */
+KT_INLINE void kt_qr_unweight(const kt_qr *w, int m, int rank, const double *weight) {
+    for (int c = 0; c < rank; c++) {
+        const double by = weight[w->pivot[c]];
+        for (int i = 0; i <= c; i++)
+            w->factor[(size_t)c * (size_t)m + (size_t)i] /= by;
+    }
+}
+
+/* y = R1^-T P' b, `rank` numbers: R1' is lower triangular, its row i is column i of R. */
+KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const double *b, double *y) {
+    for (int i = 0; i < rank; i++) {
+        const double *r = w->factor + (size_t)i * (size_t)m;
+        double sum = b[w->pivot[i]];
+        for (int j = 0; j < i; j++)
+            sum -= r[j] * y[j];
+        y[i] = sum / r[i];
+    }
+}
+
+/* y <- R1^-1 y, `rank` numbers. */
+KT_INLINE void kt_qr_solve(const kt_qr *w, int m, int rank, double *y) {
+    for (int i = rank - 1; i >= 0; i--) {
+        for (int j = i + 1; j < rank; j++)
+            y[i] -= w->factor[(size_t)j * (size_t)m + (size_t)i] * y[j];
+        y[i] /= w->factor[(size_t)i * (size_t)(m + 1)];
+    }
+}
+
 #endif

@@ -131,19 +131,10 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
             break;
         if (usual && k - rank <= f->plan->delayed_most && is_small(f, d->pivot[best], norm[best], *usual))
             break;
-        if (best != rank) {
-            const double norm_of = norm[rank];
-            kt_swap_columns(d, n, rank, best);
-            norm[rank] = norm[best];
-            norm[best] = norm_of;
-        }
-        kt_eliminate_column(d, n, rank, norm);
+        kt_qr_step(d, n, rank, best, norm);
     }
-    for (int c = 0; c < rank && f->w.weight; c++) {
-        const double weight = f->w.weight[d->pivot[c]];
-        for (int i = 0; i <= c; i++)
-            d->factor[c * n + i] /= weight;
-    }
+    if (f->w.weight)
+        kt_qr_unweight(d, n, rank, f->w.weight);
     return rank;
 }
 

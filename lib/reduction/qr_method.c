@@ -36,19 +36,20 @@ KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
     }
 }
 
-/* Divides the weights out of R again: A' W P = Q R W. */
+KT_INLINE kt_qr qr_of(const kt_group_work *w) {
+    return (kt_qr){.m = w->m, .k = w->k, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
+}
+
 static void unweight(const kt_group_work *w, int rank) {
-    for (int c = 0; c < rank && w->weight; c++) {
-        const double weight = w->weight[w->pivot[c]];
-        for (int i = 0; i <= c; i++)
-            w->factor[(size_t)c * (size_t)w->m + (size_t)i] /= weight;
-    }
+    const kt_qr qr = qr_of(w);
+    if (w->weight)
+        kt_qr_unweight(&qr, w->m, rank, w->weight);
 }
 
 KT_INLINE int factor_any(const kt_group_work *w, int cap) {
     const int m = w->m;
     double first = 0.0, all, *norm = w->work;
-    const kt_qr qr = {.m = m, .k = w->k, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
+    const kt_qr qr = qr_of(w);
     begin(w, m, norm);
     for (int j = 0; j < cap; j++) {
         const int best = kt_longest_column(norm, j, w->k, &all);
@@ -58,13 +59,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
             first = kt_larger(norm[best], w->least * w->least);
         if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
             return j;
-        if (best != j) {
-            kt_swap_columns(&qr, m, j, best);
-            const double t = norm[j];
-            norm[j] = norm[best];
-            norm[best] = t;
-        }
-        kt_eliminate_column(&qr, m, j, norm);
+        kt_qr_step(&qr, m, j, best, norm);
     }
     return cap;
 }
@@ -133,13 +128,8 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double 
 }
 
 KT_INLINE void particular(const kt_group_work *w, int rank, const double *b, double *x) {
-    for (int i = 0; i < rank; i++) { /* R1' is lower triangular: its row i is column i of R */
-        const double *r = w->factor + (size_t)i * (size_t)w->m;
-        double sum = b[w->pivot[i]];
-        for (int j = 0; j < i; j++)
-            sum -= r[j] * x[j];
-        x[i] = sum / r[i];
-    }
+    const kt_qr qr = qr_of(w);
+    kt_qr_solve_transposed(&qr, w->m, rank, b, x);
     for (int i = rank; i < w->m; i++)
         x[i] = 0.0;
     apply(w, rank, false, x, 1);
@@ -154,12 +144,9 @@ KT_INLINE void basis(const kt_group_work *w, int rank) {
 }
 
 static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+    const kt_qr qr = qr_of(w);
     apply(w, rank, true, g, 1);
-    for (int i = rank - 1; i >= 0; i--) {
-        for (int j = i + 1; j < rank; j++)
-            g[i] -= w->factor[(size_t)j * (size_t)w->m + (size_t)i] * g[j];
-        g[i] /= w->factor[(size_t)i * (size_t)(w->m + 1)];
-    }
+    kt_qr_solve(&qr, w->m, rank, g);
     for (int i = 0; i < w->k; i++)
         lambda[w->pivot[i]] = i < rank ? g[i] : 0.0;
 }
