@@ -106,8 +106,9 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_SLOPES(function) function
 #endif
 
-/* The same for what derivatives do not need. */
-#ifdef KT_DUAL
+/* The same for what derivatives do not need. A library without Jacobians, which is meant to be small and whose steps are
+ * fixed in control loops, does not look for contacts between stages (2 kB on a Cortex-M7). */
+#if defined(KT_DUAL) || defined(KT_NO_JACOBIAN)
 #define KT_HAS_GAP 0
 #define KT_GAP(function) NULL
 #else

@@ -115,7 +115,7 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
     if (status == KT_OK) {
-        if (simulation->size.gap > 0)
+        if (KT_HAS_GAP && simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record.time, &from);
         if (status == KT_OK && simulation->corners.fixed)
             status = kt_simulation_check_corners(simulation, record.time, &from);

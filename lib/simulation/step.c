@@ -169,8 +169,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         kt_simulation_clip_step(simulation, &t_limit);
     }
     if (status == KT_OK)
-        status = simulation->watches_gaps ? step_by_gaps(simulation, t_limit, &from)
-                                          : kt_integrator_step(simulation->integrator, t_limit, &from);
+        status = KT_HAS_GAP && simulation->watches_gaps ? step_by_gaps(simulation, t_limit, &from)
+                                                        : kt_integrator_step(simulation->integrator, t_limit, &from);
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
