@@ -119,7 +119,7 @@ KT_TEST(info_plan_names_the_form_of_each_constraint_group_and_why) {
     kt_check_contains(
         "plan", ran.out,
         "\nForms of constraint groups\n"
-        "  pin         1 group of 3 coordinates, 2 equations, rank 2: one pin closes three coordinates in a "
+        "  pin         1 group of 3 coordinates, 5 equations, rank 2: one pin closes three coordinates in a "
         "plane\n");
     ran = kt_shell("$K info --plan --json " KT_SCENES "/four-bar.yaml");
     json_t *root = kt_json(ran.out);
