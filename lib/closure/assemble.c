@@ -16,6 +16,7 @@
  * which is a singular position.
  */
 #include "closure/levenberg_marquardt.h"
+#include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
 
@@ -23,10 +24,6 @@
 #include <string.h>
 
 enum { SHORTER_MOST = 12 };
-
-/* The gaps, relative to their scales, that rounding may leave. A larger gap that is nearly closed (KT_CLOSED_STEP)
- * comes from given values with fewer digits, and is closed by changing these, too, in their last digits. */
-#define ROUNDING (64.0 * KT_CLOSED)
 
 /* The velocities that move only if their group cannot be closed otherwise. */
 enum { VELOCITY_GIVEN = KT_VELOCITY_GIVEN | KT_VELOCITY_KEPT };
@@ -101,10 +98,7 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
         return;
     (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
-        kt_group_position_residuals(&w, &violation);
-        if (isfinite(violation.position) && violation.gap <= KT_CLOSED_STEP)
+        if (kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP))
             continue;
         kt_take_group(model, &model->group[g], given, q);
         release(model, &model->group[g], KT_POSITION_GIVEN, fixed);
@@ -150,8 +144,8 @@ static bool go(const approach *a, double part) {
         for (size_t k = 0; k < nv; k++)
             step[k] = ldexp(part, -i) * a->way[k];
         kt_move(a->model, a->fixed, a->q, step, near);
-        if (!(kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near) <=
-              KT_CLOSED_ASSEMBLED))
+        const double gap = kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near);
+        if (!kt_loops_are_closed(a->model, near, gap, KT_CLOSED_ASSEMBLED))
             continue;
         kt_position_subtract(a->model, near, a->given, step);
         if (!close && !(square(step, nv) < from))
@@ -210,12 +204,15 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .d = data->scratch_v,
                         .way = data->scratch_v + lanes};
     close_around_given(model, data, t, given, q, fixed);
-    if (kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q) <= KT_CLOSED_ASSEMBLED) {
+    double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
+    if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED)) {
         come_nearer(&a, data->scratch_v + 2 * lanes);
-        double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
-        if (gap > ROUNDING && keeps_given(model, KT_POSITION_GIVEN, fixed)) /* the given values may be rounded */
+        gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
+        /* A larger gap that is nearly closed comes from given values with fewer digits, and is closed by changing
+         * these, too, in their last digits. */
+        if (!kt_loops_are_closed(model, q, gap, KT_ROUNDING) && keeps_given(model, KT_POSITION_GIVEN, fixed))
             gap = kt_assemble_levenberg_marquardt(model, data, t, model->held, KT_SEARCH_GIVEN, q);
-        if (gap <= KT_CLOSED_ASSEMBLED)
+        if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED))
             return KT_OK;
     }
     return kt_open_loops_error(model, data, t,
@@ -247,17 +244,12 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
     }
 }
 
-/* Whether the velocities of a group satisfy its equations to rounding; equations and `right` are those of v. The
- * rounding error is relative to the terms, or if entries of A are rounding alone, to the speeds. */
-static bool group_fits(const kt_model *model, kt_data *data, size_t g, const double *v) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    kt_violation violation = {0.0, 0.0, 0.0, 0.0, 0.0};
+/* Whether the velocities of a group satisfy its equations; equations and `right` are those of v. */
+static bool group_fits(const kt_model *model, kt_data *data, size_t g, double t, const double *q, const double *v) {
+    kt_violation violation = kt_violation_none;
     kt_group_look_at_velocities(model, data, g, v, &violation);
-    double speed = violation.speed;
-    for (int i = 0; i < w.m; i++)
-        speed = fmax(speed, fabs(v[model->group_v[group->v + i]]) / model->unit[group->v + i]);
-    return violation.slip <= KT_CLOSED_STEP * speed;
+    return violation.slip <= KT_CLOSED_STEP * violation.speed ||
+           kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }
 
 /* Does for velocities what close_around_given does for positions. */
@@ -272,7 +264,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        if (group_fits(model, data, g, v))
+        if (group_fits(model, data, g, t, q, v))
             continue;
         for (int i = 0; i < group->v_count; i++)
             v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
@@ -287,7 +279,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
     bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
                   close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
-    if (finite && violation.slip > ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
+    if (finite && violation.slip > KT_ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
         finite = close_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
@@ -295,7 +287,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     if (kernels->residuals(model, data, t, q, v, NULL, &violation) &&
-        kt_velocities_fit(model, data, v, KT_CLOSED_ASSEMBLED))
+        kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
     (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);
     kt_velocity_gaps_share(model, data);

@@ -21,6 +21,7 @@
  */
 #include "closure/levenberg_marquardt.h"
 
+#include "closure/rounding.h"
 #include "linear/cholesky.h"
 
 #include <float.h>
@@ -38,11 +39,6 @@ enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 
 #define HIDDEN 1e-14 /* by fronts: the least damping, relative to the mean square of an equation's row */
 
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
-
-double kt_generic(size_t k) {
-    const double x = (double)(k + 1) * 0.61803398874989485; /* the golden ratio */
-    return 2.0 * (x - floor(x)) - 1.0;
-}
 
 /* A link has two parts, plain positions and a quaternion, which may be held separately. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
@@ -256,8 +252,7 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
     memset(data->delta, 0, model->n.v * sizeof(double));
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        if (gap_of(&w) <= KT_CLOSED_ASSEMBLED)
+        if (kt_group_is_closed(model, data, g, q, KT_CLOSED_ASSEMBLED))
             continue;
         kt_take_group(model, group, from, q);
         for (int32_t i = group->v; i < group->v + group->v_count; i++)
@@ -295,7 +290,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
                 q);
         if (!kernels->residuals(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
-        if (violation.gap <= KT_CLOSED_ASSEMBLED || search != KT_SEARCH_STUBBORN)
+        if (kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_ASSEMBLED) || search != KT_SEARCH_STUBBORN)
             break;
         if (violation.gap < 0.999 * least) {
             least = violation.gap;

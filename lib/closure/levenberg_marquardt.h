@@ -2,6 +2,7 @@
 #ifndef KT_CLOSURE_LEVENBERG_MARQUARDT_H
 #define KT_CLOSURE_LEVENBERG_MARQUARDT_H
 
+#include "base/generic.h"
 #include "closure/project.h"
 
 /* What a search starts from: a sample, from which large groups either close soon or not at all; a state of the
@@ -26,8 +27,5 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
 /* out = q (+) step, except that a link that does not move, or a part that is held (NULL: none), keeps its bits: the
  * exponential map would round its quaternion. out must not be q. */
 void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out);
-
-/* Returns the k-th of a fixed sequence of generic numbers in (-1, 1). */
-double kt_generic(size_t k);
 
 #endif

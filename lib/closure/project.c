@@ -10,6 +10,7 @@
  * times that size. So it is left out until the motion has moved on, unless the gap exceeds the tolerance.
  */
 #include "closure/levenberg_marquardt.h"
+#include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
 
@@ -39,7 +40,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
          * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
-        if (violation->gap <= goal || i == most || (slow && fmax(before, violation->gap) <= 4e3 * KT_CLOSED))
+        if (violation->gap <= goal || i == most ||
+            (slow && kt_loops_are_closed(model, q, fmax(before, violation->gap), 4e3 * KT_CLOSED)))
             return KT_CLOSURE_DONE;
         if (slow && near)
             regular = false;
@@ -115,41 +117,20 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     return closure;
 }
 
-bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance) {
-    double widest = 0.0, fastest = 0.0, slip = 0.0;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        for (int i = 0; i < w.m && kt_group_has_fronts(&model->group[g]); i++)
-            fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
-        for (int r = 0; r < w.k; r++) {
-            if (kt_group_has_fronts(&model->group[g]))
-                widest = fmax(widest, kt_front_reach(model, data->front_planar[g], &w, r));
-            for (int i = 0; i < w.m && !kt_group_has_fronts(&model->group[g]); i++) {
-                const double a = fabs(w.a[(size_t)r * (size_t)w.m + (size_t)i]);
-                widest = fmax(widest, a / w.scale[r]);
-                if (a > 0.0)
-                    fastest = fmax(fastest, fabs(v[model->group_v[model->group[g].v + i]]));
-            }
-            slip = fmax(slip, fabs(w.right[r]) / w.scale[r]);
-        }
-    }
-    return slip <= tolerance * widest * fastest;
-}
-
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation) {
     data->closing = (kt_iterations){0, 0, 0, 0};
     kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
-    if (!(violation->gap <= tolerance))
+    if (!kt_loops_are_closed(model, q, violation->gap, tolerance))
         return KT_CLOSURE_OPEN;
     closure = close_velocities(model, data, v, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
-    return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, v, tolerance)
+    return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
                ? KT_CLOSURE_DONE
                : KT_CLOSURE_OPEN;
 }
@@ -329,7 +310,8 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error) {
     memcpy(data->assembled_q, q, model->n.q * sizeof *q);
-    if (kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q) <= tolerance)
+    const double gap = kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q);
+    if (kt_loops_are_closed(model, data->assembled_q, gap, tolerance))
         return KT_OK;
     return kt_open_loops_error(model, data, t, what, false, error);
 }
@@ -396,5 +378,6 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
         closure = KT_CLOSURE_DEAD;
     remember(data);
     return closure == KT_CLOSURE_DONE ? KT_OK
-                                      : refuse(model, data, t, closure, input, violation.gap <= KT_CLOSED_STEP, error);
+                                      : refuse(model, data, t, closure, input,
+                                               kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_STEP), error);
 }

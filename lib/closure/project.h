@@ -67,11 +67,6 @@ static inline void kt_residuals_to_right_hand_side(const kt_model *model, const 
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
 
-/* Whether the velocity equations, whose violations are in `right`, hold to `tolerance` of the speeds in the groups. (An
- * entry of A that is a rounding error alone times a speed is a violation, and if loops lock all other coordinates, as
- * in a frame with a wheel in it, A v has no larger term that it could be compared with.) */
-bool kt_velocities_fit(const kt_model *model, const kt_data *data, const double *v, double tolerance);
-
 /* Returns KT_OK if a search from q closes the loops at t to `tolerance`; otherwise kt_open_loops_error, with `what`. */
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
                          const char *what, kt_error *error);

@@ -292,7 +292,9 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_model_name_all(m);
     size_t number = 0, text = a->tree->n.text;
     fill_loops(a, m, &number, &text);
-    m->length = KT_HAS_LOOPS ? kt_attach_longest_loop(a, m) : 1.0;
+    m->length = 1.0;
+    if (KT_HAS_LOOPS)
+        kt_attach_measure_loops(a, m);
     kt_attach_fill_groups(a, m);
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)

@@ -72,10 +72,12 @@ void kt_paths_fill(kt_model *m);
  * the distance, so that nothing would be gained. Needs the paths. */
 bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin);
 
-/* Returns the length of the longest loop, once around, at the initial positions. Points on the ground count by their
- * distance from one origin common to all loops for which kt_attach_find_origin finds one: that of the first such loop.
- * 1 if no loop has a length. Needs the paths. */
-double kt_attach_longest_loop(const kt_attach *a, const kt_model *m);
+/* Stores the length of the longest loop, once around, at the initial positions, and the rounding errors that the lengths
+ * as given bring with them (closure/rounding.h). Points on the ground count by their distance from one origin common to
+ * all loops for which kt_attach_find_origin finds one, that of the first such loop; as given, from the world's. If all
+ * loops are shorter than rounding, as that of a hinge on a joint, the lengths as given count, or those of the tree; 1
+ * if there are none. Needs the paths. */
+void kt_attach_measure_loops(const kt_attach *a, kt_model *m);
 
 /* Unites the sets of i and j. */
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j);

@@ -6,6 +6,7 @@
  * that is the beginning of another is stored with it: the net's take O(n) memory. (Not so where the links at their ends
  * are all different, as of a ladder whose rungs are bodies.)
  */
+#include "closure/rounding.h"
 #include "compile/attach.h"
 
 #include <math.h>
@@ -139,10 +140,23 @@ static double length_of_loop(const kt_attach *a, const kt_loop_record *r, kt_vec
     return length;
 }
 
-double kt_attach_longest_loop(const kt_attach *a, const kt_model *m) {
-    double about = 0.0, longest = 0.0;
+/* The largest distance of a link or its centre of mass from the world's origin. */
+static double reach_of_tree(const kt_attach *a) {
+    double most = 0.0;
+    for (size_t i = 1; i < a->tree->n.link; i++) {
+        const kt_link *link = &a->tree->link[i];
+        most = fmax(most, kt_vec3_norm(a->pose[i].position));
+        if (link->mass > 0.0)
+            most = fmax(most, kt_vec3_norm(link->moment) / link->mass);
+    }
+    return most;
+}
+
+void kt_attach_measure_loops(const kt_attach *a, kt_model *m) {
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+    double about = 0.0, longest = 0.0, given = 0.0;
     for (int pass = 0; pass < 2; pass++) { /* only those that may be the longest are summed link by link */
-        kt_vec3 common = kt_vec3_make(0.0, 0.0, 0.0), own;
+        kt_vec3 common = none, own;
         bool has_common = false;
         for (size_t i = 0; i < m->n.loop; i++) {
             const kt_loop_record *r = &m->loop[i];
@@ -152,12 +166,16 @@ double kt_attach_longest_loop(const kt_attach *a, const kt_model *m) {
             if (counted && !has_common)
                 common = own;
             has_common |= counted;
-            const kt_vec3 origin = counted ? common : kt_vec3_make(0.0, 0.0, 0.0);
+            const kt_vec3 origin = counted ? common : none;
             const double length = length_of_loop(a, r, origin, false);
             if (pass && length >= (1.0 - 1e-9) * about)
                 longest = fmax(longest, length_of_loop(a, r, origin, true));
             about = fmax(about, length);
+            given = fmax(given, length_of_loop(a, r, none, false));
         }
     }
-    return longest > 0.0 ? longest : 1.0;
+    if (!(longest > KT_ROUNDING * given))
+        longest = given > 0.0 ? given : reach_of_tree(a);
+    m->length = longest > 0.0 ? longest : 1.0;
+    m->rounding = KT_ROUNDING * fmax(1.0, given / m->length);
 }

@@ -8,6 +8,7 @@
  * (group.h).
  */
 #include "closure/levenberg_marquardt.h"
+#include "closure/rounding.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "reduction/delassus.h"
@@ -41,6 +42,9 @@ static void scatter(const kt_model *model, double size, const double *share, siz
             step[model->group_v[i]] = share[g] * size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
+/* The entries and residuals of a void equation, relative to its scale. */
+static double void_size(const kt_model *model) { return fmax(1e-12, model->rounding); }
+
 /* Marks the equations of a group that are alive as last filled: the row or the residual is not zero. */
 static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
     for (int32_t row = 0; row < group->row_count; row++) {
@@ -48,7 +52,7 @@ static void note_alive(const kt_model *model, const kt_group *group, const kt_gr
         double largest = 0.0;
         for (int i = 0; i < w->m; i++)
             largest = fmax(largest, fabs(w->a[(size_t)r * (size_t)w->m + (size_t)i]) * model->unit[group->v + i]);
-        if (largest > 1e-12 * w->scale[r] || fabs(w->residual[r]) > 1e-12 * w->scale[r])
+        if (fmax(largest, fabs(w->residual[r])) > void_size(model) * w->scale[r])
             alive[group->row + row] = true;
     }
 }
@@ -66,7 +70,8 @@ static void note_alive_front(const kt_model *model, kt_data *data, size_t g, boo
         kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, w.work);
         for (int32_t row = 0; row < group->row_count; row++) {
             const int32_t r = model->slot[group->row + row];
-            if (fabs(w.multiplier[r]) > 1e-12 * fmax(w.scale[r], w.work[r]) || fabs(w.residual[r]) > 1e-12 * w.scale[r])
+            if (fabs(w.multiplier[r]) > void_size(model) * fmax(w.scale[r], w.work[r]) ||
+                fabs(w.residual[r]) > void_size(model) * w.scale[r])
                 alive[group->row + row] = true;
         }
     }
@@ -147,12 +152,6 @@ static void note_chosen(const kt_model *model, const kt_group *group, const kt_g
     }
 }
 
-static bool is_closed(const kt_group_work *w) {
-    kt_violation violation = kt_violation_none;
-    kt_group_position_residuals(w, &violation);
-    return violation.gap <= KT_CLOSED_STEP;
-}
-
 /* Copies the positions of a group's links. */
 static void keep_position(const kt_model *model, const kt_group *group, const double *q, double *to) {
     for (int l = 0; l < group->link_count; l++) {
@@ -191,7 +190,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-            if (closed ? !is_closed(&w) : found->seen[g])
+            if (closed ? !kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) : found->seen[g])
                 continue;
             const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                                         &group->usual[rows]);
@@ -217,11 +216,11 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
 
 /* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long
  * chain small rotations add up to large gaps, from which hundreds of steps may not lead back. */
-static bool come_closer(const kt_model *model, kt_data *data, double *share) {
+static bool come_closer(const kt_model *model, kt_data *data, const double *q, double *share) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!kt_group_has_fronts(&model->group[g]) || is_closed(&w) || share[g] < SHARE_LEAST)
+        if (!kt_group_has_fronts(&model->group[g]) || kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) ||
+            share[g] < SHARE_LEAST)
             continue;
         share[g] *= 0.25;
         any = true;
@@ -237,7 +236,7 @@ static void take_sample(const kt_model *model, kt_data *data, double size, size_
         scatter(model, size, found->share, sample, data->delta);
         kt_position_add(model, base, data->delta, q);
         (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_SAMPLE, q);
-    } while (come_closer(model, data, found->share));
+    } while (come_closer(model, data, q, found->share));
 }
 
 static void find_ranks(kt_model *model, kt_data *data, samples *found) {
@@ -254,11 +253,12 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     look_at(model, data, model->q0, false, found);
 }
 
-/* The least size that the largest direction counts as (KT_RANK_FLOOR). An entry of A can be as large as the ratio of
- * its row's unit to its coordinate's unit, except that angles between bodies do not depend on lengths. Needs the
- * equations' scales. */
+/* The least size that the largest direction counts as: KT_RANK_FLOOR of what it could be, or more where the rounding of
+ * lengths as given is more, so that no direction of rounding counts. An entry of A can be as large as the ratio of its
+ * row's unit to its coordinate's unit, except that angles between bodies do not depend on lengths. Needs the equations'
+ * scales. */
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
-    double longest = 0.0, angles = 0.0;
+    double longest = 0.0, of_lengths = 0.0, angles = 0.0;
     for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
         angles += model->unit[group->v + i] == 1.0;
     for (int r = 0; r < w->k; r++) {
@@ -270,8 +270,9 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
             sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
         }
         longest = fmax(longest, sum);
+        of_lengths = w->scale[r] == model->length ? fmax(of_lengths, sum) : of_lengths;
     }
-    return KT_RANK_FLOOR * sqrt(longest);
+    return fmax(KT_RANK_FLOOR * sqrt(longest), model->rounding / KT_RANK_TOLERANCE * sqrt(of_lengths));
 }
 
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */

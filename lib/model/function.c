@@ -311,6 +311,36 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     }
 }
 
+static double table_speed(const double *rows, int count, double t) {
+    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (t < rows[ROW_T] || t > last[ROW_T])
+        return 0.0;
+    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
+    const double s = t - row[ROW_T];
+    return fabs(row[ROW_B]) + s * (2.0 * fabs(row[ROW_C]) + 3.0 * s * fabs(row[ROW_D]));
+}
+
+double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
+    double speed = 0.0;
+    switch (curve->type) {
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_CONSTANT:
+        return 0.0;
+    case KT_FUNCTION_SINE:
+        return fabs(curve->b * curve->c);
+    case KT_FUNCTION_RAMP:
+        return t < curve->c || t > curve->d ? 0.0 : 6.0 * fabs((curve->b - curve->a) / (curve->d - curve->c));
+    case KT_FUNCTION_POLYNOMIAL:
+        for (int k = curve->count - 1; k > 0; k--)
+            speed = speed * fabs(t) + k * fabs(numbers[curve->first + (size_t)k]);
+        return speed;
+    case KT_FUNCTION_TABLE:
+        return table_speed(numbers + curve->first, curve->count, t);
+    default: /* KT_CURVE_FOLLOWS */
+        return fabs(curve->b) + fabs((t - curve->d) * curve->c);
+    }
+}
+
 /* ---- corners ----------------------------------------------------------------------------------------------------- */
 
 /* Derivatives of a table's pieces that differ by no more than this part of their size are equal but for rounding. */

@@ -36,6 +36,10 @@ static inline bool kt_curve_rests(const kt_curve *curve) {
  * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 
+/* The size of the terms that the first derivative at t consists of: its rounding error is a small part of this, even
+ * where they cancel, as at the crest of a sine. */
+double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
+
 /* A corner: a time at which a derivative jumps. */
 typedef struct kt_corner {
     double time; /* HUGE_VAL: there is none */

@@ -112,6 +112,7 @@ struct kt_model {
     unsigned excluded_forms;
     kt_sweep sweep;    /* which links there are: spatial, planar or both */
     double length;     /* of the longest loop, once around: the scale of lengths */
+    double rounding;   /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
     bool ordered;      /* velocity coordinates have the order of the links */
     bool driven;       /* some loop depends on time */
     bool has_delassus; /* some group is solved by reduction/delassus.h */
