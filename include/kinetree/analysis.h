@@ -143,7 +143,8 @@ KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
 
 /* How an equilibrium was reached. */
 typedef struct kt_equilibrium {
-    int steps;           /* steps taken */
+    int steps;           /* steps taken, from all starts */
+    int starts;          /* 1; with `nearest` more where the search from the given positions has found none */
     double distance;     /* length of the last step, over the units of the coordinates */
     double acceleration; /* largest remaining acceleration over its unit, 1/s^2 */
 } kt_equilibrium;
@@ -156,7 +157,9 @@ typedef struct kt_equilibrium {
  * A step d solves (H + mu D) d = g with the force g = M a in the independent degrees of freedom, H the stiffness matrix
  * and D the diagonal of M there; mu is the least value for which H + mu D is positive definite (0 near a stable
  * equilibrium: Newton's method), and a step is shortened until the force still does work along it. With `nearest`, mu =
- * 0 and a step is shortened until |a| falls. The linearisation serves as workspace; its system is unchanged.
+ * 0 and a step is shortened until |g| falls; where that stalls, starts around the given one are tried, farther and
+ * farther away (up to 3 rad or lengths of the mechanism), and at last the way downhill. A search that stalls has found
+ * an equilibrium only if the force left is rounding, 1e-11 of those that cancel. The linearisation serves as workspace; its system is unchanged.
  *
  * Errors: KT_ERROR_STEP where no equilibrium is found; the message names the joint with the largest remaining
  * acceleration or the one that runs away; KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as

@@ -12,9 +12,14 @@
  * method. A step is accepted if the mean of the forces at its two ends does work along it. D is diagonal, so that
  * degrees of freedom without force or stiffness keep their positions.
  *
- * With mu = 0 for any H, and steps accepted if |a| falls, the same iteration finds equilibria nearby, stable or not.
+ * With mu = 0 for any H, and steps accepted if |g| falls, the same iteration finds equilibria nearby, stable or not.
+ * It stalls where |g| has a minimum above zero, and at kinks, where a stop or a contact begins. Then other starts are
+ * tried around the given one, farther and farther away, and at last the way downhill.
+ *
+ * A search has arrived where no force is left but rounding errors, and where it stalls, with some room (RESTING).
  */
 #include "analysis/analysis.h"
+#include "base/generic.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 #include "linear/lapack.h"
@@ -34,7 +39,11 @@ enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 #define CLOSE 1e-6      /* in units: shorter steps are accepted if |a| falls, as Newton's, */
 #define ASYMMETRY 1e-12 /* of the largest stiffness: rounding errors */
 #define ROUNDING (4.0 * DBL_EPSILON)
-#define THERE 1e-9 /* and the search ends at steps below this that improve nothing */
+#define RESTING 1e4 /* times that may be left where no step improves anything: 1e-11 of the forces that cancel */
+
+/* The starts of a search for the nearest, displaced by up to these parts of a unit. */
+static const double scatter[] = {0.0, 0.1, 0.3, 1.0, 1.0, 2.0, 3.0};
+enum { STARTS = sizeof scatter / sizeof scatter[0] };
 
 kt_equilibrium_options kt_equilibrium_options_default(void) {
     const kt_equilibrium_options options = {0};
@@ -50,6 +59,7 @@ typedef struct search {
     size_t dependents; /* coordinates that depend on others */
     double reach;      /* bound of a step */
     double rounding;   /* rounding error of forces times units, J */
+    double resting;    /* the same where coordinates are large, too: of a search that has arrived */
 } search;
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
@@ -177,17 +187,28 @@ static void add_up(const search *s, double mu, bool symmetric) {
 }
 
 /* The rounding error of forces, from the weights and from the force of the stiffest degree of freedom displaced by a
- * unit. */
+ * unit; or by its position, which is rounded. */
 static void expect_rounding(search *s) {
     kt_linearization *l = s->l;
-    double most = 0.0;
+    double most = 0.0, resting = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
         most = fmax(most, l->floor[2 * l->size.v + i] * l->unit[i]);
     for (size_t j = 0; j < (size_t)s->dofs; j++) {
-        const double unit = l->unit[s->out->velocity_coordinate[j]];
-        most = fmax(most, fabs(l->stiffness[j * (size_t)s->dofs + j]) * unit * unit);
+        const int at = s->out->velocity_coordinate[j];
+        const double stiff = fabs(l->stiffness[j * (size_t)s->dofs + j]) * l->unit[at];
+        most = fmax(most, stiff * l->unit[at]);
+        resting = fmax(resting, stiff * l->floor[at]);
     }
     s->rounding = ROUNDING * most;
+    s->resting = RESTING * ROUNDING * fmax(most, resting);
+}
+
+/* Whether what is left of the forces is small enough for rest. */
+static bool is_at_rest(const search *s) {
+    bool rests = true;
+    for (int j = 0; j < s->dofs; j++)
+        rests &= fabs(s->l->force[j]) * s->l->unit[s->out->velocity_coordinate[j]] <= s->resting;
+    return rests;
 }
 
 /* Sets forces below their rounding error to zero, so that they cause no step where nothing resists; returns whether any
@@ -287,13 +308,23 @@ static kt_status try_step(const search *s, double part, kt_error *error) {
     return status;
 }
 
+/* g' D^-1 g */
+static double square_of_force(const search *s, const double *force) {
+    double sum = 0.0;
+    for (int j = 0; j < s->dofs; j++)
+        sum += force[j] * force[j] / s->l->inertia[j];
+    return sum;
+}
+
 /* Whether the tried position is closer to an equilibrium. */
 static bool is_better(const search *s, double length) {
     kt_linearization *l = s->l;
-    if (s->nearest || length < CLOSE)
+    if (!s->nearest && length < CLOSE)
         return sum_of_squares(l, l->tried_a) < sum_of_squares(l, l->a0);
     if (force_at(s, l->tried_q, l->tried_a, l->ahead, l->behind, NULL) != KT_OK)
         return false;
+    if (s->nearest) /* in the freedoms of the start, in which the step is Newton's, |g| falls at first */
+        return square_of_force(s, l->behind) < square_of_force(s, l->force);
     const double work = dot(l->force, l->step, (size_t)s->dofs) + dot(l->behind, l->step, (size_t)s->dofs);
     return work > 0.0;
 }
@@ -380,9 +411,10 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
 static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system system = {0};
-    double length = HUGE_VAL, path = 0.0;
-    for (found->steps = 0; found->steps < most && path < RUNAWAY; found->steps++) {
-        found->distance = length < HUGE_VAL ? length : 0.0;
+    double length = 0.0, path = 0.0;
+    s->reach = REACH;
+    for (int steps = 0; steps < most && path < RUNAWAY; steps++, found->steps++) {
+        found->distance = length;
         found->acceleration = size_of(l, l->a0);
         if (found->acceleration == 0.0)
             return KT_OK;
@@ -402,12 +434,11 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
             return KT_OK;
         if (!solve(s, stiffest(s)))
             break;
-        const double before = length, wanted = expand_step(s);
         status = step(s, &length, error);
         if (status != KT_OK)
             return status;
         path += length;
-        if (length == 0.0 && (wanted < THERE || before < THERE)) /* the steps are within rounding */
+        if (length == 0.0 && is_at_rest(s))
             return KT_OK;
         if (length == 0.0)
             break;
@@ -415,11 +446,39 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
     return give_up(s, found->steps, path >= FAR, error);
 }
 
+/* Moves q0 to the given positions, displaced by up to `size` units and projected; returns whether that can be done. */
+static bool start_at(const search *s, const double *given, double size, int start) {
+    kt_linearization *l = s->l;
+    for (size_t i = 0; i < l->size.v; i++) {
+        l->ahead[i] = size * l->unit[i] * kt_generic(i + 131 * (size_t)start);
+        l->v[i] = 0.0;
+    }
+    kt_position_add(l->model, given, l->ahead, l->q0);
+    return kt_state_project(l->model, l->data, l->t, l->q0, l->v, NULL, NULL) == KT_OK &&
+           kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->a0, NULL) == KT_OK;
+}
+
+/* Searches from the start, and for the nearest from others; reports why the first has failed. */
+static kt_status run_from(search *s, const double *given, int most, kt_equilibrium *found, kt_error *error) {
+    const bool nearest = s->nearest;
+    const kt_status status = run(s, most, found, error);
+    found->starts = 1;
+    if (status == KT_OK || !nearest)
+        return status;
+    for (int start = 1; start <= STARTS; start++) { /* the last one is downhill */
+        s->nearest = start < STARTS;
+        found->starts++;
+        if (start_at(s, given, s->nearest ? scatter[start] : 0.0, start) && run(s, most, found, NULL) == KT_OK)
+            return KT_OK;
+    }
+    return status;
+}
+
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
                               const double *tau, kt_equilibrium *found, kt_error *error) {
     KT_REQUIRE(error, l, q || !l->model->n.q);
     const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
-    search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest, .reach = REACH};
+    search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest};
     kt_linear_system system = {0};
     kt_equilibrium result = {0};
     kt_status status = kt_lapack_open(error);
@@ -431,7 +490,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->of_force = true;
     if (status == KT_OK)
-        status = run(&s, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
+        status = run_from(&s, q, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
     l->of_force = false;
     if (status != KT_OK)
         return status;

@@ -79,6 +79,32 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage_free(&l);
 }
 
+/* A motor of 1.7 m g l / 2, which no position balances, beside a soft stop: the search stalls where the stop begins, which
+ * is no end. */
+KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
+    kt_effect stop = kt_effect_default();
+    linkage l;
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
+    stop.type = KT_EFFECT_JOINT_LIMIT;
+    stop.joint = "bar";
+    const double most = 0.5 * 9.81, start = 0.5 * pi + 2.35990225534581;
+    stop.lower = 0.5 * pi + 2.2524642590605497;
+    stop.stiffness = most / 2.943;
+    l.description.effects = &stop;
+    l.description.effect_count = 1;
+    if (linkage_compile(&l)) {
+        for (int nearest = 0; nearest < 2; nearest++) {
+            kt_error error = {0};
+            double q = start, tau = 5.0 * most / 2.943;
+            kt_check_equal_int("none", find(&l, nearest, &q, &tau, NULL, &error), KT_ERROR_STEP);
+            kt_check_contains("names the joint", error.where, "bar");
+            kt_check_equal_bits("untouched", &q, &start, 1);
+        }
+    }
+    linkage_free(&l);
+}
+
 /* -x / sqrt(1 + x^2), as of a string over a pulley beside the rail. */
 static int pull(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     (void)user, (void)t, (void)v, (void)balance;

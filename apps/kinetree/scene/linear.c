@@ -79,6 +79,10 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
         kt_equilibrium_find(motion->linearization, &options, 0.0, motion->q, NULL, &motion->equilibrium, error);
     if (status != KT_OK)
         return status;
+    if (motion->equilibrium.starts > 1)
+        kt_say("from the initial position no equilibrium was found; start %d, elsewhere, led to this one: it may not "
+               "be the nearest",
+               motion->equilibrium.starts);
     memset(motion->v, 0, (size_t)kt_model_nv(motion->model) * sizeof *motion->v);
     motion->settled = true;
     return KT_OK;

@@ -37,7 +37,8 @@ const kt_usage kt_usage_equilibrium = {
     .most = 1,
     .about = "Finds where the scene comes to rest from its initial position in overdamped motion, under its effects\n"
              "as they are at the start, and prints the joints' positions as a scene file has them. A start\n"
-             "that is an equilibrium is kept. What follows from the modes there is said: stable, unstable, neutral.\n",
+             "that is an equilibrium is kept. What follows from the modes there is said: stable, unstable, neutral.\n"
+             "Where the search ends with an acceleration that is not that of rest, it ends with exit status 4.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -147,6 +148,7 @@ static json_t *describe(const kt_small_motion *motion) {
     json_object_set_new(root, "growth", json_real(worst < 0 ? 0.0 : kt_modes_at(motion->modes, worst).real));
     json_object_set_new(root, "neutral", json_integer(neutral));
     json_object_set_new(root, "steps", json_integer(motion->equilibrium.steps));
+    json_object_set_new(root, "starts", json_integer(motion->equilibrium.starts));
     json_object_set_new(root, "acceleration", kt_json_number(motion->equilibrium.acceleration));
     return root;
 }
