@@ -52,7 +52,7 @@ pair = [count("kt_assemble_levenberg_marquardt", "row", n) for n in (40, 320)]
 note(f"closing a row: {pair[0]} instructions for 40 windows, {pair[1]} for 320, {pair[1] / pair[0]:.3f}")
 claim("closing_a_row_takes_no_more_steps_for_more_windows", [] if pair[1] / pair[0] < 9.7 else ["more"])
 # 4.2; 15 where each loop goes up to the ground by itself.
-pair = [count("kt_attach_ancestor,kt_attach_join_path,kt_attach_longest_loop", "ladder", n)
+pair = [count("kt_attach_ancestor,kt_attach_join_path,kt_attach_measure_loops", "ladder", n)
         for n in (20, 80)]
 note(f"ancestors, groups and lengths of a ladder's loops: {pair[0]} instructions for 20 rungs, {pair[1]} for 80, {pair[1] / pair[0]:.2f}")
 claim("groups_of_a_ladder_are_found_in_proportion_to_its_length", [] if pair[1] / pair[0] < 5 else ["not"])
