@@ -221,6 +221,18 @@ typedef struct kt_iterations {
 /* Since the data were initialised or this was last called. */
 KT_API kt_iterations kt_data_iterations(kt_data *data);
 
+/* What accelerations near singular positions of loops were like, where an equation is about to depend on the others. */
+typedef struct kt_crossings {
+    uint64_t interpolated; /* accelerations that were interpolated along the motion */
+    double error;          /* the largest estimated error: by how much that of an acceleration leads the motion off while
+                              it is near the position, relative to a radian or to the length of the longest loop */
+    double smallest;       /* the smallest size of a direction of the equations, relative to its usual size; infinity if
+                              no position was near */
+} kt_crossings;
+
+/* Since the data were initialised or this was last called. */
+KT_API kt_crossings kt_data_crossings(kt_data *data);
+
 /* ---- parameters ---------------------------------------------------------------------------------------------------
  *
  * Numbers of a mechanism that may change while a program runs: payloads, gravity, springs, dampers, friction, rotors,

@@ -6,8 +6,10 @@
  * metric removes it completely (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the identity).
  *
  * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
- * size, which would amplify the rounding errors of phi. There is little to close in it, though: phi is the missing step
- * times that size. So it is left out until the motion has moved on, unless the gap exceeds the tolerance.
+ * size s, which amplify the rounding errors of phi. A gap c in it makes the motion bend as one whose lengths are off by
+ * c would (near_singular.c), so it is closed like the others, once they are, if it is above rounding and s above the root of
+ * that: below, steps c / s would be longer than s, within which the equation is linear. There the direction is left out
+ * until the motion has moved on, unless the gap exceeds the tolerance.
  */
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
@@ -18,6 +20,11 @@
 #include <stdio.h>
 #include <string.h>
 
+/* The gap in a direction that is nearly lost which is left to rounding, and the size of such a direction, relative to its
+ * usual size, above which others are closed: the root of the rounding level. */
+#define LEFT_OPEN (16.0 * KT_CLOSED)
+#define RESOLVED 1.5e-8
+
 enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
 
 bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
@@ -25,6 +32,17 @@ bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
         if (data->near[g])
             return true;
     return false;
+}
+
+/* Whether the directions of the groups that are near a singular position are large enough to be closed. Where one is
+ * lost altogether, `last` is the size of the one before. */
+static bool is_resolved(const kt_model *model, const kt_data *data, kt_rows rows) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const double last = data->last[g] / model->group[g].usual[rows];
+        if (data->near[g] && !(last > RESOLVED && last < KT_NEAR_SINGULAR))
+            return false;
+    }
+    return true;
 }
 
 /* Leaves the equations at q, with the violations of the velocities in `right`. */
@@ -40,8 +58,9 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
          * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
+        const bool closes = near && regular && violation->gap > LEFT_OPEN && is_resolved(model, data, KT_ROWS_CLOSED);
         if (violation->gap <= goal || i == most ||
-            (slow && kt_loops_are_closed(model, q, fmax(before, violation->gap), 4e3 * KT_CLOSED)))
+            (slow && !closes && kt_loops_are_closed(model, q, fmax(before, violation->gap), 4e3 * KT_CLOSED)))
             return KT_CLOSURE_DONE;
         if (slow && near)
             regular = false;
@@ -111,8 +130,8 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     if (violation->slip <= KT_CLOSED * violation->speed)
         return KT_CLOSURE_DONE;
     kt_closure closure = push_velocities(model, data, true, v, changed, violation);
-    if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) &&
-        violation->slip > 0.1 * KT_CLOSED_STEP * violation->speed)
+    const double open = is_resolved(model, data, KT_ROWS_ALL) ? 10.0 * KT_CLOSED : 0.1 * KT_CLOSED_STEP;
+    if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) && violation->slip > open * violation->speed)
         closure = push_velocities(model, data, false, v, changed, violation);
     return closure;
 }

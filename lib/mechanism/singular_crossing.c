@@ -1,12 +1,20 @@
 /* The accelerations of a mechanism with loops.
  *
- * At a singular position of the loops one equation depends on the others. The motion passes through smoothly, and so
- * does its acceleration, but the acceleration cannot be computed there, and not accurately nearby: with a residual c
- * left by rounding and the distance x to the position, a motion at speed v seems to accelerate sideways by
- * 2 c v^2 / x^3. So near a singular position (KT_NEAR_SINGULAR) the acceleration is interpolated from six neighbouring
- * states of the motion. Let (q, v)(s) be any smooth family of states on the manifold with (q, v)(0) the given one: then
- * a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1, 2 and 3
- * times h:
+ * At a singular position of the loops one equation depends on the others: the size s of the smallest direction of A,
+ * relative to its usual size, is zero. A motion that meets such a position passes through smoothly, and so does its
+ * acceleration, but it cannot be computed there. A motion that passes at a small distance bends away instead, within
+ * some sqrt(d) if the lengths are off by d. Near such positions (KT_NEAR_SINGULAR) there are two ways.
+ *
+ * Directly. What the equation that is nearly lost says of the motion is quadratic: with coordinates x, y along the two
+ * branches that meet, x y = d, whose curvature is d / s^3. A position that is off this equation by c lies on x y = d + c
+ * and accelerates as the motion there does: the error is some c v^2 / s^3, while rounding in A and b'' themselves adds
+ * 1e-16 v^2 / s alone. Both parts of c are measured. What the state is open by (a stage is, by the error of its step) is
+ * the change of the acceleration when the state is closed by Newton's method, q and v. What rounding leaves is its
+ * change when the state so closed is moved on by as much as residuals can be off (ROUNDING).
+ *
+ * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold with (q, v)(0) the given
+ * one: then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1,
+ * 2 and 3 times h:
  *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
  * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
  * nearest of these states are about 3e-11 v^2. The error is seen by the interpolation of the inner four states,
@@ -14,6 +22,14 @@
  * and h is halved while both differ: a mechanism may change its shape within less than its units. If loops are driven,
  * time varies with s; otherwise only the groups move that are near a singular position. Forces are those of the given
  * state throughout. If nothing moves, the acceleration computed without interpolation is used.
+ *
+ * The difference of the two interpolations does not see a bend between the inner states: they all lie on the branches
+ * outside it. The closed state does: if its acceleration differs from the interpolated one by more than both errors
+ * explain (by d v^2 / s^3 against c v^2 / s^3: the same factor d / c all along), the path bends, and the direct one
+ * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken.
+ *
+ * What an error e of an acceleration matters is told (kt_data_crossings) by how far it leads off while the motion is
+ * there, e T^2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s.
  */
 #include "mechanism/evaluate.h"
 
@@ -31,6 +47,17 @@
  * time the error falls to 1/64, and that of rounding grows eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
+/* By how much rounding may leave a residual off, relative to its scale, and by how many times the errors that follow
+ * two accelerations may differ that are the same. */
+#define ROUNDING (2.0 * KT_CLOSED)
+#define ERRORS_MOST 8.0
+/* The path is taken to bend, without more states, if the direct acceleration differs from its mean of two states by half
+ * of itself, of which rounding explains this part at most. */
+#define BENT 1e-3
+/* The error, relative to the largest acceleration, that needs no second opinion. */
+#define ACCURATE 1e-8
+/* Newton's steps that close a state, each of which squares the gap. */
+enum { CLOSINGS_MOST = 4 };
 
 static bool is_singular(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
@@ -39,7 +66,8 @@ static bool is_singular(const kt_model *model, const kt_data *data) {
     return false;
 }
 
-/* A motion near a singular position. */
+/* A motion near a singular position. Errors and differences of accelerations are the largest of the groups'
+ * coordinates, each over its unit. */
 typedef struct crossing {
     const kt_model *model;
     kt_data *data;
@@ -48,7 +76,105 @@ typedef struct crossing {
     const kt_wrench *external;
     bool driven;             /* loops change with time */
     const double *direction; /* v of the coordinates that move, zero for the others */
+    double *closed;          /* the acceleration at the state closed to rounding, computed directly */
+    double open, rounding;   /* errors of the direct acceleration: what the state is open by, and what rounding leaves */
+    double interpolated, dt; /* error of the interpolated one, and the distance of its states */
+    bool bent;               /* the path bends between the states */
+    double apart;            /* the difference of the interpolations, in which that error is seen */
 } crossing;
+
+/* The largest |a_i - b_i| (b: NULL for zero) of the groups' coordinates, over their units. */
+static double difference(const kt_model *model, const double *a, const double *b) {
+    double most = 0.0;
+    for (size_t i = 0; i < model->n.group_v; i++) {
+        const int32_t k = model->group_v[i];
+        most = fmax(most, fabs(b ? a[k] - b[k] : a[k]) / model->unit[i]);
+    }
+    return most;
+}
+
+/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. */
+static double smallest(const kt_model *model, const kt_data *data) {
+    double least = 1.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const bool lost = data->rank[g] < model->group[g].rank[KT_ROWS_ALL];
+        if (data->near[g])
+            least = fmin(least, lost ? 0.0 : data->last[g] / model->group[g].usual[KT_ROWS_ALL]);
+    }
+    return least;
+}
+
+/* ---- directly ---------------------------------------------------------------------------------------------------- */
+
+/* Moves q to residuals of `off` times what rounding leaves, in one of Newton's steps, from equations filled at q. The
+ * amounts differ from row to row, so that no direction can be orthogonal to them all. */
+static bool move_to(const crossing *c, double off, double *q) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int r = 0; r < w.k; r++)
+            w.right[r] =
+                w.closes[r] * (off * ROUNDING * w.scale[r] * (1.0 + fmod(0.618 * r, 1.0)) - w.residual[r]);
+    }
+    if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
+        !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
+        return false;
+    memcpy(data->moved_q, q, model->n.q * sizeof *q);
+    kt_position_add(model, data->moved_q, data->delta, q);
+    return true;
+}
+
+/* Closes the velocities of the neighbouring state, from equations filled there, and computes its acceleration. */
+static bool accelerate_closed(const crossing *c, double *a) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
+        !kernels->close(model, data, KT_METRIC_MASS, model->zero, data->delta))
+        return false;
+    for (size_t i = 0; i < model->n.v; i++)
+        data->neighbour_v[i] += data->delta[i];
+    return kernels->forward(model, data, c->t, data->neighbour_q, data->neighbour_v, c->tau, c->external, false, a) ==
+               0 &&
+           !is_singular(model, data);
+}
+
+/* Computes the accelerations at the closed state and next to it; returns false if one of them cannot be computed. */
+static bool accelerate_beside(const crossing *c, double *beside) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    double before = (double)INFINITY;
+    memcpy(data->neighbour_q, c->q, model->n.q * sizeof *c->q);
+    memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
+    for (int k = 0; k <= CLOSINGS_MOST; k++) {
+        if (!kernels->look(model, data, c->t, data->neighbour_q, c->v, NULL, &violation))
+            return false;
+        if (violation.gap <= KT_CLOSED || violation.gap > 0.5 * before || k == CLOSINGS_MOST)
+            break;
+        before = violation.gap;
+        if (!move_to(c, 0.0, data->neighbour_q))
+            return false;
+    }
+    return accelerate_closed(c, c->closed) &&
+           kernels->look(model, data, c->t, data->neighbour_q, NULL, NULL, &violation) &&
+           move_to(c, 1.0, data->neighbour_q) &&
+           kernels->look(model, data, c->t, data->neighbour_q, data->neighbour_v, NULL, &violation) &&
+           accelerate_closed(c, beside);
+}
+
+/* Measures the errors of the acceleration that was computed directly. */
+static void judge(crossing *c, const double *direct) {
+    double *beside = c->data->scratch_v;
+    const bool measured = accelerate_beside(c, beside);
+    c->open = measured ? difference(c->model, c->closed, direct) : (double)INFINITY;
+    c->rounding = measured ? difference(c->model, beside, c->closed) : (double)INFINITY;
+}
+
+/* ---- interpolated ------------------------------------------------------------------------------------------------ */
 
 /* Whether no group is so near to a singular position that rounding errors dominate the acceleration. */
 static bool is_clear(const kt_model *model, const kt_data *data) {
@@ -78,14 +204,23 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
            is_clear(model, data);
 }
 
+/* Whether the path bends between the inner two of the states, whose accelerations a holds 3/4 of: then it is seen at
+ * once, and the others need not be computed. */
+static bool bends_within(const crossing *c, const double *a, double *mean) {
+    for (size_t i = 0; i < c->model->n.v; i++)
+        mean[i] = a[i] / 1.5;
+    const double apart = difference(c->model, c->closed, mean);
+    return c->rounding < BENT * apart && apart > 0.5 * difference(c->model, c->closed, NULL);
+}
+
 /* Interpolates the acceleration from six neighbouring states; returns how far it is from that of the inner four,
- * relative to the largest, or infinity if one of them cannot be computed. */
-static double interpolate(const crossing *c, double dt, double *a) {
-    static const double node[6] = {-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
-    static const double weight[6] = {0.05, -0.3, 0.75, 0.75, -0.3, 0.05};
-    static const double inner[6] = {0.0, -1.0 / 6.0, 2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, 0.0};
+ * relative to the largest, or infinity if one of them cannot be computed, or if the path bends between them. */
+static double interpolate(crossing *c, double dt, double *a) {
+    static const double node[6] = {-1.0, 1.0, -2.0, 2.0, -3.0, 3.0};
+    static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};
+    static const double inner[6] = {2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, -1.0 / 6.0, 0.0, 0.0};
     const size_t nv = c->model->n.v;
-    double *one = c->data->scratch_v, *four = c->data->scratch_v + 3 * kt_lanes8(nv), apart = 0.0, most = 0.0;
+    double *one = c->data->scratch_v, *four = c->data->scratch_v + 3 * kt_lanes8(nv);
     memset(a, 0, nv * sizeof *a);
     memset(four, 0, nv * sizeof *four);
     for (int k = 0; k < 6; k++) {
@@ -95,12 +230,12 @@ static double interpolate(const crossing *c, double dt, double *a) {
             a[i] += weight[k] * one[i];
             four[i] += inner[k] * one[i];
         }
+        c->bent = k == 1 && bends_within(c, a, one);
+        if (c->bent)
+            return (double)INFINITY;
     }
-    for (size_t i = 0; i < nv; i++) {
-        apart = fmax(apart, fabs(a[i] - four[i]));
-        most = fmax(most, fabs(a[i]));
-    }
-    return apart > 0.0 ? apart / most : 0.0;
+    const double apart = difference(c->model, a, four);
+    return apart > 0.0 ? apart / difference(c->model, a, NULL) : 0.0;
 }
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
@@ -126,42 +261,91 @@ static double choose_direction(const crossing *c, const double *a, double *direc
     return speed;
 }
 
+/* Takes an interpolation over: if `apart` is 4 x^4, its own error is 36 x^6. */
+static void take(crossing *c, double dt, double apart, const double *try, double *a) {
+    const double most = difference(c->model, try, NULL);
+    memcpy(a, try, c->model->n.v * sizeof *a);
+    c->dt = dt;
+    c->apart = apart * most;
+    c->interpolated = fmin(apart, 4.5 * pow(apart, 1.5)) * most;
+}
+
+/* Whether the closed state's acceleration differs from the interpolated one by more than the errors explain: then the
+ * path bends between the states. */
+static bool contradicts(const crossing *c, const double *a) {
+    return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->apart);
+}
+
 /* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
  * come nearer to each other. */
-static void come_nearer(const crossing *c, double dt, double apart, double *try, double *a) {
-    for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST; k++) {
+static void come_nearer(crossing *c, double dt, double apart, double *try, double *a) {
+    for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST && !contradicts(c, a); k++) {
         const double before = apart;
         dt *= 0.5;
         apart = interpolate(c, dt, try);
         if (!(apart < before))
             return;
-        memcpy(a, try, c->model->n.v * sizeof *a);
+        take(c, dt, apart, try, a);
     }
 }
 
 /* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
- * cannot be computed. */
+ * cannot be computed, or if the path bends. */
 static bool cross(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
     double *try = c->data->scratch_v + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
-    c->driven = c->model->driven;
     c->direction = direction;
     const double speed = choose_direction(c, a, direction, &pull);
     if (!(speed > KT_SPEED_LEAST))
         return false;
     /* if time varies: at most so far that the velocity remains nearly v */
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
-    for (size_t k = 0; k < sizeof wider / sizeof *wider; k++) {
+    for (size_t k = 0; k < sizeof wider / sizeof *wider && !c->bent; k++) {
         const double dt = wider[k] * fmin(NEIGHBOUR_DISTANCE / speed, most);
         const double apart = dt > most ? (double)INFINITY : interpolate(c, dt, try);
         if (apart == (double)INFINITY)
             continue;
-        memcpy(a, try, c->model->n.v * sizeof *a);
+        take(c, dt, apart, try, a);
         come_nearer(c, dt, apart, try, a);
         return true;
     }
-    c->data->iterations.capped++;
+    c->data->iterations.capped += !c->bent;
     return false;
+}
+
+/* ---- the choice -------------------------------------------------------------------------------------------------- */
+
+/* Adds to what kt_data_crossings tells; s: the size of the smallest direction, a: the acceleration. */
+static void tell(const crossing *c, double s, bool interpolated) {
+    kt_crossings *seen = &c->data->crossings;
+    const double speed = difference(c->model, c->v, NULL), time = interpolated ? c->dt : s / speed;
+    const double error = (interpolated ? c->interpolated : c->rounding) * time * time;
+    seen->interpolated += interpolated;
+    seen->error = error > seen->error ? error : seen->error;
+    seen->smallest = fmin(seen->smallest, s);
+}
+
+/* Computes the acceleration near a singular position again, if something better is to be had than the direct one in
+ * data->scratch, which could not be computed if `lost`. Returns what `forward` does. */
+static size_t pass(crossing *c, bool lost) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    double *a = data->scratch, s = lost ? 0.0 : smallest(model, data);
+    size_t failed = 0;
+    c->closed = data->scratch_v + 4 * kt_lanes8(model->n.v);
+    c->open = c->rounding = (double)INFINITY;
+    if (!lost)
+        judge(c, a);
+    if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
+        failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);
+        data->interpolated = !failed && cross(c, a) &&
+                             (lost || (!contradicts(c, a) && c->interpolated <= c->open + c->rounding));
+    }
+    tell(c, s, data->interpolated);
+    return failed || data->interpolated
+               ? failed
+               : kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, false, a);
 }
 
 static kt_status refuse_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
@@ -185,10 +369,8 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
     size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
     if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
-        failed = kernels->forward(model, data, t, q, v, tau, external, true, data->scratch);
-        data->interpolated = !failed && cross(&c, data->scratch);
-        if (!failed && !data->interpolated)
-            failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
+        c.driven = model->driven;
+        failed = pass(&c, failed || is_singular(model, data));
     }
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
     if (failed)

@@ -74,3 +74,9 @@ kt_iterations kt_data_iterations(kt_data *data) {
     data->iterations = none;
     return seen;
 }
+
+kt_crossings kt_data_crossings(kt_data *data) {
+    const kt_crossings none = {0, 0.0, (double)INFINITY}, seen = data->crossings;
+    data->crossings = none;
+    return seen;
+}

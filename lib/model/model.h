@@ -272,6 +272,7 @@ struct kt_data {
     bool dead;         /* the last projection was refused at a dead point (closure/project.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
+    kt_crossings crossings;     /* since the last call of kt_data_crossings */
     kt_iterations iterations;   /* since the last call of kt_data_iterations */
     kt_iterations closing;      /* of the last projection alone */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
