@@ -223,11 +223,12 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
 
 /* What accelerations near singular positions of loops were like, where an equation is about to depend on the others. */
 typedef struct kt_crossings {
-    uint64_t interpolated; /* accelerations that were interpolated along the motion */
+    uint64_t near;         /* accelerations that were computed near such positions */
+    uint64_t interpolated; /* those of them that were interpolated along the motion */
     double error;          /* the largest estimated error: by how much that of an acceleration leads the motion off while
                               it is near the position, relative to a radian or to the length of the longest loop */
-    double smallest;       /* the smallest size of a direction of the equations, relative to its usual size; infinity if
-                              no position was near */
+    double smallest;       /* the smallest size of a direction of the equations, relative to its usual size; of these
+                              accelerations, if there are any */
 } kt_crossings;
 
 /* Since the data were initialised or this was last called. */

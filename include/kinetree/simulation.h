@@ -418,6 +418,7 @@ typedef struct kt_simulation_counts {
                                  the ends alone: the acceleration at a dead point of drives served no better */
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, and those of the method (`capped` above), too */
+    kt_crossings crossings;   /* of all accelerations, those for records included */
 } kt_simulation_counts;
 
 /* Returns the counts since the start, or the last kt_simulation_set_state. */

@@ -29,7 +29,7 @@
  * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken.
  *
  * What an error e of an acceleration matters is told (kt_data_crossings) by how far it leads off while the motion is
- * there, e T^2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s.
+ * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s.
  */
 #include "mechanism/evaluate.h"
 
@@ -55,7 +55,7 @@ enum { HALVINGS_MOST = 3 };
  * of itself, of which rounding explains this part at most. */
 #define BENT 1e-3
 /* The error, relative to the largest acceleration, that needs no second opinion. */
-#define ACCURATE 1e-8
+#define ACCURATE 1e-10
 /* Newton's steps that close a state, each of which squares the gap. */
 enum { CLOSINGS_MOST = 4 };
 
@@ -319,10 +319,10 @@ static bool cross(crossing *c, double *a) {
 static void tell(const crossing *c, double s, bool interpolated) {
     kt_crossings *seen = &c->data->crossings;
     const double speed = difference(c->model, c->v, NULL), time = interpolated ? c->dt : s / speed;
-    const double error = (interpolated ? c->interpolated : c->rounding) * time * time;
+    const double error = 0.5 * (interpolated ? c->interpolated : c->rounding) * time * time;
+    seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
     seen->error = error > seen->error ? error : seen->error;
-    seen->smallest = fmin(seen->smallest, s);
 }
 
 /* Computes the acceleration near a singular position again, if something better is to be had than the direct one in

@@ -76,7 +76,7 @@ kt_iterations kt_data_iterations(kt_data *data) {
 }
 
 kt_crossings kt_data_crossings(kt_data *data) {
-    const kt_crossings none = {0, 0.0, (double)INFINITY}, seen = data->crossings;
+    const kt_crossings none = {0, 0, 0.0, 0.0}, seen = data->crossings;
     data->crossings = none;
     return seen;
 }

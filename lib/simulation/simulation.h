@@ -32,6 +32,7 @@ typedef struct kt_simulation_memory {
     uint64_t joined; /* states within steps that are not of the dense output (dense.c) */
     uint64_t factorizations;
     kt_iterations iterations;
+    kt_crossings crossings;
     kt_corrections corrections;
 } kt_simulation_memory;
 
@@ -270,7 +271,7 @@ void kt_simulation_begin_gaps(kt_simulation *simulation);
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
-/* Adds the iterations since the last call to the counts. */
+/* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
 /* Takes one step; records are not handed over. */

@@ -109,6 +109,14 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
 
 /* ---- counts ------------------------------------------------------------------------------------------------------ */
 
+static void add_crossings(kt_crossings *to, kt_crossings new) {
+    if (new.near > 0)
+        to->smallest = to->near > 0 ? fmin(to->smallest, new.smallest) : new.smallest;
+    to->near += new.near;
+    to->interpolated += new.interpolated;
+    to->error = fmax(to->error, new.error);
+}
+
 void kt_simulation_count(kt_simulation *simulation) {
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
@@ -118,6 +126,9 @@ void kt_simulation_count(kt_simulation *simulation) {
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
         most->capped += new.capped;
     }
+    for (int i = 0; i < 2 && simulation->groups > 0; i++)
+        add_crossings(&simulation->memory.crossings,
+                      kt_data_crossings(i == 0 ? simulation->data : simulation->user_data));
 }
 
 kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation) {
@@ -143,7 +154,8 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    from.capped,
                                    simulation->memory.balance_evaluations,
                                    simulation->memory.joined,
-                                   simulation->memory.iterations};
+                                   simulation->memory.iterations,
+                                   simulation->memory.crossings};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;
 }
@@ -258,6 +270,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->gap_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
+    simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);

@@ -73,6 +73,16 @@ static void list_parameters(const kt_scene *scene, json_t *root) {
     json_decref(settings);
 }
 
+static json_t *describe_crossings(const kt_outcome *outcome) {
+    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    json_t *singular = json_object();
+    json_object_set_new(singular, "near", json_integer((json_int_t)seen.near));
+    json_object_set_new(singular, "interpolated", json_integer((json_int_t)seen.interpolated));
+    json_object_set_new(singular, "error", kt_json_number(seen.error));
+    json_object_set_new(singular, "smallest", seen.near > 0 ? kt_json_number(seen.smallest) : json_null());
+    return singular;
+}
+
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
@@ -127,6 +137,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
     if (outcome->columns != NULL)
         json_object_set_new(root, "columns", kt_extremes_describe(&outcome->extremes, outcome->columns));
+    json_object_set_new(root, "singular", describe_crossings(outcome));
     json_object_set_new(root, "method", describe_method(outcome));
     json_object_set_new(root, "cost", count_cost(outcome));
     json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));

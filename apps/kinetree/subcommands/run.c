@@ -373,6 +373,22 @@ static void warn_of_joined(kt_outcome *outcome) {
             joined, joined == 1 ? "" : "s", joined == 1 ? "is" : "are");
 }
 
+/* Warns if rounding decides where a motion goes on from next to a singular position, whatever drives or brakes it. */
+static void warn_of_crossings(kt_outcome *outcome) {
+    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const kt_warning warning = {.code = "singular",
+                                .time = (double)NAN,
+                                .value = seen.error,
+                                .remedy = "Compare with runs of slightly different lengths or starts: they may take "
+                                          "another way"};
+    if (seen.error > outcome->run->relative)
+        kt_warn(&outcome->warnings, &warning,
+                "next to a singular position of the loops, where a direction of their equations has %.2g of its usual "
+                "size, positions closer than rounding decide how the motion goes on: there it is uncertain by %.2g of a "
+                "radian or of the mechanism's length, more than the tolerance of %g",
+                seen.smallest, seen.error, outcome->run->relative);
+}
+
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
@@ -416,6 +432,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_energy(outcome);
         warn_of_caps(outcome);
         warn_of_joined(outcome);
+        warn_of_crossings(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
     }
