@@ -50,9 +50,10 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 
 /* Computes the accelerations a (nv) at (t, q, v) by forward dynamics of the whole mechanism, with its loops and
  * effects, joint forces tau (nv, may be NULL) and external wrenches (as kt_dynamics_forward, may be NULL). Near a
- * singular position of the loops, where equations become dependent for an instant, the acceleration is interpolated
- * from six neighbouring states, three on each side along the motion, so that the motion passes through smoothly; this
- * takes up to 8 x 6 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
+ * singular position of the loops, where equations become dependent for an instant, the acceleration may be interpolated
+ * from six neighbouring states, three on each side along the motion, so that the motion passes through smoothly, if
+ * that is more accurate than to compute it directly, and the path does not bend between them (kt_data_crossings tells);
+ * this takes up to 8 x 6 + 2 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
  * own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK; a is then untouched. Cost: O(bodies) + O(coordinates^3) of each group
  * that is reduced by one dense matrix. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,

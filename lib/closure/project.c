@@ -149,6 +149,10 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
+    /* in a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
+     * remains here; what contradicts the drives remains at their own size */
+    if (kt_is_near_singular(model, data))
+        tolerance = fmax(tolerance, KT_CLOSED_ASSEMBLED);
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
                ? KT_CLOSURE_DONE
                : KT_CLOSURE_OPEN;

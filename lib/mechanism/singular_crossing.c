@@ -77,7 +77,7 @@ typedef struct crossing {
     bool driven;             /* loops change with time */
     const double *direction; /* v of the coordinates that move, zero for the others */
     double *closed;          /* the acceleration at the state closed to rounding, computed directly */
-    double open, rounding;   /* errors of the direct acceleration: what the state is open by, and what rounding leaves */
+    double open, rounding; /* errors of the direct acceleration: what the state is open by, and what rounding leaves */
     double interpolated, dt; /* error of the interpolated one, and the distance of its states */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
@@ -115,8 +115,7 @@ static bool move_to(const crossing *c, double off, double *q) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int r = 0; r < w.k; r++)
-            w.right[r] =
-                w.closes[r] * (off * ROUNDING * w.scale[r] * (1.0 + fmod(0.618 * r, 1.0)) - w.residual[r]);
+            w.right[r] = w.closes[r] * (off * ROUNDING * w.scale[r] * (1.0 + fmod(0.618 * r, 1.0)) - w.residual[r]);
     }
     if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
         !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
@@ -339,8 +338,8 @@ static size_t pass(crossing *c, bool lost) {
         judge(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);
-        data->interpolated = !failed && cross(c, a) &&
-                             (lost || (!contradicts(c, a) && c->interpolated <= c->open + c->rounding));
+        data->interpolated =
+            !failed && cross(c, a) && (lost || (!contradicts(c, a) && c->interpolated <= c->open + c->rounding));
     }
     tell(c, s, data->interpolated);
     return failed || data->interpolated

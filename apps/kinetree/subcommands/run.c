@@ -382,11 +382,12 @@ static void warn_of_crossings(kt_outcome *outcome) {
                                 .remedy = "Compare with runs of slightly different lengths or starts: they may take "
                                           "another way"};
     if (seen.error > outcome->run->relative)
-        kt_warn(&outcome->warnings, &warning,
-                "next to a singular position of the loops, where a direction of their equations has %.2g of its usual "
-                "size, positions closer than rounding decide how the motion goes on: there it is uncertain by %.2g of a "
-                "radian or of the mechanism's length, more than the tolerance of %g",
-                seen.smallest, seen.error, outcome->run->relative);
+        kt_warn(
+            &outcome->warnings, &warning,
+            "next to a singular position of the loops, where a direction of their equations has %.2g of its usual "
+            "size, positions closer than rounding decide how the motion goes on: there it is uncertain by %.2g of a "
+            "radian or of the mechanism's length, more than the tolerance of %g",
+            seen.smallest, seen.error, outcome->run->relative);
 }
 
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
