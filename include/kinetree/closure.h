@@ -11,7 +11,7 @@ extern "C" {
 
 /* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
  * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
- * states, each closed in at most 6 steps. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
+ * states, each closed in at most 6 steps, and two more in at most 4. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
     KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */

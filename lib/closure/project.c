@@ -7,7 +7,7 @@
  *
  * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
  * size s, which amplify the rounding errors of phi. A gap c in it makes the motion bend as one whose lengths are off by
- * c would (near_singular.c), so it is closed like the others, once they are, if it is above rounding and s above the root of
+ * c would (singular_crossing.c), so it is closed like the others, once they are, if it is above rounding and s above the root of
  * that: below, steps c / s would be longer than s, within which the equation is linear. There the direction is left out
  * until the motion has moved on, unless the gap exceeds the tolerance.
  */

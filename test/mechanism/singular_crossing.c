@@ -92,7 +92,8 @@ KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     }
 }
 
-/* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. */
+/* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. How many steps
+ * are refused depends on where they happen to end: evaluations are the mean of runs at five tolerances. */
 KT_TEST(adaptive_steps_pass_singular_positions) {
     static linkage l;
     static const struct {
@@ -100,18 +101,22 @@ KT_TEST(adaptive_steps_pass_singular_positions) {
         double duration;
     } cases[] = {{2, 10.0}, {10, 5.0}, {40, 2.0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        long evaluations = 0;
         const int n = cases[i].n;
-        linkage_windows(&l, n, 0.0, 1.0, KT_LOOP_REVOLUTE);
-        if (linkage_build(&l, 0.0)) {
-            kt_note("%d windows", n);
-            kt_check_below(
-                "distance",
-                worst_distance(&l, n, (exact){0.0L, 0.0L, 1.0L}, "dop853", 0.0, 1e-11, cases[i].duration, &evaluations),
-                n == 40 ? 1e-10 : 1e-8);
-            kt_check_below("evaluations a second", (double)evaluations / cases[i].duration, 600.0);
+        double sum = 0.0, worst = 0.0;
+        for (int k = 0; k < 5; k++) {
+            long evaluations = 0;
+            linkage_windows(&l, n, 0.0, 1.0, KT_LOOP_REVOLUTE);
+            const double distance = !linkage_build(&l, 0.0)
+                                        ? (double)NAN
+                                        : worst_distance(&l, n, (exact){0.0L, 0.0L, 1.0L}, "dop853", 0.0,
+                                                         (1.0 - 0.1 * k) * 1e-11, cases[i].duration, &evaluations);
+            worst = distance <= worst ? worst : distance; /* keeps a NaN */
+            sum += (double)evaluations / cases[i].duration;
+            linkage_free(&l);
         }
-        linkage_free(&l);
+        kt_note("%d windows", n);
+        kt_check_below("distance", worst, n == 40 ? 1e-10 : 1e-8);
+        kt_check_below("evaluations a second", sum / 5.0, 600.0);
     }
 }
 

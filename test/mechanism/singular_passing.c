@@ -1,5 +1,5 @@
 /* Past singular positions at a small distance: the path bends, and no interpolation may cut the corner. */
-#include "linkage.h"
+#include "../constraint/linkage.h"
 
 #include "kinetree/study.h"
 
