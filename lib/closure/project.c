@@ -20,9 +20,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The gap in a direction that is nearly lost which is left to rounding, and the size of such a direction, relative to its
- * usual size, above which others are closed: the root of the rounding level. */
-#define LEFT_OPEN (16.0 * KT_CLOSED)
+/* The gap in a direction that is nearly lost which is left to rounding, and the velocity in it, relative to the largest;
+ * the size of such a direction, relative to its usual size, above which more is closed: the root of the rounding level.
+ */
+#define LEFT_OPEN (4.0 * KT_CLOSED)
+#define LEFT_MOVING 1e-9
 #define RESOLVED 1.5e-8
 
 enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
@@ -34,15 +36,18 @@ bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
     return false;
 }
 
-/* Whether the directions of the groups that are near a singular position are large enough to be closed. Where one is
- * lost altogether, `last` is the size of the one before. */
-static bool is_resolved(const kt_model *model, const kt_data *data, kt_rows rows) {
+/* The size of the smallest direction of the groups that are near a singular position, over its usual size; 0 where one
+ * is lost altogether, and `last` is the size of the one before. */
+static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
+    double least = KT_NEAR_SINGULAR;
     for (size_t g = 0; g < model->n.group; g++) {
         const double last = data->last[g] / model->group[g].usual[rows];
-        if (data->near[g] && !(last > RESOLVED && last < KT_NEAR_SINGULAR))
-            return false;
+        if (data->near[g])
+            least = last < KT_NEAR_SINGULAR ? fmin(least, last) : 0.0;
+        if (least == 0.0)
+            break;
     }
-    return true;
+    return least;
 }
 
 /* Leaves the equations at q, with the violations of the velocities in `right`. */
@@ -58,7 +63,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
          * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
-        const bool closes = near && regular && violation->gap > LEFT_OPEN && is_resolved(model, data, KT_ROWS_CLOSED);
+        const bool closes =
+            near && regular && violation->gap > LEFT_OPEN && smallest(model, data, KT_ROWS_CLOSED) > RESOLVED;
         if (violation->gap <= goal || i == most ||
             (slow && !closes && kt_loops_are_closed(model, q, fmax(before, violation->gap), 4e3 * KT_CLOSED)))
             return KT_CLOSURE_DONE;
@@ -130,7 +136,9 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     if (violation->slip <= KT_CLOSED * violation->speed)
         return KT_CLOSURE_DONE;
     kt_closure closure = push_velocities(model, data, true, v, changed, violation);
-    const double open = is_resolved(model, data, KT_ROWS_ALL) ? 10.0 * KT_CLOSED : 0.1 * KT_CLOSED_STEP;
+    /* a velocity that is left in the direction becomes one along the path where that bends */
+    const double s = smallest(model, data, KT_ROWS_ALL);
+    const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : 0.1 * KT_CLOSED_STEP;
     if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) && violation->slip > open * violation->speed)
         closure = push_velocities(model, data, false, v, changed, violation);
     return closure;

@@ -55,7 +55,7 @@ enum { HALVINGS_MOST = 3 };
  * of itself, of which rounding explains this part at most. */
 #define BENT 1e-3
 /* The error, relative to the largest acceleration, that needs no second opinion. */
-#define ACCURATE 1e-10
+#define ACCURATE 1e-11
 /* Newton's steps that close a state, each of which squares the gap. */
 enum { CLOSINGS_MOST = 4 };
 
@@ -314,6 +314,12 @@ static bool cross(crossing *c, double *a) {
 
 /* ---- the choice -------------------------------------------------------------------------------------------------- */
 
+/* Interpolations that agree to APART_MOST are more exact than they tell. */
+static bool is_direct_better(const crossing *c, const double *a) {
+    const bool settled = c->apart <= APART_MOST * difference(c->model, a, NULL);
+    return contradicts(c, a) || (!settled && c->open + c->rounding < c->interpolated);
+}
+
 /* Adds to what kt_data_crossings tells; s: the size of the smallest direction, a: the acceleration. */
 static void tell(const crossing *c, double s, bool interpolated) {
     kt_crossings *seen = &c->data->crossings;
@@ -338,8 +344,7 @@ static size_t pass(crossing *c, bool lost) {
         judge(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);
-        data->interpolated =
-            !failed && cross(c, a) && (lost || (!contradicts(c, a) && c->interpolated <= c->open + c->rounding));
+        data->interpolated = !failed && cross(c, a) && (lost || !is_direct_better(c, a));
     }
     tell(c, s, data->interpolated);
     return failed || data->interpolated
