@@ -115,10 +115,10 @@ static bool move_to(const crossing *c, double off, double *q) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int r = 0; r < w.k; r++)
-            w.right[r] = w.closes[r] * (off * ROUNDING * w.scale[r] * (1.0 + fmod(0.618 * r, 1.0)) - w.residual[r]);
+            w.right[r] = w.closes[r] * (off * ROUNDING * w.scale[r] * (1.0 + (5 * r % 8) / 8.0) - w.residual[r]);
     }
-    if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
-        !kernels->close(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
+    if (!kernels->prepare(model, data, KT_ROWS_ALL, false) ||
+        !kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
         return false;
     memcpy(data->moved_q, q, model->n.q * sizeof *q);
     kt_position_add(model, data->moved_q, data->delta, q);
@@ -130,8 +130,8 @@ static bool accelerate_closed(const crossing *c, double *a) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    if (!kernels->ready(model, data, KT_ROWS_ALL, false) ||
-        !kernels->close(model, data, KT_METRIC_MASS, model->zero, data->delta))
+    if (!kernels->prepare(model, data, KT_ROWS_ALL, false) ||
+        !kernels->least_step(model, data, KT_METRIC_MASS, model->zero, data->delta))
         return false;
     for (size_t i = 0; i < model->n.v; i++)
         data->neighbour_v[i] += data->delta[i];
@@ -150,7 +150,7 @@ static bool accelerate_beside(const crossing *c, double *beside) {
     memcpy(data->neighbour_q, c->q, model->n.q * sizeof *c->q);
     memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
     for (int k = 0; k <= CLOSINGS_MOST; k++) {
-        if (!kernels->look(model, data, c->t, data->neighbour_q, c->v, NULL, &violation))
+        if (!kernels->residuals(model, data, c->t, data->neighbour_q, c->v, NULL, &violation))
             return false;
         if (violation.gap <= KT_CLOSED || violation.gap > 0.5 * before || k == CLOSINGS_MOST)
             break;
@@ -159,9 +159,9 @@ static bool accelerate_beside(const crossing *c, double *beside) {
             return false;
     }
     return accelerate_closed(c, c->closed) &&
-           kernels->look(model, data, c->t, data->neighbour_q, NULL, NULL, &violation) &&
+           kernels->residuals(model, data, c->t, data->neighbour_q, NULL, NULL, &violation) &&
            move_to(c, 1.0, data->neighbour_q) &&
-           kernels->look(model, data, c->t, data->neighbour_q, data->neighbour_v, NULL, &violation) &&
+           kernels->residuals(model, data, c->t, data->neighbour_q, data->neighbour_v, NULL, &violation) &&
            accelerate_closed(c, beside);
 }
 
@@ -266,7 +266,7 @@ static void take(crossing *c, double dt, double apart, const double *try, double
     memcpy(a, try, c->model->n.v * sizeof *a);
     c->dt = dt;
     c->apart = apart * most;
-    c->interpolated = fmin(apart, 4.5 * pow(apart, 1.5)) * most;
+    c->interpolated = fmin(apart, 4.5 * apart * sqrt(apart)) * most;
 }
 
 /* Whether the closed state's acceleration differs from the interpolated one by more than the errors explain: then the
