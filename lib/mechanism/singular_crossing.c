@@ -47,12 +47,12 @@
  * time the error falls to 1/64, and that of rounding grows eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
-/* By how much rounding may leave a residual off, relative to its scale, and by how many times the errors that follow
- * two accelerations may differ that are the same. */
+/* By how much rounding may leave a residual off, relative to its scale, and how many times the estimated errors two
+ * accelerations may differ by that are both right. */
 #define ROUNDING (2.0 * KT_CLOSED)
 #define ERRORS_MOST 8.0
-/* The path is taken to bend, without more states, if the direct acceleration differs from its mean of two states by half
- * of itself, of which rounding explains this part at most. */
+/* The path is taken to bend, without further states, if the direct acceleration differs from the mean of the inner two by
+ * more than half of itself, and its own error is at most this part of the difference. */
 #define BENT 1e-3
 /* The error, relative to the largest acceleration, that needs no second opinion. */
 #define ACCURATE 1e-11
@@ -78,7 +78,7 @@ typedef struct crossing {
     const double *direction; /* v of the coordinates that move, zero for the others */
     double *closed;          /* the acceleration at the state closed to rounding, computed directly */
     double open, rounding; /* errors of the direct acceleration: what the state is open by, and what rounding leaves */
-    double interpolated, dt; /* error of the interpolated one, and the distance of its states */
+    double interpolated, dt; /* error of the interpolated one, and the distance of its states, s */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
 } crossing;
@@ -166,7 +166,7 @@ static bool accelerate_beside(const crossing *c, double *beside) {
 }
 
 /* Measures the errors of the acceleration that was computed directly. */
-static void judge(crossing *c, const double *direct) {
+static void measure_direct(crossing *c, const double *direct) {
     double *beside = c->data->scratch_v;
     const bool measured = accelerate_beside(c, beside);
     c->open = measured ? difference(c->model, c->closed, direct) : (double)INFINITY;
@@ -261,7 +261,7 @@ static double choose_direction(const crossing *c, const double *a, double *direc
 }
 
 /* Takes an interpolation over: if `apart` is 4 x^4, its own error is 36 x^6. */
-static void take(crossing *c, double dt, double apart, const double *try, double *a) {
+static void adopt(crossing *c, double dt, double apart, const double *try, double *a) {
     const double most = difference(c->model, try, NULL);
     memcpy(a, try, c->model->n.v * sizeof *a);
     c->dt = dt;
@@ -277,20 +277,20 @@ static bool contradicts(const crossing *c, const double *a) {
 
 /* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
  * come nearer to each other. */
-static void come_nearer(crossing *c, double dt, double apart, double *try, double *a) {
+static void halve_distance(crossing *c, double dt, double apart, double *try, double *a) {
     for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST && !contradicts(c, a); k++) {
         const double before = apart;
         dt *= 0.5;
         apart = interpolate(c, dt, try);
         if (!(apart < before))
             return;
-        take(c, dt, apart, try, a);
+        adopt(c, dt, apart, try, a);
     }
 }
 
 /* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
  * cannot be computed, or if the path bends. */
-static bool cross(crossing *c, double *a) {
+static bool interpolate_across(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
     double *try = c->data->scratch_v + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
     c->direction = direction;
@@ -304,8 +304,8 @@ static bool cross(crossing *c, double *a) {
         const double apart = dt > most ? (double)INFINITY : interpolate(c, dt, try);
         if (apart == (double)INFINITY)
             continue;
-        take(c, dt, apart, try, a);
-        come_nearer(c, dt, apart, try, a);
+        adopt(c, dt, apart, try, a);
+        halve_distance(c, dt, apart, try, a);
         return true;
     }
     c->data->iterations.capped += !c->bent;
@@ -320,8 +320,8 @@ static bool is_direct_better(const crossing *c, const double *a) {
     return contradicts(c, a) || (!settled && c->open + c->rounding < c->interpolated);
 }
 
-/* Adds to what kt_data_crossings tells; s: the size of the smallest direction, a: the acceleration. */
-static void tell(const crossing *c, double s, bool interpolated) {
+/* Adds to what kt_data_crossings tells; s: the size of the smallest direction. */
+static void count_crossing(const crossing *c, double s, bool interpolated) {
     kt_crossings *seen = &c->data->crossings;
     const double speed = difference(c->model, c->v, NULL), time = interpolated ? c->dt : s / speed;
     const double error = 0.5 * (interpolated ? c->interpolated : c->rounding) * time * time;
@@ -332,7 +332,7 @@ static void tell(const crossing *c, double s, bool interpolated) {
 
 /* Computes the acceleration near a singular position again, if something better is to be had than the direct one in
  * data->scratch, which could not be computed if `lost`. Returns what `forward` does. */
-static size_t pass(crossing *c, bool lost) {
+static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
@@ -341,12 +341,12 @@ static size_t pass(crossing *c, bool lost) {
     c->closed = data->scratch_v + 4 * kt_lanes8(model->n.v);
     c->open = c->rounding = (double)INFINITY;
     if (!lost)
-        judge(c, a);
+        measure_direct(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);
-        data->interpolated = !failed && cross(c, a) && (lost || !is_direct_better(c, a));
+        data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a));
     }
-    tell(c, s, data->interpolated);
+    count_crossing(c, s, data->interpolated);
     return failed || data->interpolated
                ? failed
                : kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, false, a);
@@ -374,7 +374,7 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
     if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
         c.driven = model->driven;
-        failed = pass(&c, failed || is_singular(model, data));
+        failed = choose(&c, failed || is_singular(model, data));
     }
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
     if (failed)
