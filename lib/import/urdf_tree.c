@@ -52,7 +52,7 @@ static void count_strange(kt_urdf *u, const kt_element *e) {
         kt_urdf_count_unknown(u, e->name, e);
         return;
     }
-    for (const char **a = e->attributes; *a != NULL; a += 2)
+    for (const char *const *a = e->attributes; *a != NULL; a += 2)
         if (!has_word(known[i][1], *a))
             kt_urdf_count_unknown(u, *a, e);
     if (strcmp(e->name, "material") != 0)
@@ -232,7 +232,7 @@ void kt_urdf_follow(kt_urdf *u) {
 
 /* A parent `world` that no link declares is one that has no inertia. links and names have room for it. */
 static void declare_world(kt_urdf *u) {
-    static const char *attributes[] = {"name", "world", NULL};
+    static const char *const attributes[] = {"name", "world", NULL};
     for (int i = 0; i < u->joint_count && kt_names_find(&u->names, LINKS, "world") < 0; i++) {
         const kt_element *parent = kt_xml_child(u->joints[i].element, "parent");
         const char *name = parent != NULL ? kt_xml_attribute(parent, "link") : NULL;

@@ -30,11 +30,12 @@ static bool keep_attributes(kt_xml *x, kt_element *element, const XML_Char **att
     size_t count = 0;
     while (attributes[count] != NULL)
         count++;
-    element->attributes = kt_pool_take(&x->reader->scratch, count + 1, sizeof *element->attributes);
-    if (element->attributes == NULL)
+    const char **kept = kt_pool_take(&x->reader->scratch, count + 1, sizeof *kept);
+    element->attributes = kept;
+    if (kept == NULL)
         return kt_reader_out_of_memory(x->reader);
     for (size_t i = 0; i < count; i++)
-        element->attributes[i] = keep_text(x, attributes[i]);
+        kept[i] = keep_text(x, attributes[i]);
     return !x->reader->out_of_memory;
 }
 
@@ -156,7 +157,7 @@ bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element *
 }
 
 const char *kt_xml_attribute(const kt_element *element, const char *name) {
-    for (const char **a = element->attributes; *a != NULL; a += 2)
+    for (const char *const *a = element->attributes; *a != NULL; a += 2)
         if (strcmp(*a, name) == 0)
             return a[1];
     return NULL;

@@ -7,7 +7,7 @@
 /* Children are chained by `next`. Text between tags is not kept. */
 typedef struct kt_element {
     const char *name;
-    const char **attributes; /* name, value, name, value, ..., NULL */
+    const char *const *attributes; /* name, value, name, value, ..., NULL */
     struct kt_element *first, *last, *next, *parent;
     uint32_t line, column; /* of its tag, from 1, in characters */
 } kt_element;

@@ -262,6 +262,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     const double t1 = kt_integrator_time(simulation->integrator);
     if (!(t0 < t && t < t1))
         return KT_OK;
+    simulation->cached = KT_CACHED_NOTHING; /* the data hold what is looked at here */
     kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, false, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)

@@ -278,7 +278,7 @@ KT_TEST(options_that_are_none_are_refused) {
         kt_check_true("no model", model == NULL);
     }
     kt_check_equal_int("nowhere to put it", kt_model_compile(&tree.description, NULL, NULL, &error), KT_ERROR_ARGUMENT);
-    kt_check_text("message", error.message, "model is NULL");
+    kt_check_text("message", error.message, "'model' is NULL; it must be given");
 }
 
 KT_TEST(a_wrong_description_is_refused_before_anything_is_made) {

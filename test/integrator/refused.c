@@ -131,10 +131,10 @@ KT_TEST(what_is_missing_is_named) {
     kt_check_equal_int("no name", place(&nameless, &o, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "method '' has no error estimate");
     kt_check_equal_int("no method", place(NULL, &o, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("words", error.message, "no method is given");
+    kt_check_contains("words", error.message, "'method' is NULL; it must be given");
     kt_check_equal_int("no options", kt_integrator_init(memory, sizeof memory, rk4, 1, NULL, &it, &error),
                        KT_ERROR_ARGUMENT);
-    kt_check_contains("words", error.message, "options and the integrator to be set must be given");
+    kt_check_contains("words", error.message, "'options' is NULL; it must be given");
     o.step = 0.1;
     kt_check_equal_int("no place for it", kt_integrator_init(memory, sizeof memory, rk4, 1, &o, NULL, &error),
                        KT_ERROR_ARGUMENT);

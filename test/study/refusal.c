@@ -85,9 +85,10 @@ KT_TEST(measurements_of_nothing_are_refused) {
     const kt_variant own = kt_variant_default(&b.run);
     kt_check_equal_int("no method", kt_accuracy_measure(b.study, &own, NULL, false, 0.01, &point, &b.error),
                        KT_ERROR_ARGUMENT);
-    kt_check_text("message", b.error.message, words);
+    kt_check_text("message", b.error.message, "'method' is NULL; it must be given");
     kt_check_equal_int("no step", kt_accuracy_measure(b.study, &own, b.methods[0], false, 0.0, &point, &b.error),
                        KT_ERROR_ARGUMENT);
+    kt_check_text("message", b.error.message, words);
     kt_check_equal_int("no estimate", kt_accuracy_measure(b.study, &own, b.methods[0], true, 0.01, &point, &b.error),
                        KT_ERROR_ARGUMENT);
     b.body.mass = -1.0; /* the description is the caller's all the time */
