@@ -6,8 +6,12 @@
  * with the points on the first bodies placed where the loops close. The motions that pass it have directions w with
  *     A w = 0,   lambda' phi_qq(w, w) = 0;
  * from there the state goes on by h along w, 1e-1 to 1e-12, is closed in quadruple precision and rounded to doubles.
- * A mechanism whose points are moved by d in addition passes at a small distance instead. KT_MECHANISMS says how many
- * mechanisms are taken.
+ * A mechanism whose points are moved by d in addition passes at a small distance instead.
+ *
+ * What can be asked. The doubles are a state that is open by eps; of the exactly closed states next to it that the
+ * rounding could have meant, two are at hand: that before rounding and the nearest one. Their accelerations differ by
+ * some eps v^2 / s^3, with s the smallest singular value: `spread` is the larger of their difference and that. No
+ * computation from the doubles alone can tell them apart; whatever is nearer counts.
  */
 #include "check.h"
 #include "quadruple.h"
@@ -444,6 +448,23 @@ static bool state_at(const singular *s, const quad_mechanism *m, double h, near_
     return true;
 }
 
+/* The exactly closed state nearest to the rounded one: its acceleration. */
+static bool nearest_acceleration(const quad_mechanism *m, const near_state *n, quad *a) {
+    quad q[QUAD_NQ], v[QUAD_NV];
+    for (int j = 0; j < m->nq; j++)
+        q[j] = n->q_of[j];
+    for (int j = 0; j < m->nv; j++)
+        v[j] = n->v_of[j];
+    return quad_close(m, q) && quad_close_velocity(m, q, v) && quad_accelerate(m, q, v, a);
+}
+
+static double apart(int n, const quad *a, const double *b) {
+    double most = 0.0;
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs((double)(a[i] - b[i])));
+    return most;
+}
+
 /* The mechanism with its points moved by d, and as a description can hold it. */
 static quad_mechanism off_by(const singular *s, double d) {
     quad_mechanism m = s->m;
@@ -454,7 +475,95 @@ static quad_mechanism off_by(const singular *s, double d) {
     return m;
 }
 
+static bool accelerates(const library *l, const quad_mechanism *m, const near_state *n, double *a) {
+    kt_error e = {0};
+    const bool done = kt_acceleration_evaluate(l->model, l->data, 0.0, n->q_of, n->v_of, m->tau, NULL, a, &e) == KT_OK;
+    if (!done)
+        kt_note("%s", e.message);
+    return done;
+}
+
+/* What no direct computation can undercut: a residual of some roundings, over s^3. Ten roundings of residuals and of
+ * b'' were measured; the rest, 1e-9, is that of the mechanism's own condition where nothing is near. */
+static double direct_bound(const near_state *n) {
+    return 1e-9 * n->scale + 10.0 * DBL_EPSILON * n->speed * n->speed / (n->least * n->least * n->least);
+}
+
 static const char *space(const quad_mechanism *m) { return m->planar ? "plane" : "space"; }
+
+static void compare_off(const singular *s, double d, kt_worst *worst, int *told) {
+    const quad_mechanism m = off_by(s, d);
+    library l;
+    if (kt_check_true("compiles", compile(&l, &m)))
+        for (int k = 1; k <= DISTANCES; k++) {
+            near_state n;
+            quad nearest[QUAD_NV];
+            double a[QUAD_NV];
+            if (!state_at(s, &m, pow(10.0, -k), &n) || !nearest_acceleration(&m, &n, nearest))
+                continue;
+            double error = accelerates(&l, &m, &n, a) ? fmin(apart(m.nv, n.a, a), apart(m.nv, nearest, a)) : HUGE_VAL;
+            if (!(error <= direct_bound(&n)) && (*told)++ < 40)
+                kt_note("seed %d, %s, %d of %d, d = %g, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s->seed,
+                        space(&m), m.nv - m.rows, m.nv, d, k, n.least, n.scale, error, direct_bound(&n));
+            kt_worst_below(worst, error, direct_bound(&n), "seed %d, d = %g, h = 1e-%d, s = %.1e", s->seed, d, k,
+                           n.least);
+        }
+    discard(&l);
+}
+
+/* Motions that pass a singular position at a small distance: the acceleration is that of the motion, as accurately as a
+ * residual of some roundings allows. */
+KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
+    static const double distances[] = {1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3};
+    kt_worst worst = kt_worst_make("acceleration");
+    singular s = {.seed = 0};
+    int told = 0;
+    for (int i = 0; i < mechanisms(); i++) {
+        next_singular(&s);
+        for (size_t k = 0; k < sizeof distances / sizeof *distances; k++)
+            compare_off(&s, distances[k], &worst, &told);
+    }
+    kt_check_worst(&worst);
+}
+
+/* Motions that meet the position: with one degree of freedom two smooth branches cross there, and the acceleration is
+ * that of the branch at any distance, although rounding moves the mechanism off the position. The exact mechanism's
+ * points are no doubles; what it does closer than 1e-7 is, to 1e-7, what it does there. Where more freedom is left the
+ * branches form a cone, about whose apex neighbouring motions bend: then it is the direct computation's accuracy that
+ * can be asked. */
+KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
+    kt_worst worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
+    singular s = {.seed = 0};
+    int told = 0;
+    for (int i = 0; i < mechanisms(); i++) {
+        next_singular(&s);
+        const quad_mechanism m = off_by(&s, 0.0);
+        library l;
+        near_state n, last = {.least = 0.0};
+        if (kt_check_true("compiles", compile(&l, &m)))
+            for (int k = 1; k <= DISTANCES; k++) {
+                double a[QUAD_NV];
+                quad nearest[QUAD_NV];
+                if (!state_at(&s, &s.m, pow(10.0, -k), &n))
+                    continue;
+                if (k <= 7)
+                    last = n;
+                double error = accelerates(&l, &m, &n, a) ? apart(m.nv, last.a, a) : HUGE_VAL;
+                if (nearest_acceleration(&m, &n, nearest))
+                    error = fmin(error, apart(m.nv, nearest, a));
+                const bool crosses = m.nv - m.rows == 1;
+                const double bound = crosses ? fmin(direct_bound(&n), 1e-6 * last.scale) : direct_bound(&n);
+                if (!(error <= bound) && told++ < 40)
+                    kt_note("seed %d, %s, %d of %d, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s.seed,
+                            space(&m), m.nv - m.rows, m.nv, k, n.least, last.scale, error, bound);
+                kt_worst_below(crosses ? &worst : &cone, error, bound, "seed %d, h = 1e-%d, s = %.1e", s.seed, k,
+                               n.least);
+            }
+        discard(&l);
+    }
+    kt_check_worst(&worst);
+    kt_check_worst(&cone);
+}
 
 /* The null space and the equations at a rounded state: A N = 0 by the oracle's A there; and with the accelerations of the
  * exact motion A a = b''. Neither knows of 1 / s: rounding alone is allowed, of some hundred operations. */
