@@ -50,7 +50,7 @@ enum { HALVINGS_MOST = 3 };
 /* By how much rounding may leave a residual off, relative to its scale, and how many times the estimated errors two
  * accelerations may differ by that are both right. */
 #define ROUNDING (2.0 * KT_CLOSED)
-#define ERRORS_MOST 8.0
+#define ERRORS_MOST 4.0
 /* The path is taken to bend, without further states, if the direct acceleration differs from the mean of the inner two by
  * more than half of itself, and its own error is at most this part of the difference. */
 #define BENT 1e-3
@@ -272,7 +272,7 @@ static void adopt(crossing *c, double dt, double apart, const double *try, doubl
 /* Whether the closed state's acceleration differs from the interpolated one by more than the errors explain: then the
  * path bends between the states. */
 static bool contradicts(const crossing *c, const double *a) {
-    return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->apart);
+    return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->interpolated);
 }
 
 /* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
