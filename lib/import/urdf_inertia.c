@@ -74,10 +74,11 @@ static kt_pose pose_on_parent(const kt_body *body) {
     return pose;
 }
 
+/* A walk over all links has met a circle of parents: it ends there, and the check of the description reports the circle. */
 static void find_firsts(parts *p) {
     for (int i = 0; i < p->u->link_count; i++) {
         int count = 0, at = i;
-        while (p->first[at] < 0 && fixed_to(p, at) >= 0) {
+        while (p->first[at] < 0 && fixed_to(p, at) >= 0 && count < p->u->link_count) {
             p->path[count++] = at;
             at = fixed_to(p, at);
         }

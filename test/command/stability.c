@@ -266,7 +266,7 @@ KT_TEST(run_tells_what_an_implicit_method_has_taken_unsettled) {
     static const char *const words[] = {"Newton's iteration came no nearer to the solution in ",
                                         "the order of rodas5p is lower", NULL};
     for (int i = 0; i < 3; i++) {
-        kt_ran ran = kt_shell("$K run " KT_SCENES "/n-four-bar-2.yaml --integrator %s --step 2e-3 --duration 1.3 "
+        kt_ran ran = kt_shell("$K run " KT_SCENES "/n-four-bar-2.yaml --integrator %s --step 5e-3 --duration 3 "
                               "--out /dev/null --summary - 2>err.txt",
                               methods[i]);
         json_t *root = kt_json(ran.out);

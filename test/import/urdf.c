@@ -512,6 +512,24 @@ KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
     kt_scene_free(&scene);
 }
 
+/* Of fixed joints, whose rigid parts are walked through before the check of the description. */
+KT_TEST(links_fixed_to_each_other_in_a_circle_are_refused) {
+    static const char *const robots[] = {
+        "<robot name='r'><link name='a'/><joint name='1' type='fixed'><parent link='a'/><child "
+        "link='a'/></joint></robot>",
+        "<robot name='r'><link name='w'/><link name='a'/><link name='b'/>"
+        "<joint name='1' type='fixed'><parent link='a'/><child link='b'/></joint>"
+        "<joint name='2' type='fixed'><parent link='b'/><child link='a'/></joint></robot>"};
+    for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
+        kt_scene scene;
+        kt_error error = {0};
+        kt_check_true("refused",
+                      kt_urdf_parse("r.urdf", robots[k], strlen(robots[k]), NULL, &scene, NULL, NULL, &error) != KT_OK);
+        kt_check_true("in words", error.message[0] != '\0');
+        kt_note("%s: %s", error.where, error.message);
+    }
+}
+
 KT_TEST(joints_that_follow_each_other_in_a_circle_are_refused) {
     kt_scene scene;
     const kt_status status =
