@@ -135,13 +135,14 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
                                    kt_violation *violation) {
     if (violation->slip <= KT_CLOSED * violation->speed)
         return KT_CLOSURE_DONE;
-    kt_closure closure = push_velocities(model, data, true, v, changed, violation);
+    const kt_closure closure = push_velocities(model, data, true, v, changed, violation);
+    if (closure != KT_CLOSURE_DONE || !kt_is_near_singular(model, data))
+        return closure;
     /* a velocity that is left in the direction becomes one along the path where that bends */
     const double s = smallest(model, data, KT_ROWS_ALL);
     const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : 0.1 * KT_CLOSED_STEP;
-    if (closure == KT_CLOSURE_DONE && kt_is_near_singular(model, data) && violation->slip > open * violation->speed)
-        closure = push_velocities(model, data, false, v, changed, violation);
-    return closure;
+    return violation->slip > open * violation->speed ? push_velocities(model, data, false, v, changed, violation)
+                                                     : closure;
 }
 
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
@@ -157,8 +158,11 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
-    /* in a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
-     * remains here; what contradicts the drives remains at their own size */
+    if (violation->slip <= tolerance * violation->speed)
+        return KT_CLOSURE_DONE;
+    /* In a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
+     * remains here; what contradicts the drives remains at their own size. What is left above rounding has been through
+     * push_velocities, which tells whether there is such a direction. */
     if (kt_is_near_singular(model, data))
         tolerance = fmax(tolerance, KT_CLOSED_ASSEMBLED);
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
