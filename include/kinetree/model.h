@@ -225,9 +225,9 @@ KT_API kt_iterations kt_data_iterations(kt_data *data);
 typedef struct kt_crossings {
     uint64_t near;         /* accelerations that were computed near such positions */
     uint64_t interpolated; /* those of them that were interpolated along the motion */
-    double error;          /* the largest estimated error: by how much that of an acceleration leads the motion off while
+    double error;    /* the largest estimated error: by how much that of an acceleration leads the motion off while
                               it is near the position, relative to a radian or to the length of the longest loop */
-    double smallest;       /* the smallest size of a direction of the equations, relative to its usual size; of these
+    double smallest; /* the smallest size of a direction of the equations, relative to its usual size; of these
                               accelerations, if there are any */
 } kt_crossings;
 
