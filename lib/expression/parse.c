@@ -56,7 +56,7 @@ static bool put(kt_parser *p, kt_expression_term term) {
     return true;
 }
 
-static bool put_operator(kt_parser *p, kt_operator code) { return put(p, (kt_expression_term){.code = code}); }
+static bool put_operator(kt_parser *p, kt_operator code) { return put(p, (kt_expression_term){.code = (int32_t)code}); }
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
 
