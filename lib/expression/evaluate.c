@@ -12,11 +12,9 @@
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-/* The result of an operator; y is ignored by those of one argument. */
-static double value_of(kt_operator code, double x, double y) {
+/* The result of an operator of two values. */
+static double value_of_two(kt_operator code, double x, double y) {
     switch (code) {
-    case KT_OPERATOR_NEGATE:
-        return -x;
     case KT_OPERATOR_ADD:
         return x + y;
     case KT_OPERATOR_SUBTRACT:
@@ -39,6 +37,24 @@ static double value_of(kt_operator code, double x, double y) {
         return x == y;
     case KT_OPERATOR_NOT_EQUAL:
         return x != y;
+    case KT_OPERATOR_ATAN2:
+        return atan2(x, y);
+    case KT_OPERATOR_MIN:
+        return x <= y || isnan(x) ? x : y;
+    case KT_OPERATOR_MAX:
+        return x >= y || isnan(x) ? x : y;
+    case KT_OPERATOR_HYPOT:
+        return hypot(x, y);
+    default:
+        return (double)NAN; /* there is none: the reader puts only these */
+    }
+}
+
+/* The result of an operator or function of one value. */
+static double value_of_one(kt_operator code, double x) {
+    switch (code) {
+    case KT_OPERATOR_NEGATE:
+        return -x;
     case KT_OPERATOR_SIN:
         return sin(x);
     case KT_OPERATOR_COS:
@@ -51,8 +67,6 @@ static double value_of(kt_operator code, double x, double y) {
         return acos(x);
     case KT_OPERATOR_ATAN:
         return atan(x);
-    case KT_OPERATOR_ATAN2:
-        return atan2(x, y);
     case KT_OPERATOR_SINH:
         return sinh(x);
     case KT_OPERATOR_COSH:
@@ -69,20 +83,15 @@ static double value_of(kt_operator code, double x, double y) {
         return fabs(x);
     case KT_OPERATOR_SIGN:
         return (x > 0.0) - (x < 0.0);
-    case KT_OPERATOR_MIN:
-        return x <= y || isnan(x) ? x : y;
-    case KT_OPERATOR_MAX:
-        return x >= y || isnan(x) ? x : y;
-    case KT_OPERATOR_HYPOT:
-        return hypot(x, y);
     case KT_OPERATOR_STEP:
         return x >= 0.0;
-    case KT_OPERATOR_NUMBER:
-    case KT_OPERATOR_SYMBOL:
-    case KT_OPERATOR_CLAMP: /* read as max and min */
-        break;
+    default:
+        return (double)NAN; /* there is none: the reader puts only these */
     }
-    return (double)NAN;
+}
+
+static double value_of(kt_operator code, double x, double y) {
+    return kt_operator_is_binary(code) ? value_of_two(code, x, y) : value_of_one(code, x);
 }
 
 double kt_expression_evaluate(const kt_expression *expression, const double *values) {
@@ -99,9 +108,9 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
             stack[++top] = values[term->symbol];
         } else if (kt_operator_is_binary(code)) {
             top--;
-            stack[top] = value_of(code, stack[top], stack[top + 1]);
+            stack[top] = value_of_two(code, stack[top], stack[top + 1]);
         } else {
-            stack[top] = value_of(code, stack[top], 0.0);
+            stack[top] = value_of_one(code, stack[top]);
         }
     }
     return stack[0];
@@ -198,7 +207,7 @@ static kt_partials partials_of(kt_operator code, double x, double y, double valu
         return (kt_partials){.x = (x > 0.0) - (x < 0.0)};
     case KT_OPERATOR_MIN:
     case KT_OPERATOR_MAX:
-        return value == x ? (kt_partials){.x = 1.0} : (kt_partials){.y = 1.0};
+        return (kt_partials){.x = value == x ? 1.0 : 0.0, .y = value == x ? 0.0 : 1.0};
     case KT_OPERATOR_HYPOT:
         return partials_of_hypot(x, y, value);
     default: /* constant on each side of a jump */

@@ -113,7 +113,9 @@ static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
     const double t1 = kt_integrator_time(simulation->integrator), least = ldexp(t1 - t0, -HALVINGS);
     panel->start = end_of(panel);
     panel->from = panel->to;
-    for (double length = panel->next;; length *= 0.5) {
+    double length = 2.0 * panel->next;
+    for (;;) {
+        length *= 0.5;
         kt_power power[NODES];
         panel->to = panel->from + 1.5 * length < t1 ? panel->from + length : t1;
         if (!find_powers(simulation, panel, power))

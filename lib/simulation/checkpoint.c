@@ -153,6 +153,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
 }
 
 static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, kt_error *error) {
+/* NOLINTBEGIN(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): the same bits are asked for */
 #define KT_CHECKPOINT_SETTING(name, words, value)                                                                      \
     if (memcmp(&its->name, &own->name, sizeof own->name) != 0)                                                         \
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",                                                    \
@@ -161,6 +162,7 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
                             its->name, own->name);
     KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)
 #undef KT_CHECKPOINT_SETTING
+    /* NOLINTEND(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c) */
     return KT_OK;
 }
 
