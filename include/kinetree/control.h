@@ -110,7 +110,7 @@ KT_API KT_CHECKED kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int 
  * itself, by the loops, and by the rows before it. Where it is small a singular position is near, and the inertia grows
  * like 1 / rcond^2.
  *
- * Errors: KT_ERROR_SINGULAR names the first row of J along which no motion is left beside those before it (a singular
+ * Errors: KT_ERROR_SINGULAR names the first row of J along which no motion is left besides those before it (a singular
  * position, or more rows than degrees of freedom): less than 1e-7 of it, less than 1e-10 of what it could be without
  * the loops (1e-7 where they are many), or the rounding of a radian or a length of the mechanism; KT_ERROR_ARGUMENT if
  * there are no terms, or more rows than at set-up; KT_ERROR_NOT_FINITE. Outputs are then unchanged. Cost: `rows`

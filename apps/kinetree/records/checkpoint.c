@@ -157,20 +157,20 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
 }
 
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name. */
-static bool write_beside(const char *beside, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                         const kt_extremes *extremes, const char *warnings) {
-    const int file = kt_open_locked(beside, O_WRONLY | O_CREAT);
+static bool write_and_rename(const char *new_name, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
+                             const kt_extremes *extremes, const char *warnings) {
+    const int file = kt_open_locked(new_name, O_WRONLY | O_CREAT);
     if (file < 0)
         return false;
     if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, warnings) && fsync(file) == 0 &&
-        rename(beside, checkpoint->path) == 0) {
+        rename(new_name, checkpoint->path) == 0) {
         (void)close(checkpoint->lock);
         checkpoint->lock = file;
         kt_sync_folder(checkpoint->path);
         return true;
     }
     const int reason = errno;
-    (void)unlink(beside);
+    (void)unlink(new_name);
     (void)close(file);
     errno = reason;
     return false;
@@ -194,14 +194,14 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
 static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
                        const char *warnings) {
     const size_t room = strlen(checkpoint->path) + sizeof ".new";
-    char *beside = malloc(room);
-    if (beside == NULL)
+    char *new_name = malloc(room);
+    if (new_name == NULL)
         return say_no_memory();
-    snprintf(beside, room, "%s.new", checkpoint->path);
-    const bool fine = write_beside(beside, checkpoint, so_far, extremes, warnings);
+    snprintf(new_name, room, "%s.new", checkpoint->path);
+    const bool fine = write_and_rename(new_name, checkpoint, so_far, extremes, warnings);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
-    free(beside);
+    free(new_name);
     return fine;
 }
 
