@@ -16,6 +16,7 @@
  * which is a singular position.
  */
 #include "closure/levenberg_marquardt.h"
+#include "closure/open_loops.h"
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
@@ -247,7 +248,7 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
 /* Whether the velocities of a group satisfy its equations; equations and `right` are those of v. */
 static bool group_fits(const kt_model *model, kt_data *data, size_t g, double t, const double *q, const double *v) {
     kt_violation violation = kt_violation_none;
-    kt_group_look_at_velocities(model, data, g, v, &violation);
+    kt_group_velocity_violation(model, data, g, v, &violation);
     return violation.slip <= KT_CLOSED_STEP * violation.speed ||
            kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }
@@ -290,7 +291,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
     (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);
-    kt_velocity_gaps_share(model, data);
+    kt_velocity_gaps_least_squares(model, data);
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "
                                "apart are",

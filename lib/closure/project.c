@@ -11,12 +11,13 @@
  * that: below, steps c / s would be longer than s, within which the equation is linear. There the direction is left out
  * until the motion has moved on, unless the gap exceeds the tolerance.
  */
+#include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
+#include "closure/open_loops.h"
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
 
-#include <float.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -83,7 +84,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     }
 }
 
-void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
                                  kt_violation *violation) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     if (!kt_group_has_fronts(&model->group[g])) {
@@ -94,11 +95,11 @@ void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g,
     kt_group_violation(&w, w.multiplier, violation);
 }
 
-static void look_at_velocities(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
+void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
     violation->velocity = violation->slip = 0.0;
     violation->speed = KT_SPEED_LEAST;
     for (size_t g = 0; g < model->n.group; g++)
-        kt_group_look_at_velocities(model, data, g, v, violation);
+        kt_group_velocity_violation(model, data, g, v, violation);
 }
 
 /* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
@@ -124,7 +125,7 @@ static kt_closure push_velocities(const kt_model *model, kt_data *data, bool reg
             v[k] += data->delta[k];
             *changed |= v[k] != old;
         }
-        look_at_velocities(model, data, v, violation);
+        kt_velocity_violation(model, data, v, violation);
         violation->speed = fmax(violation->speed, given);
     }
     return KT_CLOSURE_DONE;
@@ -170,187 +171,6 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
                : KT_CLOSURE_OPEN;
 }
 
-/* At a dead point one direction of a group is lost, and the drives prescribe a rate along it. No velocities satisfy the
- * equations there. Towards it they grow like 1 / sqrt(t* - t), until rounding errors let a step jump to positions where
- * the drives move the mechanism back again. If a motion passes through a singular position instead, its velocities stay
- * finite, and the prescribed rate along the lost direction vanishes with the size of that direction. So near the
- * position (KT_DEAD) the rates of the drives are compared with those that the other directions alone can follow. */
-static bool is_dead(const kt_group_work *w, const double *missed) {
-    double most = 0.0, rate = 0.0;
-    for (int r = 0; r < w->k; r++) {
-        most = fmax(most, fabs(missed[r]) / w->scale[r]);
-        rate = fmax(rate, fabs(w->rate[r]) / w->scale[r]);
-    }
-    return most > KT_DEAD_SHARE * rate;
-}
-
-/* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
- * are all holonomic are not tested: for them a search for later positions finds where the motion ends
- * (simulation/fail.c). */
-static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
-    const kt_group *group = &model->group[g];
-    return group->count[KT_ROWS_ALL] > group->count[KT_ROWS_CLOSED] && data->near[g] &&
-           (data->rank[g] < group->rank[KT_ROWS_ALL] || data->last[g] < KT_DEAD * group->usual[KT_ROWS_ALL]);
-}
-
-/* Whether the state is a dead point. Requires the equations as a projection leaves them; at a dead point `right` then
- * holds the rates that cannot be followed, and zeros in other groups. */
-static bool is_dead_point(const kt_model *model, kt_data *data) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    kt_violation violation;
-    bool lost = false, dead = false;
-    if (!model->driven || !kt_is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
-        return false;
-    for (size_t g = 0; g < model->n.group; g++)
-        lost |= data->lost[g] = is_lost(model, data, g);
-    if (!lost || !kernels->factor(model, data, KT_ROWS_ALL, true))
-        return false;
-    memset(data->delta, 0, model->n.v * sizeof *data->delta);
-    look_at_velocities(model, data, data->delta, &violation);
-    if (!kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
-        return false;
-    look_at_velocities(model, data, data->delta, &violation);
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        const bool here = data->lost[g] && is_dead(&w, w.right);
-        for (int r = 0; r < w.k && !here; r++)
-            w.right[r] = 0.0;
-        dead |= here;
-    }
-    return dead;
-}
-
-/* ---- messages ---------------------------------------------------------------------------------------------------- */
-
-/* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
- * in *relative. */
-static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
-                     double *relative) {
-    const kt_group *group = &model->group[loop->group];
-    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
-    double largest = 0.0;
-    *relative = 0.0;
-    for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = kt_rows_slots(model, group, loop)[r];
-        const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
-        if (k < 0 || !(x / w.scale[k] > *relative))
-            continue;
-        *relative = x / w.scale[k];
-        largest = x;
-    }
-    return largest;
-}
-
-/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, by the largest length and the largest angle. */
-typedef struct gap_text {
-    char text[64];
-} gap_text;
-
-static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
-    const kt_loop_record *loop = &model->loop[index];
-    const kt_group *group = &model->group[loop->group];
-    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
-    double most[KT_MEASURE_NONE + 1] = {0.0};
-    for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = kt_rows_slots(model, group, loop)[r];
-        double *of = &most[kt_loop_measure_of(model, index, r)];
-        *of = k < 0 ? *of : fmax(*of, fabs(w.residual[k]));
-    }
-    gap_text gap = {""};
-    const double turn = most[KT_MEASURE_ANGLE], tiny = 1e-3 * most[KT_MEASURE_LENGTH] / model->length;
-    const double degrees = 180.0 / 3.14159265358979323846 * (loop->term_count ? turn : 4.0 * atan(turn / 4.0));
-    size_t used = 0;
-    if (most[KT_MEASURE_SUM] > 0.0)
-        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g (rad or m)", most[KT_MEASURE_SUM]);
-    if (most[KT_MEASURE_LENGTH] > 1e-3 * turn * model->length)
-        used += (size_t)snprintf(gap.text, sizeof gap.text, "%.3g m", most[KT_MEASURE_LENGTH]);
-    if (turn > tiny)
-        used += (size_t)snprintf(gap.text + used, sizeof gap.text - used, "%s%.3g deg", used ? " and " : "", degrees);
-    if (used == 0) /* the loop is closed to the last bit */
-        (void)snprintf(gap.text, sizeof gap.text, "0 (m or rad)");
-    return gap;
-}
-
-/* The loop with the largest gap below `below`, or with that gap and a larger index than `after`. Loops that are closed
- * to the last bit are included, so that there is always a first. */
-static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
-    int worst = -1;
-    double most = -1.0, relative;
-    for (int i = 0; i < (int)model->n.loop; i++) {
-        (void)gap_of(model, data, &model->loop[i], moving, &relative);
-        if ((relative < below || (relative == below && i > after)) && relative > most) {
-            most = relative;
-            worst = i;
-        }
-    }
-    return worst;
-}
-
-/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
- * several that contradict each other would have all of it. */
-void kt_velocity_gaps_share(const kt_model *model, kt_data *data) {
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group *group = &model->group[g];
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!kt_damped_step(model, data, g, KT_ROWS_ALL, w.right, 1e-13))
-            continue;
-        if (kt_group_has_fronts(group)) {
-            for (int i = 0; i < w.m; i++)
-                data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
-            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, NULL);
-            for (int r = 0; r < w.k; r++)
-                w.right[r] += w.multiplier[r];
-            continue;
-        }
-        for (int r = 0; r < w.k; r++)
-            for (int i = 0; i < w.m; i++)
-                w.right[r] += w.a[r * w.m + i] * model->unit[group->v + i] * w.free[i];
-    }
-}
-
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
-                              kt_error *error) {
-    enum { NAMED = 4, NAME_MOST = 40 };
-    char text[NAMED * (NAME_MOST + 80)] = "", where[KT_WHERE_SIZE];
-    size_t used = 0;
-    double relative = (double)INFINITY, most = 0.0;
-    int worst = -1;
-    bool others = false;
-    for (int n = 0; n <= NAMED; n++) { /* in order, the worst first */
-        worst = next_worst(model, data, moving, relative, worst);
-        if (worst < 0)
-            break;
-        const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
-        if (n > 0 && relative <= 1e-3 * most) /* closed except for the effect of the open ones */
-            break;
-        if (n == NAMED) {
-            others = true;
-            break;
-        }
-        most = fmax(most, relative);
-        int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by ", n ? ", " : "", NAME_MOST,
-                              model->text + model->loop[worst].name);
-        used += length > 0 ? (size_t)length : 0;
-        length = moving ? snprintf(text + used, sizeof text - used, "%.3g", gap)
-                        : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
-        used += length > 0 ? (size_t)length : 0;
-    }
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s%s%s", what, text, moving ? " (m/s or rad/s)" : "",
-                        others ? " and others" : "");
-}
-
-/* ---- calls ------------------------------------------------------------------------------------------------------- */
-
-kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
-                         const char *what, kt_error *error) {
-    memcpy(data->assembled_q, q, model->n.q * sizeof *q);
-    const double gap = kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q);
-    if (kt_loops_are_closed(model, data->assembled_q, gap, tolerance))
-        return KT_OK;
-    return kt_open_loops_error(model, data, t, what, false, error);
-}
-
 /* Reports the gaps that remain when the loops are closed as far as possible; if a search closes them, which reaches
  * farther than a projection, it reports the gaps at q. */
 static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
@@ -375,7 +195,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
                                    "a dead point, where the loops cannot move as they are driven: no velocity follows",
                                    true, error);
     if (closure == KT_CLOSURE_OPEN) {
-        kt_velocity_gaps_share(model, data);
+        kt_velocity_gaps_least_squares(model, data);
         return kt_open_loops_error(model, data, t,
                                    "the velocities cannot be brought to fit the loops, which contradict each other at",
                                    true, error);
@@ -408,7 +228,7 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
         memset(data->near, 0, model->n.group * sizeof *data->near);
     kt_closure closure =
         kt_project_in_place(model, data, t, q, v, KT_POSITION_STEPS_MAX, KT_CLOSED, KT_CLOSED_STEP, moved, &violation);
-    data->dead = closure == KT_CLOSURE_DONE && is_dead_point(model, data);
+    data->dead = closure == KT_CLOSURE_DONE && model->driven && kt_is_dead_point(model, data);
     if (data->dead)
         closure = KT_CLOSURE_DEAD;
     remember(data);

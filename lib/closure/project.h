@@ -1,4 +1,4 @@
-/* Projection onto the loops: tolerances, messages, one projection in place. */
+/* Projection onto the loops: tolerances, one projection in place. */
 #ifndef KT_CLOSURE_PROJECT_H
 #define KT_CLOSURE_PROJECT_H
 
@@ -17,12 +17,6 @@
 /* The gap that counts as closed: after a step (from a position near to closed), and after a search. */
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
-
-/* A state is a dead point (project.c) if a direction of a group is smaller than the fraction KT_DEAD of its usual size,
- * and the other directions miss more than the fraction KT_DEAD_SHARE of the drives' rates. To follow them, the motion
- * would have to be 1000 times as fast as usual, KT_DEAD_SHARE / KT_DEAD. */
-#define KT_DEAD 1e-4
-#define KT_DEAD_SHARE 0.1
 
 typedef enum kt_closure {
     KT_CLOSURE_DONE = 0,
@@ -46,9 +40,10 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
                             kt_error *error);
 
-/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
-void kt_group_look_at_velocities(const kt_model *model, kt_data *data, size_t g, const double *v,
+/* Stores -(A v + phi_t) in `right` and its violation in *violation: of one group, added to what is there; of all. */
+void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
                                  kt_violation *violation);
+void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
 static inline void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
@@ -66,19 +61,6 @@ static inline void kt_residuals_to_right_hand_side(const kt_model *model, const 
  * any number changed. */
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation);
-
-/* Returns KT_OK if a search from q closes the loops at t to `tolerance`; otherwise kt_open_loops_error, with `what`. */
-kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
-                         const char *what, kt_error *error);
-
-/* Writes the least-squares violation of the velocity equations into `right`: with the factored equations, one of
- * several that contradict each other would have all of it. */
-void kt_velocity_gaps_share(const kt_model *model, kt_data *data);
-
-/* KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and their
- * gaps; or if `moving`, the loops whose velocity equations are violated according to `right`. */
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
-                              kt_error *error);
 
 /* Assembles the initial state into q and v; leaves them untouched if that fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);

@@ -253,7 +253,7 @@ typedef struct kt_front_count {
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
     X(uint8_t, special_form, n->group, "0, or that a group is solved in its own form (reduction/kernel.h)")            \
     X(bool, near, n->group, "whether a group is near a singular position, as last factored")                           \
-    X(bool, lost, n->group, "whether one of its directions is nearly lost (project.c)")                                \
+    X(bool, lost, n->group, "whether one of its directions is nearly lost (dead_point.c)")                             \
     X(double, damping, n->group, "of each group's steps in Levenberg-Marquardt assembly")                              \
     X(double, gap, n->group, "sum of squares of a group's residuals in Levenberg-Marquardt assembly")                  \
     X(bool, settled, n->group, "whether no step reduces that sum any more")                                            \
@@ -269,7 +269,7 @@ struct kt_data {
     uint64_t shape;    /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
-    bool dead;         /* the last projection was refused at a dead point (closure/project.c) */
+    bool dead;         /* the last projection was refused at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
     kt_crossings crossings;     /* since the last call of kt_data_crossings */

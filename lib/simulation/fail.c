@@ -6,7 +6,7 @@
  * from the last closed position: later by a step, or by the interval between records where steps are not fixed. If they
  * cannot be closed there either, the message names the loops and how far they stay apart.
  */
-#include "closure/project.h"
+#include "closure/open_loops.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
