@@ -421,6 +421,38 @@ KT_API KT_CHECKED kt_status kt_description_check(const kt_description *descripti
  * Returns KT_ERROR_MODEL where the shape cannot have a mass (none, or of negative size). */
 KT_API KT_CHECKED kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error);
 
+/* ---- variables of formulas --------------------------------------------------------------------------------------- */
+
+/* What a variable of a formula measures. */
+typedef enum kt_variable_type {
+    KT_VARIABLE_TIME = 0,       /* t, s */
+    KT_VARIABLE_POSITION,       /* position.JOINT, position.JOINT[k]: a position of a joint */
+    KT_VARIABLE_VELOCITY,       /* velocity.JOINT, velocity.JOINT[k]: a velocity of a joint */
+    KT_VARIABLE_MARKER,         /* marker.BODY.MARKER.x: a world coordinate of a marker, m */
+    KT_VARIABLE_MARKER_VELOCITY /* marker.BODY.MARKER.vx: a component of its velocity, m/s */
+} kt_variable_type;
+
+/* A variable of a formula, by its place in a description. */
+typedef struct kt_variable {
+    kt_variable_type type;
+    int body;      /* whose joint or marker it is: index in kt_description.bodies */
+    int marker;    /* index in that body's markers */
+    int component; /* of the joint's positions or velocities, or x, y, z (0, 1, 2) */
+} kt_variable;
+
+/* Finds a variable by its name, that of the column that records it: "t", "velocity.crank", "position.ball[2]" (where a
+ * joint has more than one), "marker.crank.tip.x", "marker.crank.tip.vx". Returns false if there is none, or if an
+ * argument is NULL; *variable is then untouched. O(bodies + markers). */
+KT_API bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable);
+
+/* The k-th of all variables of a description, k from 0. Returns false beyond the last, and then *variable is untouched.
+ * O(bodies). */
+KT_API bool kt_variable_at(const kt_description *description, int k, kt_variable *variable);
+
+/* Writes the name of a variable of this description into `size` bytes, terminated and cut where they do not suffice; an
+ * empty text if there is no such variable. Returns the length of the whole name, without its end. O(1). */
+KT_API int kt_variable_name(const kt_description *description, const kt_variable *variable, char *text, size_t size);
+
 #ifdef __cplusplus
 }
 #endif

@@ -78,6 +78,7 @@ typedef struct fixture {
     const double *slope;
     kt_variant variant;
     kt_accuracy_point point;
+    kt_variable variable, variable_out;
     double formula_memory[64];
     const kt_expression *formula, *formula_out;
 } fixture;

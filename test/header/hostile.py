@@ -26,7 +26,7 @@ BY_NAME = {
     "which": "0", "stages": "4", "most": "4", "k": "0", "code": "0", "adaptive": "false", "velocity": "0",
     "memory": "f->memory", "work": "f->memory", "block": "f->block", "user": "NULL", "text": "f->text", "path": "\"none.yaml\"",
     "name": "\"gravity\"", "kt_scene_parse.text": "\"kinetree: 1\\n\"", "kt_scene_parse.size": "12", "kt_urdf_parse.text": "\"<robot/>\"",
-    "kt_urdf_parse.size": "8", "kt_method_names.size": "64", "kt_base_parameter_name.size": "64", "kt_base_parameter_name.column": "f->column",
+    "kt_urdf_parse.size": "8", "kt_method_names.size": "64", "kt_variable_name.size": "64", "kt_base_parameter_name.size": "64", "kt_base_parameter_name.column": "f->column",
     "kt_simulation_restore.block": "f->block", "kt_simulation_set_parameter.values": "f->values", "kt_parameter_set.values": "f->values",
     "kt_body_find.name": "\"none\"", "kt_simulation_advance.t_end": "0.1", "kt_simulation_step.t_limit": "1.0", "kt_integrator_step.t_limit": "1.0",
     "kt_integrator_interpolate.t": "0.0", "kt_integrator_start.t": "0.0", "kt_kinematics_update.a": "f->v", "kt_joint_coordinate_kind.k": "0",
@@ -69,6 +69,7 @@ BY_TYPE = {
     "double *": None, "const double **": "&f->slope", "void *": "f->memory", "const void *": "f->block",
     "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
     "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
+    "const kt_variable *": "&f->variable", "kt_variable *": "&f->variable_out",
 }
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
