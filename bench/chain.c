@@ -64,11 +64,11 @@ void kt_chain_describe_free(kt_chain_description *d) {
     *d = (kt_chain_description){.bodies = NULL};
 }
 
-static kt_status compile(const kt_description *description, kt_isa level, kt_chain *chain, kt_error *error) {
+static kt_status compile(const kt_description *description, kt_isa isa, kt_chain *chain, kt_error *error) {
     kt_description tree = *description;
     kt_model_options options = kt_model_options_default();
     tree.loop_count = tree.effect_count = 0;
-    options.isa = level;
+    options.isa = isa;
     const kt_status status = kt_model_compile(&tree, &options, &chain->model, error);
     return status == KT_OK ? kt_data_create(chain->model, &chain->data, error) : status;
 }
@@ -83,11 +83,10 @@ static void set_state(kt_chain *chain) {
     }
 }
 
-kt_status kt_chain_of(const kt_description *description, kt_isa level, bool with_mass, kt_chain *chain,
-                      kt_error *error) {
+kt_status kt_chain_of(const kt_description *description, kt_isa isa, bool with_mass, kt_chain *chain, kt_error *error) {
     *chain = (kt_chain){.n = 0};
     const double start = kt_bench_clock();
-    kt_status status = compile(description, level, chain, error);
+    kt_status status = compile(description, isa, chain, error);
     if (status != KT_OK) {
         kt_chain_free(chain);
         return status;
@@ -113,7 +112,7 @@ kt_status kt_chain_of(const kt_description *description, kt_isa level, bool with
     return status;
 }
 
-kt_status kt_chain_branch(int n, int arity, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error) {
+kt_status kt_chain_branch(int n, int arity, kt_isa isa, bool with_mass, kt_chain *chain, kt_error *error) {
     kt_chain_description d;
     *chain = (kt_chain){.n = 0};
     const double start = kt_bench_clock();
@@ -121,14 +120,14 @@ kt_status kt_chain_branch(int n, int arity, kt_isa level, bool with_mass, kt_cha
     if (status != KT_OK)
         return status;
     const double described = kt_bench_clock() - start;
-    status = kt_chain_of(&d.description, level, with_mass, chain, error);
+    status = kt_chain_of(&d.description, isa, with_mass, chain, error);
     chain->set_up += described;
     kt_chain_describe_free(&d);
     return status;
 }
 
-kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error) {
-    return kt_chain_branch(n, 1, level, with_mass, chain, error);
+kt_status kt_chain_make(int n, kt_isa isa, bool with_mass, kt_chain *chain, kt_error *error) {
+    return kt_chain_branch(n, 1, isa, with_mass, chain, error);
 }
 
 void kt_chain_free(kt_chain *chain) {

@@ -31,13 +31,13 @@ typedef struct kt_chain {
 } kt_chain;
 
 /* Allocates all of it; with_mass: the mass matrix too. On failure *chain is empty and *error says why. */
-KT_CHECKED kt_status kt_chain_make(int n, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error);
+KT_CHECKED kt_status kt_chain_make(int n, kt_isa isa, bool with_mass, kt_chain *chain, kt_error *error);
 void kt_chain_free(kt_chain *chain);
 
 /* The same of other trees: of n such links, depth first, of which each carries `arity`, or fewer at the tips; and of a
  * description, of which joints and bodies are taken alone, at its initial state. */
-KT_CHECKED kt_status kt_chain_branch(int n, int arity, kt_isa level, bool with_mass, kt_chain *chain, kt_error *error);
-KT_CHECKED kt_status kt_chain_of(const kt_description *description, kt_isa level, bool with_mass, kt_chain *chain,
+KT_CHECKED kt_status kt_chain_branch(int n, int arity, kt_isa isa, bool with_mass, kt_chain *chain, kt_error *error);
+KT_CHECKED kt_status kt_chain_of(const kt_description *description, kt_isa isa, bool with_mass, kt_chain *chain,
                                  kt_error *error);
 
 /* Their description, which must be released with kt_chain_describe_free. */

@@ -12,16 +12,16 @@
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
-static const char *const level_names[] = {
+static const char *const isa_names[] = {
     [KT_ISA_AUTO] = "auto", [KT_ISA_BASE] = "base", [KT_ISA_V3] = "v3", [KT_ISA_V4] = "v4"};
-enum { LEVEL_COUNT = sizeof level_names / sizeof *level_names };
+enum { ISA_COUNT = sizeof isa_names / sizeof *isa_names };
 
-const char *kt_bench_isa_name(kt_isa level) { return (unsigned)level < LEVEL_COUNT ? level_names[level] : "unknown"; }
+const char *kt_bench_isa_name(kt_isa isa) { return (unsigned)isa < ISA_COUNT ? isa_names[isa] : "unknown"; }
 
-static bool read_level(const char *text, kt_isa *level) {
-    for (int i = 0; i < LEVEL_COUNT; i++)
-        if (strcmp(text, level_names[i]) == 0) {
-            *level = (kt_isa)i;
+static bool read_isa(const char *text, kt_isa *isa) {
+    for (int i = 0; i < ISA_COUNT; i++)
+        if (strcmp(text, isa_names[i]) == 0) {
+            *isa = (kt_isa)i;
             return true;
         }
     return false;
@@ -51,8 +51,8 @@ static void help(const char *program, const char *about, const kt_bench_options 
            "  --max N       longest chain, or most loops (%d)\n"
            "  --seconds S   processor time for one line of the table (%g)\n"
            "  --csv FILE    writes the figures there\n"
-           "  --level L     instruction set: auto, base, v3, v4 (auto)\n"
-           "  --levels      compares the instruction sets, too (scaling)\n"
+           "  --isa I       instruction set: auto, base, v3, v4 (auto)\n"
+           "  --isas        compares the instruction sets, too (scaling)\n"
            "  --check       exit status 1 when a bound does not hold\n"
            "  --help        this text\n\n"
            "Exit status: 0 measured, 1 see --check, 2 nothing to trust was measured.\n",
@@ -60,11 +60,11 @@ static void help(const char *program, const char *about, const kt_bench_options 
 }
 
 int kt_bench_read(int argc, char **argv, const char *about, kt_bench_options *options) {
-    enum { MAX = 1, SECONDS, CSV, LEVEL, LEVELS, CHECK, HELP };
+    enum { MAX = 1, SECONDS, CSV, ISA, ISAS, CHECK, HELP };
     static const struct option known[] = {
         {"max", required_argument, NULL, MAX}, {"seconds", required_argument, NULL, SECONDS},
-        {"csv", required_argument, NULL, CSV}, {"level", required_argument, NULL, LEVEL},
-        {"levels", no_argument, NULL, LEVELS}, {"check", no_argument, NULL, CHECK},
+        {"csv", required_argument, NULL, CSV}, {"isa", required_argument, NULL, ISA},
+        {"isas", no_argument, NULL, ISAS},     {"check", no_argument, NULL, CHECK},
         {"help", no_argument, NULL, HELP},     {NULL, 0, NULL, 0},
     };
     const kt_bench_options defaults = *options;
@@ -80,11 +80,11 @@ int kt_bench_read(int argc, char **argv, const char *about, kt_bench_options *op
         case CSV:
             options->csv = optarg;
             break;
-        case LEVEL:
-            good = read_level(optarg, &options->level);
+        case ISA:
+            good = read_isa(optarg, &options->isa);
             break;
-        case LEVELS:
-            options->levels = true;
+        case ISAS:
+            options->isas = true;
             break;
         case CHECK:
             options->check = true;
@@ -126,7 +126,7 @@ const char *kt_bench_processor(void) {
     return *name ? name : "unknown processor";
 }
 
-void kt_bench_heading(const char *title, kt_isa level, const char *csv) {
+void kt_bench_heading(const char *title, kt_isa isa, const char *csv) {
     printf("%s\n"
            "library    kinetree %s\n"
            "compiler   %s\n"
@@ -134,7 +134,7 @@ void kt_bench_heading(const char *title, kt_isa level, const char *csv) {
            "kernels    %s (built: %s)\n"
            "processor  %s\n"
            "figures    %s\n\n",
-           title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_isa_name(level), KT_BENCH_ISAS,
+           title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_isa_name(isa), KT_BENCH_ISAS,
            kt_bench_processor(), csv ? csv : "in this table only (--csv FILE)");
 }
 
@@ -189,8 +189,8 @@ void kt_csv_number(kt_csv *csv, double value) {
         (void)fprintf(csv->file, "%.9g", value);
 }
 
-void kt_csv_origin(kt_csv *csv, kt_isa level) {
-    kt_csv_text(csv, kt_bench_isa_name(level));
+void kt_csv_origin(kt_csv *csv, kt_isa isa) {
+    kt_csv_text(csv, kt_bench_isa_name(isa));
     kt_csv_text(csv, kt_bench_processor());
     kt_csv_text(csv, KT_BENCH_COMPILER);
 }

@@ -14,8 +14,8 @@ typedef struct kt_bench_options {
     int max;         /* longest chain */
     double seconds;  /* of processor time for one line of the table */
     const char *csv; /* NULL: none */
-    kt_isa level;
-    bool levels; /* compare the instruction-set levels, too */
+    kt_isa isa;
+    bool isas; /* compare the instruction sets, too */
     bool check;
 } kt_bench_options;
 
@@ -24,10 +24,10 @@ typedef struct kt_bench_options {
 int kt_bench_read(int argc, char **argv, const char *about, kt_bench_options *options);
 
 /* auto, base, v3, v4 */
-const char *kt_bench_isa_name(kt_isa level);
+const char *kt_bench_isa_name(kt_isa isa);
 
-/* Library, compiler, flags, level, processor and file of figures (NULL: none), each on a line. */
-void kt_bench_heading(const char *title, kt_isa level, const char *csv);
+/* Library, compiler, flags, instruction set, processor and file of figures (NULL: none), each on a line. */
+void kt_bench_heading(const char *title, kt_isa isa, const char *csv);
 
 /* Tells an error on stderr, and returns KT_BENCH_FAILED. */
 int kt_bench_tell(const kt_error *error);
@@ -48,14 +48,14 @@ bool kt_csv_open(kt_csv *csv, const char *name, const char *columns);
 void kt_csv_text(kt_csv *csv, const char *text);
 void kt_csv_number(kt_csv *csv, double value);
 /* Level, processor and compiler: which measurement a line belongs to. */
-void kt_csv_origin(kt_csv *csv, kt_isa level);
+void kt_csv_origin(kt_csv *csv, kt_isa isa);
 /* least, low, median, high, rounds, repetitions */
 void kt_csv_times(kt_csv *csv, const kt_bench_times *times);
 void kt_csv_line(kt_csv *csv);
 /* False: the file could not be written; told on stderr. */
 bool kt_csv_close(kt_csv *csv);
 
-#define KT_CSV_ORIGIN "level,processor,compiler"
+#define KT_CSV_ORIGIN "isa,processor,compiler"
 #define KT_CSV_TIMES "least_s,low_s,median_s,high_s,rounds,repetitions"
 
 #endif

@@ -89,7 +89,7 @@ bool kt_check_worst(const kt_worst *worst);
 /* States what this machine cannot show (an instruction set that it has not), and why. It is counted as skipped, and the
  * test goes on; one that makes no check at all is skipped itself. */
 void kt_skip(const char *what, const char *why);
-#define KT_NO_LEVEL "this processor or build does not have this level of the instruction set"
+#define KT_NO_ISA "this processor or build does not have this level of the instruction set"
 
 /* A line of explanation among the checks. */
 void kt_note(const char *format, ...) __attribute__((format(printf, 1, 2)));

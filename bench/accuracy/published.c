@@ -251,7 +251,7 @@ static int measure(const problem *p, const kt_bench_options *options, kt_csv *cs
     double best = -1.0;
     (void)snprintf(path, sizeof path, KT_SCENES "/%s.yaml", p->scene);
     kt_model_options settings = kt_model_options_default();
-    settings.isa = options->level;
+    settings.isa = options->isa;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK ||
         kt_model_compile(&scene.description, &settings, &model, &error) != KT_OK)
         (void)kt_bench_tell(&error);
@@ -275,7 +275,7 @@ int main(int argc, char **argv) {
     kt_csv csv;
     if (!kt_csv_open(&csv, options.csv, columns))
         return KT_BENCH_FAILED;
-    kt_bench_heading("Published mechanisms to a published accuracy", options.level, options.csv);
+    kt_bench_heading("Published mechanisms to a published accuracy", options.isa, options.csv);
     printf("%10s %10s %10s %8s %12s %11s %9s\n", "scene", "method", "tolerance", "calls", "error", "ms (25%)", "(75%)");
     result = KT_BENCH_DONE;
     for (size_t i = 0; i < sizeof problems / sizeof *problems; i++) {

@@ -80,7 +80,7 @@ typedef struct subject {
     kt_error error; /* the first failure */
 } subject;
 
-static kt_status make(subject *s, int type, int count, kt_isa level, kt_error *error) {
+static kt_status make(subject *s, int type, int count, kt_isa isa, kt_error *error) {
     kt_description d;
     kt_model_options options = kt_model_options_default();
     kt_effect *effects = calloc((size_t)count + 1, sizeof *effects);
@@ -90,7 +90,7 @@ static kt_status make(subject *s, int type, int count, kt_isa level, kt_error *e
         effects[i] = effect_of(type == CUSTOM ? KT_EFFECT_CUSTOM : (kt_effect_type)type);
     d.effects = effects;
     d.effect_count = count;
-    options.isa = level;
+    options.isa = isa;
     kt_status status = effects ? kt_model_compile(&d, &options, &s->model, error)
                                : kt_error_set(error, KT_ERROR_MEMORY, "", "no memory for the effects");
     if (status == KT_OK)
@@ -176,7 +176,7 @@ static kt_status measure(int type, double none, const kt_bench_options *options,
     kt_status status = KT_OK;
     for (int i = 0; i < TASKS; i++) {
         if (status == KT_OK)
-            status = make(&s[i], type, counts[i], options->level, error);
+            status = make(&s[i], type, counts[i], options->isa, error);
         tasks[i] = (kt_bench_task){evaluate, &s[i]};
     }
     if (status == KT_OK) {
@@ -217,7 +217,7 @@ static void print_line(const line *l) {
     (void)fflush(stdout);
 }
 
-static void write_line(kt_csv *csv, const line *l, int max, kt_isa level) {
+static void write_line(kt_csv *csv, const line *l, int max, kt_isa isa) {
     for (int i = 0; i < TASKS; i++) {
         kt_csv_text(csv, l->name);
         kt_csv_number(csv, i == 0 ? 0 : i == 1 ? 1 : 1 + max);
@@ -226,7 +226,7 @@ static void write_line(kt_csv *csv, const line *l, int max, kt_isa level) {
         kt_csv_number(csv, l->each);
         kt_csv_number(csv, l->first_count);
         kt_csv_number(csv, l->each_count);
-        kt_csv_origin(csv, level);
+        kt_csv_origin(csv, isa);
         kt_csv_line(csv);
     }
 }
@@ -247,7 +247,7 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
         if (measure(type, none, options, &l, &error) != KT_OK)
             return kt_bench_tell(&error);
         print_line(&l);
-        write_line(csv, &l, options->max, options->level);
+        write_line(csv, &l, options->max, options->isa);
         trusted &= l.trusted;
     }
     return trusted ? KT_BENCH_DONE : KT_BENCH_FAILED;
@@ -264,7 +264,7 @@ int main(int argc, char **argv) {
         return status;
     if (!kt_csv_open(&csv, options.csv, columns))
         return KT_BENCH_FAILED;
-    kt_bench_heading("Effects on a chain of 8 links", options.level, options.csv);
+    kt_bench_heading("Effects on a chain of 8 links", options.isa, options.csv);
     printf(
         "ns: time that an evaluation of accelerations takes more (median of the rounds), for the first effect of a "
         "type,\n"

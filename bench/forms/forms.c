@@ -100,7 +100,7 @@ static int measure(const subject *s, const kt_bench_options *options, kt_csv *cs
     kt_bench_task tasks[WAYS];
     kt_bars bars[WAYS];
     int made = 0, result = KT_BENCH_FAILED;
-    while (made < WAYS && make(s, options->level, made, &bars[made]))
+    while (made < WAYS && make(s, options->isa, made, &bars[made]))
         made++;
     for (int way = 0; way < made; way++) {
         tasks[way] = (kt_bench_task){kt_bars_accelerate, &bars[way]};
@@ -123,7 +123,7 @@ int main(int argc, char **argv) {
     kt_csv csv;
     if (!kt_csv_open(&csv, options.csv, columns))
         return KT_BENCH_FAILED;
-    kt_bench_heading("Forms of constraint groups", options.level, options.csv);
+    kt_bench_heading("Forms of constraint groups", options.isa, options.csv);
     printf("Accelerations, us a call (lower quartile), with a form and without it; how many times as long; difference."
            "\n\n%24s |%9s%9s |%9s%9s |%7s%9s\n",
            "", "form", "us", "instead", "us", "ratio", "apart");

@@ -40,7 +40,7 @@ static const double most[PAIRS] = {0.18, 0.17, 0.2, 0.5, 0.4};
 typedef struct line {
     const char *tree;
     int n;
-    kt_isa level;
+    kt_isa isa;
     kt_bench_times own[PAIRS], peer[PAIRS];
     kt_bench_ratio ratio[PAIRS];
     double a, tau, back, mass, product; /* differences, see above */
@@ -133,13 +133,13 @@ static kt_status measure(const char *tree, const kt_description *description, co
                          line *out, kt_error *error) {
     kt_chain chain;
     kt_mujoco twin;
-    kt_status status = kt_chain_of(description, options->level, true, &chain, error);
+    kt_status status = kt_chain_of(description, options->isa, true, &chain, error);
     if (status != KT_OK)
         return status;
     status = kt_mujoco_make(description, &chain, &twin, error);
     if (status == KT_OK) {
         double *numbers = calloc(2 * (size_t)chain.n, sizeof *numbers);
-        *out = (line){.tree = tree, .n = chain.n, .level = kt_model_isa(chain.model)};
+        *out = (line){.tree = tree, .n = chain.n, .isa = kt_model_isa(chain.model)};
         if (!numbers)
             status = kt_error_set(error, KT_ERROR_MEMORY, "", "no memory to compare %d links", chain.n);
         else
@@ -160,10 +160,10 @@ static bool is_trusted(const line *l) {
 
 /* ---- the tables -------------------------------------------------------------------------------------------------- */
 
-static void print_heading(kt_isa level, const char *csv) {
+static void print_heading(kt_isa isa, const char *csv) {
     char title[80];
     (void)snprintf(title, sizeof title, "Kinetree and MuJoCo %s on trees of n coordinates", kt_mujoco_version());
-    kt_bench_heading(title, level, csv);
+    kt_bench_heading(title, isa, csv);
     printf("us a call (lower quartile of the rounds); their ratio round by round: median [quartiles]; differences.\n\n"
            "%5s %-9s |%9s%10s%8s %-15s |%9s%10s%8s %-15s |%8s%9s%9s\n",
            "n", "", "ABA", "MuJoCo", "ratio", "", "RNEA", "MuJoCo", "ratio", "", "a", "tau", "back");
@@ -200,7 +200,7 @@ static void write_call(kt_csv *csv, const line *l, const char *call, const kt_be
     kt_csv_times(csv, times);
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         kt_csv_number(csv, numbers[k]);
-    kt_csv_origin(csv, l->level);
+    kt_csv_origin(csv, l->isa);
     kt_csv_line(csv);
 }
 
@@ -252,7 +252,7 @@ static kt_status add_line(table *t, const char *tree, const kt_description *desc
     if (status != KT_OK)
         return status;
     if (t->count++ == 0)
-        print_heading(l->level, t->options->csv);
+        print_heading(l->isa, t->options->csv);
     print_line(l);
     write_line(t->csv, l);
     t->trusted &= is_trusted(l);

@@ -46,7 +46,7 @@ static const chain chains[] = {
 
 typedef struct line {
     int n;
-    kt_isa level;
+    kt_isa isa;
     kt_bench_times times[TASKS];
     double set_up, error;
     long allocations;
@@ -59,7 +59,7 @@ static kt_status measure(const chain *c, int n, const kt_bench_options *options,
     *out = (line){.n = n};
     for (; made < 2 && status == KT_OK; made += status == KT_OK) {
         kt_model_options settings = kt_model_options_default();
-        settings.isa = options->level;
+        settings.isa = options->isa;
         settings.plan = c->plan;
         status = kt_bars_make(c->shape, n, made == TREE, KT_FORMULATION_TREE, &settings, &bars[made], error);
     }
@@ -68,7 +68,7 @@ static kt_status measure(const chain *c, int n, const kt_bench_options *options,
                                             {kt_bars_accelerate, &bars[LOOPS]},
                                             {kt_bars_project, &bars[LOOPS]},
                                             {kt_bars_assemble, &bars[LOOPS]}};
-        out->level = kt_model_isa(bars[LOOPS].stepped);
+        out->isa = kt_model_isa(bars[LOOPS].stepped);
         out->set_up = bars[LOOPS].set_up;
         out->error = kt_bars_idle_work(&bars[LOOPS]);
         kt_interpose_start();
@@ -106,7 +106,7 @@ static void write_line(kt_csv *csv, const char *name, const line *l) {
         kt_csv_number(csv, l->set_up);
         kt_csv_number(csv, (double)l->allocations);
         kt_csv_number(csv, l->error);
-        kt_csv_origin(csv, l->level);
+        kt_csv_origin(csv, l->isa);
         kt_csv_line(csv);
     }
 }

@@ -26,7 +26,7 @@ static const char *const way_name[WAYS] = {"no loops", "tree", "absolute"};
 
 typedef struct line {
     int loops;
-    kt_isa level;
+    kt_isa isa;
     bool measured[WAYS];
     kt_bench_times times[WAYS];
     double set_up[WAYS], error[WAYS];
@@ -53,7 +53,7 @@ static kt_status time_all(kt_bars bars[WAYS], int ways, double seconds, line *ou
         kt_bars_accelerate(&bars[k], 2);
         out->allocations += kt_interpose_stop();
     }
-    out->level = kt_model_isa(bars[CLOSED].stepped);
+    out->isa = kt_model_isa(bars[CLOSED].stepped);
     kt_bench_measure(tasks, ways, seconds, out->times);
     for (int k = 0; k < ways; k++)
         if (bars[k].error.code != KT_OK) {
@@ -71,7 +71,7 @@ static kt_status measure(kt_bars_shape shape, int loops, const kt_bench_options 
     *out = (line){.loops = loops};
     while (made < ways && status == KT_OK) {
         kt_model_options settings = kt_model_options_default();
-        settings.isa = options->level;
+        settings.isa = options->isa;
         const kt_formulation formulation = made == ABSOLUTE ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
         status = kt_bars_make(shape, loops, made == TREE, formulation, &settings, &bars[made], error);
         made += status == KT_OK;
@@ -117,7 +117,7 @@ static void write_line(kt_csv *csv, const char *shape, const line *l) {
         kt_csv_number(csv, l->set_up[k]);
         kt_csv_number(csv, (double)l->allocations);
         kt_csv_number(csv, l->error[k]);
-        kt_csv_origin(csv, l->level);
+        kt_csv_origin(csv, l->isa);
         kt_csv_line(csv);
     }
 }
@@ -167,7 +167,7 @@ static int run(const kt_bench_options *options, kt_csv *csv, line *lines) {
                 return kt_bench_tell(&error);
             if (i == 0) {
                 if (shape == 0)
-                    kt_bench_heading("Accelerations of mechanisms with n loops", lines[i].level, options->csv);
+                    kt_bench_heading("Accelerations of mechanisms with n loops", lines[i].isa, options->csv);
                 printf("%s. Time a call and a loop in us (lower quartile of the rounds); set-up in ms; allocations "
                        "after it;\nwork of forces that do none.\n\n%7s |%10s |%10s%9s |%10s%8s |%9s%7s%9s\n",
                        shape == KT_BARS_SEPARATE ? "Four-bars on a chain" : "A row of windows", "n", "no loops", "tree",

@@ -41,7 +41,7 @@ static long count_allocations(const kt_bench_task *tasks, int count) {
 
 static void describe(const kt_chain *chain, kt_scaling_line *line) {
     line->n = chain->n;
-    line->level = kt_model_isa(chain->model);
+    line->isa = kt_model_isa(chain->model);
     line->set_up = chain->set_up;
     line->model = kt_model_size(chain->model);
     line->data = kt_data_size(chain->model);
@@ -51,7 +51,7 @@ kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_
     const bool with_mass = n <= KT_SCALING_MASS_MAX;
     kt_chain chain;
     kt_stepper stepper;
-    kt_status status = kt_chain_make(n, options->level, with_mass, &chain, error);
+    kt_status status = kt_chain_make(n, options->isa, with_mass, &chain, error);
     if (status != KT_OK)
         return status;
     status = kt_stepper_make(&chain, &stepper, error);
@@ -108,7 +108,7 @@ static double derivative_error(kt_chain *c) {
 
 kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     kt_chain chain;
-    kt_status status = kt_chain_make(n, options->level, true, &chain, error);
+    kt_status status = kt_chain_make(n, options->isa, true, &chain, error);
     if (status != KT_OK)
         return status;
     status = kt_chain_make_derivatives(&chain, error);
@@ -205,7 +205,7 @@ static kt_status measure_control(control *c, const kt_bench_options *options, kt
 
 kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     control c = {.inverse = NULL};
-    kt_status status = kt_chain_make(n, options->level, true, &c.chain, error);
+    kt_status status = kt_chain_make(n, options->isa, true, &c.chain, error);
     if (status == KT_OK)
         status = kt_mass_inverse_create(c.chain.model, 0, &c.inverse, error);
     if (status == KT_OK)
@@ -250,7 +250,7 @@ static double regressor_error(regression *r) {
 
 kt_status kt_scaling_regressor(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     regression r = {.matrix = NULL};
-    kt_status status = kt_chain_make(n, options->level, false, &r.chain, error);
+    kt_status status = kt_chain_make(n, options->isa, false, &r.chain, error);
     if (status != KT_OK)
         return status;
     const size_t columns = (size_t)kt_regressor_columns(r.chain.model), nv = (size_t)n;

@@ -45,11 +45,11 @@ static double difference(const kt_bars *a, const kt_bars *b) {
     return most / size;
 }
 
-static kt_status make_all(const struct subject *s, kt_isa level, kt_bars bars[WAYS], int *made, kt_error *error) {
+static kt_status make_all(const struct subject *s, kt_isa isa, kt_bars bars[WAYS], int *made, kt_error *error) {
     kt_status status = KT_OK;
     for (*made = 0; *made < (s->closed ? WAYS : PLANAR_OPEN) && status == KT_OK;) {
         kt_model_options options = kt_model_options_default();
-        options.isa = level;
+        options.isa = isa;
         options.plan = *made % 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
         status =
             kt_bars_make(s->shape, s->count, *made >= PLANAR_OPEN, KT_FORMULATION_TREE, &options, &bars[*made], error);
@@ -59,7 +59,7 @@ static kt_status make_all(const struct subject *s, kt_isa level, kt_bars bars[WA
 }
 
 static int report(const struct subject *s, const kt_bench_times *times, int ways, long allocations, double apart,
-                  kt_isa level, kt_csv *csv) {
+                  kt_isa isa, kt_csv *csv) {
     const kt_bench_ratio ratio = kt_bench_compare(&times[PLANAR], &times[SPATIAL]);
     const bool trusted = allocations == 0 && apart <= difference_most,
                fits = !(s->most > 0.0) || ratio.median <= s->most;
@@ -80,7 +80,7 @@ static int report(const struct subject *s, const kt_bench_times *times, int ways
         kt_csv_times(csv, &times[k]);
         kt_csv_number(csv, (double)allocations);
         kt_csv_number(csv, apart);
-        kt_csv_origin(csv, level);
+        kt_csv_origin(csv, isa);
         kt_csv_line(csv);
     }
     return !trusted ? KT_BENCH_FAILED : fits ? KT_BENCH_DONE : KT_BENCH_MISSED;
@@ -92,7 +92,7 @@ static int measure(const struct subject *s, const kt_bench_options *options, kt_
     static kt_bench_times times[WAYS];
     kt_error error;
     int made, result = KT_BENCH_FAILED;
-    if (make_all(s, options->level, bars, &made, &error) == KT_OK) {
+    if (make_all(s, options->isa, bars, &made, &error) == KT_OK) {
         for (int k = 0; k < made; k++)
             tasks[k] = (kt_bench_task){kt_bars_accelerate, &bars[k]};
         for (int k = 0; k < made; k++)
@@ -120,7 +120,7 @@ int main(int argc, char **argv) {
     kt_csv csv;
     if (!kt_csv_open(&csv, options.csv, columns))
         return KT_BENCH_FAILED;
-    kt_bench_heading("Plane mechanisms in the plane and in space", options.level, options.csv);
+    kt_bench_heading("Plane mechanisms in the plane and in space", options.isa, options.csv);
     printf("Accelerations, us a call (lower quartile), and what the loops alone take.\n\n%18s |%9s%9s%8s |%9s%9s%8s "
            "|%7s%9s\n",
            "", "planar", "spatial", "ratio", "planar", "spatial", "ratio", "alloc.", "apart");

@@ -88,7 +88,7 @@ static void write_line(kt_csv *csv, const kt_scaling_line *l) {
         kt_csv_number(csv, l->set_up);
         kt_csv_number(csv, (double)l->allocations);
         kt_csv_number(csv, l->error);
-        kt_csv_origin(csv, l->level);
+        kt_csv_origin(csv, l->isa);
         kt_csv_line(csv);
     }
 }
@@ -140,23 +140,23 @@ static int chain_lengths(int max, int *lengths) {
     return count;
 }
 
-static int run_levels(const int *lengths, int count, const kt_bench_options *options, kt_csv *csv) {
+static int run_isas(const int *lengths, int count, const kt_bench_options *options, kt_csv *csv) {
     printf("\nInstruction sets in turns, ns a body:\n\n");
     for (int i = 0; i < count; i++) {
         kt_scaling_line lines[KT_SCALING_ISAS];
-        int levels = 0;
+        int isas = 0;
         kt_error error;
-        if (kt_scaling_compare_isas(lengths[i], options, lines, &levels, &error) != KT_OK)
+        if (kt_scaling_compare_isas(lengths[i], options, lines, &isas, &error) != KT_OK)
             return kt_bench_tell(&error);
         printf("%7d", lengths[i]);
         for (int call = 0; call < KT_SCALING_RK4; call++) {
             printf(" | %s", kt_scaling_call[call]);
-            for (int k = 0; k < levels; k++)
-                printf("  %s %6.1f", kt_bench_isa_name(lines[k].level), 1e9 * lines[k].times[call].low / lengths[i]);
+            for (int k = 0; k < isas; k++)
+                printf("  %s %6.1f", kt_bench_isa_name(lines[k].isa), 1e9 * lines[k].times[call].low / lengths[i]);
         }
         printf("\n");
         (void)fflush(stdout);
-        for (int k = 0; k < levels; k++)
+        for (int k = 0; k < isas; k++)
             write_line(csv, &lines[k]);
     }
     return KT_BENCH_DONE;
@@ -298,7 +298,7 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         if (kt_scaling_measure(lengths[i], options, &lines[i], &error) != KT_OK)
             return kt_bench_tell(&error);
         if (i == 0) {
-            kt_bench_heading("Chains of n links on revolute joints", lines[i].level, options->csv);
+            kt_bench_heading("Chains of n links on revolute joints", lines[i].isa, options->csv);
             print_heading();
         }
         print_line(&lines[i]);
@@ -313,7 +313,7 @@ static int run(const kt_bench_options *options, kt_scaling_line *lines, kt_csv *
         run_steps(options, csv, &trusted, &brief) != KT_BENCH_DONE ||
         run_closed(options, csv, &trusted, &closed) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
-    if (options->levels && run_levels(lengths, count, options, csv) != KT_BENCH_DONE)
+    if (options->isas && run_isas(lengths, count, options, csv) != KT_BENCH_DONE)
         return KT_BENCH_FAILED;
     return !trusted                                                                   ? KT_BENCH_FAILED
            : options->check && !(linear && cheap && spare && brief && lean && closed) ? KT_BENCH_MISSED

@@ -31,7 +31,7 @@ enum { KT_SCALING_MASS_MAX = 2000 }; /* longest chain whose mass matrix is fille
 
 typedef struct kt_scaling_line {
     int n;
-    kt_isa level;
+    kt_isa isa;
     bool measured[KT_SCALING_CALLS];
     kt_bench_times times[KT_SCALING_CALLS];
     double set_up;                  /* s: description, model, data */

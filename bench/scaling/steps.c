@@ -115,7 +115,7 @@ static kt_status time_all(steps *s, bool closed, const kt_bench_options *options
         {closed ? run_derivatives : run_tree_derivatives, s}, {run_matrices, s}, {run_motion, s}, {run_gradient, s}};
     kt_bench_times times[CALLS];
     line->n = s->n;
-    line->level = kt_model_isa(s->model);
+    line->isa = kt_model_isa(s->model);
     line->model = kt_model_size(s->model);
     line->data = kt_data_size(s->model);
     line->error = error_of(s);
@@ -162,7 +162,7 @@ static kt_status measure(steps *s, bool closed, const kt_bench_options *options,
 
 kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     kt_chain chain;
-    kt_status status = kt_chain_make(n, options->level, false, &chain, error);
+    kt_status status = kt_chain_make(n, options->isa, false, &chain, error);
     *line = (kt_scaling_line){.set_up = chain.set_up};
     if (status == KT_OK) {
         steps s = {
@@ -176,7 +176,7 @@ kt_status kt_scaling_steps(int n, const kt_bench_options *options, kt_scaling_li
 kt_status kt_scaling_closed_steps(int loops, const kt_bench_options *options, kt_scaling_line *line, kt_error *error) {
     kt_bars bars;
     kt_model_options chosen = kt_model_options_default();
-    chosen.isa = options->level;
+    chosen.isa = options->isa;
     kt_status status = kt_bars_make(KT_BARS_CHAINED, loops, false, KT_FORMULATION_TREE, &chosen, &bars, error);
     *line = (kt_scaling_line){.set_up = bars.set_up};
     if (status == KT_OK) {

@@ -324,7 +324,7 @@ typedef struct kt_integrator_callbacks {
  * autonomous (NULL: it may depend): whether f does not depend on t, so that a Rosenbrock method need not find its
  * slope.
  *
- * time_slope (NULL: none): writes df/dt at (t, y), where f = dydt, to slope: n values, which are zero before; just
+ * time_derivative (NULL: none): writes df/dt at (t, y), where f = dydt, to slope: n values, which are zero before; just
  * after t where f has a corner. > 0: it is not known, and is found by differences of f.
  *
  * solve: re + i im becomes (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its kind;
@@ -334,7 +334,8 @@ typedef struct kt_newton {
     int (*factor)(kt_complex sigma, void *user);                                /* of sigma - J */
     int (*solve)(double *re, double *im, void *user);                           /* with these factors */
     bool (*autonomous)(void *user); /* Rosenbrock: whether f does not depend on t; NULL: it may */
-    int (*time_slope)(double t, const double *y, const double *dydt, double *slope, void *user); /* Rosenbrock: df/dt */
+    int (*time_derivative)(double t, const double *y, const double *dydt, double *slope,
+                           void *user); /* Rosenbrock: df/dt */
 } kt_newton;
 
 /* A relative tolerance below this, the rounding of numbers (2^-52), is refused: no step could meet it. */

@@ -7,21 +7,21 @@
 #define KT_PASTE(a, b) KT_PASTE_(a, b)
 #define KT_KERNEL(name) KT_PASTE(name##_, KT_ISA)
 
-/* Calls name_LEVEL with arguments in parentheses; result: `x =`, or nothing. */
+/* Calls name_ISA with arguments in parentheses; result: `x =`, or nothing. */
 #ifdef KT_ISAS
-#define KT_BY_LEVEL(level, result, name, arguments)                                                                    \
+#define KT_BY_ISA(isa, result, name, arguments)                                                                        \
     do {                                                                                                               \
-        if ((level) == KT_ISA_V4)                                                                                      \
+        if ((isa) == KT_ISA_V4)                                                                                        \
             result name##_v4 arguments;                                                                                \
-        else if ((level) == KT_ISA_V3)                                                                                 \
+        else if ((isa) == KT_ISA_V3)                                                                                   \
             result name##_v3 arguments;                                                                                \
         else                                                                                                           \
             result name##_baseline arguments;                                                                          \
     } while (0)
 #else
-#define KT_BY_LEVEL(level, result, name, arguments)                                                                    \
+#define KT_BY_ISA(isa, result, name, arguments)                                                                        \
     do {                                                                                                               \
-        (void)(level); /* a parameter that is for it alone counts as used */                                           \
+        (void)(isa); /* a parameter that is for it alone counts as used */                                             \
         result name##_baseline arguments;                                                                              \
     } while (0)
 #endif

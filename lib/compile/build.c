@@ -390,12 +390,12 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         kt_articulated_number(m);
         size_links(b);
         kt_planar_links_fill(m, b->moves);
-        m->level = kt_isa_resolve(options->isa);
+        m->isa = kt_isa_resolve(options->isa);
         gear_links(b);
         m->forward = kt_forward_tree;
         if (KT_HAS_LOOPS)
-            m->reduction = kt_reduction_kind_of(options->reduction, m->level);
-        if (m->level == KT_ISA_AUTO)
+            m->reduction = kt_reduction_kind_of(options->reduction, m->isa);
+        if (m->isa == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.isa",
                                   "this processor or build does not have that instruction set; use KT_ISA_AUTO");
     }

@@ -128,7 +128,7 @@ static const double *weights_of(const double *weight, const kt_loop_record *loop
 static double differentiate_power(const kt_support *w, int32_t k, const kt_end_wrench wrench[2], const double *p) {
     double sum = 0.0;
     for (int32_t i = 0; i < w->count; i++)
-        sum += p[w->x->dof[i].v] * kt_support_slope(w, i, k, KT_BY_POSITION, wrench);
+        sum += p[w->x->dof[i].v] * kt_support_derivative(w, i, k, KT_BY_POSITION, wrench);
     return sum;
 }
 

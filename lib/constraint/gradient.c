@@ -9,7 +9,7 @@ void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const doub
         if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time */
             continue;
         if (model->sweep == KT_SWEEP_PLANAR)
-            KT_BY_LEVEL(model->level, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));
+            KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));
         else
             kt_dual_loop_gradient(model, data, t, q, (int32_t)i, sum, dof, chain, by_q, by_v);
     }
@@ -25,7 +25,7 @@ static void add_gradient(const kt_model *model, const kt_data *data, int32_t ind
                          double *work, double *to, size_t stride) {
     const kt_loop_record *loop = &model->loop[index];
     memset(work, 0, 2 * model->n.v * sizeof *work);
-    KT_BY_LEVEL(model->level, , kt_planar_loop_gradient, (model, data, index, sum, work, work + model->n.v));
+    KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, data, index, sum, work, work + model->n.v));
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < loop->length[k]; i++) {
             const size_t j = (size_t)coordinate_of(model, loop, k, i);

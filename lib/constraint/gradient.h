@@ -24,9 +24,9 @@ void kt_loop_matrices(const kt_model *model, kt_data *data, double t, const doub
                       double *c_q);
 
 /* The sum of one loop in a plane. */
-#define KT_LOOP_GRADIENT_DECLARE(level)                                                                                \
-    void kt_planar_loop_gradient_##level(const kt_model *model, const kt_data *data, int32_t index,                    \
-                                         const kt_loop_sum *sum, double *by_q, double *by_v);
+#define KT_LOOP_GRADIENT_DECLARE(isa)                                                                                  \
+    void kt_planar_loop_gradient_##isa(const kt_model *model, const kt_data *data, int32_t index,                      \
+                                       const kt_loop_sum *sum, double *by_q, double *by_v);
 KT_LOOP_GRADIENT_DECLARE(baseline)
 KT_LOOP_GRADIENT_DECLARE(v3)
 KT_LOOP_GRADIENT_DECLARE(v4)

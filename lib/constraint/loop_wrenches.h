@@ -6,8 +6,8 @@
 
 /* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
  * loops (one wrench for each loop, on the second end about the first end's point). */
-#define KT_REACT_DECLARE(level)                                                                                        \
-    void kt_react_##level(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
+#define KT_REACT_DECLARE(isa)                                                                                          \
+    void kt_react_##isa(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 KT_REACT_DECLARE(baseline)
 KT_REACT_DECLARE(v3)
 KT_REACT_DECLARE(v4)

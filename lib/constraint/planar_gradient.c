@@ -110,34 +110,34 @@ static void add_along(gradient *g, const kt_v2 sum[FIELDS]) {
     g->by_w[0] += 2.0 * (kt_v2_dot(turned, rate) - w * kt_v2_dot(pi, d));
 }
 
-/* Of a row of theta; slope: s, s', s''. */
-static void add_turn(gradient *g, const double slope[3], const double weight[FIELDS]) {
+/* Of a row that is a function of theta; s: its first three derivatives. */
+static void add_turn(gradient *g, const double s[3], const double weight[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const double w = two->w[MOTION] - one->w[MOTION], alpha = two->alpha - one->alpha;
-    double by_angle = weight[MOTION] * (slope[1] * alpha + slope[2] * w * w);
+    double by_angle = weight[MOTION] * (s[1] * alpha + s[2] * w * w);
     for (int f = 0; f < MOTION; f++)
-        by_angle += weight[f] * slope[1] * (two->w[f] - one->w[f]);
+        by_angle += weight[f] * s[1] * (two->w[f] - one->w[f]);
     for (int k = 0; k < 2; k++) {
         const double sign = k ? 1.0 : -1.0;
         g->by_angle[k] += sign * by_angle;
-        g->by_w[k] += sign * weight[MOTION] * 2.0 * slope[1] * w;
+        g->by_w[k] += sign * weight[MOTION] * 2.0 * s[1] * w;
     }
 }
 
 /* phi = factor p, p = 4 tan(theta / 4): dp/dtheta = 1 + p^2 / 16. */
-static void find_turn(double cosine, double sine, double factor, double slope[3]) {
-    const double p = kt_planar_turn(cosine, sine), rise = 1.0 + p * p / 16.0;
-    slope[0] = factor * rise;
-    slope[1] = factor * 0.125 * p * rise;
-    slope[2] = factor * 0.125 * rise * (1.0 + 3.0 * p * p / 16.0);
+static void find_turn(double cosine, double sine, double factor, double s[3]) {
+    const double p = kt_planar_turn(cosine, sine), dp = 1.0 + p * p / 16.0;
+    s[0] = factor * dp;
+    s[1] = factor * 0.125 * p * dp;
+    s[2] = factor * 0.125 * dp * (1.0 + 3.0 * p * p / 16.0);
 }
 
 /* phi = 2 c / (1 + |s|) */
-static void find_normal(double cosine, double sine, double slope[3]) {
+static void find_normal(double cosine, double sine, double s[3]) {
     const double one = 1.0 + fabs(sine), sign = copysign(1.0, sine);
-    slope[0] = -2.0 * sign / one;
-    slope[1] = 2.0 * cosine / (one * one);
-    slope[2] = -2.0 * sine / (one * one) - 4.0 * cosine * cosine * sign / (one * one * one);
+    s[0] = -2.0 * sign / one;
+    s[1] = 2.0 * cosine / (one * one);
+    s[2] = -2.0 * sine / (one * one) - 4.0 * cosine * cosine * sign / (one * one * one);
 }
 
 static void add_distance(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
@@ -173,7 +173,7 @@ static void add_rows(gradient *g, const kt_loop_sum *sum) {
         const int32_t at = g->loop->equation + row->row;
         const double weight[FIELDS] = {sum->lambda[0] ? sum->lambda[0][at] : 0.0,
                                        sum->lambda[1] ? sum->lambda[1][at] : 0.0, sum->pi ? sum->pi[at] : 0.0};
-        double cosine, sine, slope[3];
+        double cosine, sine, s[3];
         if (row->kind == KT_PLANAR_ROW_ALONG) {
             const kt_v2 e = kt_planar_sum(kt_v2_load(one->rotation), row->e[0], row->e[1]);
             for (int f = 0; f < FIELDS; f++)
@@ -183,10 +183,10 @@ static void add_rows(gradient *g, const kt_loop_sum *sum) {
         } else {
             kt_planar_angle(flat, &relative, &cosine, &sine);
             if (row->kind == KT_PLANAR_ROW_ROTATION)
-                find_turn(cosine, sine, row->constant, slope);
+                find_turn(cosine, sine, row->constant, s);
             else
-                find_normal(cosine, sine, slope);
-            add_turn(g, slope, weight);
+                find_normal(cosine, sine, s);
+            add_turn(g, s, weight);
         }
     }
     add_along(g, axes);

@@ -132,9 +132,9 @@ KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, con
                                                  const kt_planar_relative *r, kt_planar_wrench *w) {
     double c, s;
     kt_planar_angle(flat, r, &c, &s);
-    const double p = kt_planar_turn(c, s), slope = 1.0 + p * p / 16.0;
+    const double p = kt_planar_turn(c, s), derivative = 1.0 + p * p / 16.0;
     w->force[0] = w->force[1] = 0.0;
-    w->moment = row->constant * slope;
+    w->moment = row->constant * derivative;
     return (kt_planar_value){.residual = row->constant * p, .bias = 0.125 * p * w->moment * (r->w * r->w)};
 }
 
@@ -155,7 +155,7 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
     kt_curve_evaluate(&loop->curve, model->number, t, length);
     const double *d = r->d, h = flat->height, d2 = d[0] * d[0] + d[1] * d[1] + h * h;
     const bool apart = d2 > DBL_MIN; /* as in loop/distance.c */
-    const double norm = apart ? sqrt(d2) : 0.0, rise = apart ? h / norm : 0.0;
+    const double norm = apart ? sqrt(d2) : 0.0, sine = apart ? h / norm : 0.0;
     if (apart) {
         w->force[0] = d[0] / norm;
         w->force[1] = d[1] / norm;
@@ -165,7 +165,7 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
     w->moment = 0.0;
     const double across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
     const double speed2 = r->rate[0] * r->rate[0] + r->rate[1] * r->rate[1];
-    const double bias = apart ? (across * across + rise * rise * speed2) / norm : 0.0;
+    const double bias = apart ? (across * across + sine * sine * speed2) / norm : 0.0;
     return (kt_planar_value){.residual = norm - length[0],
                              .rate = -length[1],
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};

@@ -138,8 +138,8 @@ typedef struct kt_end_wrench {
 
 /* The derivative of joint force i with respect to q_k or v_k: S_i . dW, and (S_k x S_i) . W where S_i is carried
  * along. */
-static inline double kt_support_slope(const kt_support *w, int32_t i, int32_t k, kt_direction along,
-                                      const kt_end_wrench p[2]) {
+static inline double kt_support_derivative(const kt_support *w, int32_t i, int32_t k, kt_direction along,
+                                           const kt_end_wrench p[2]) {
     const kt_support_dof *by = &w->x->dof[k], *at = &w->x->dof[i];
     const kt_vector moment = p[at->end].moment, force = p[at->end].force;
     const double x =
@@ -155,7 +155,7 @@ static inline double kt_support_slope(const kt_support *w, int32_t i, int32_t k,
 static inline void kt_support_subtract(const kt_support *w, int32_t k, kt_direction along, const kt_end_wrench p[2],
                                        double *d) {
     for (int32_t i = 0; i < w->count; i++)
-        d[w->x->dof[i].v] -= kt_support_slope(w, i, k, along, p);
+        d[w->x->dof[i].v] -= kt_support_derivative(w, i, k, along, p);
 }
 
 #endif

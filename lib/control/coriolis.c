@@ -33,7 +33,7 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     if (status != KT_OK)
         return status;
     double *c = (double *)w.dv;
-    for (size_t i = 0; i < nv && model->geared; i++)
+    for (size_t i = 0; i < nv && model->has_armature; i++)
         ((double *)w.dtau)[i * (nv + 1)] -= model->armature[i];
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];

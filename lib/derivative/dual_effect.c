@@ -2,7 +2,7 @@
  * none in closed form (effect/effect.h), and to hold these against. */
 #include "derivative/dual_effect.h"
 
-/* What is changed of the last end, in the order of kt_effect_slopes. */
+/* What is changed of the last end, in the order of kt_effect_jacobian. */
 enum { ROTATION, DISPLACEMENT, OMEGA, VELOCITY, CHANGES };
 
 /* An end, as dual numbers along a change (none: CHANGES) in the direction e. */
@@ -20,10 +20,10 @@ static kt_effect_frame frame_of(const kt_effect_end *end, int changed, kt_v4 e) 
     };
 }
 
-void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_slopes *slopes) {
+void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                             kt_effect_jacobian *jacobian) {
     const int last = effect->ends - 1;
-    *slopes = (kt_effect_slopes){.at_point = false};
+    *jacobian = (kt_effect_jacobian){.at_point = false};
     for (int changed = 0; changed < CHANGES; changed++) {
         kt_vec3 moment[3], force[3];
         for (int k = 0; k < 3; k++) {
@@ -36,19 +36,19 @@ void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers
             kt_effect_kind_of(effect->type)->wrench(effect, numbers, frames, t, wrench, NULL);
             moment[k] = kt_v4_vec3(kt_vector_derivative(wrench[last].moment));
             force[k] = kt_v4_vec3(kt_vector_derivative(wrench[last].force));
-            slopes->moment = kt_v4_vec3(kt_vector_value(wrench[last].moment));
-            slopes->force = kt_v4_vec3(kt_vector_value(wrench[last].force));
+            jacobian->moment = kt_v4_vec3(kt_vector_value(wrench[last].moment));
+            jacobian->force = kt_v4_vec3(kt_vector_value(wrench[last].force));
         }
-        kt_mat3(*matrix)[2] = changed < OMEGA ? slopes->stiffness : slopes->damping;
+        kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
         matrix[0][changed % 2] = (kt_mat3){moment[0], moment[1], moment[2]};
         matrix[1][changed % 2] = (kt_mat3){force[0], force[1], force[2]};
     }
 }
 
-void kt_dual_joint_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                          double slope[2]) {
+void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                               double derivative[2]) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     for (int k = 0; k < 2; k++)
-        slope[k] = kt_derivative_of(kind->joint_force(effect, numbers, kt_dual_make(q, k ? 0.0 : 1.0),
-                                                      kt_dual_make(v, k ? 1.0 : 0.0), t, NULL));
+        derivative[k] = kt_derivative_of(kind->joint_force(effect, numbers, kt_dual_make(q, k ? 0.0 : 1.0),
+                                                           kt_dual_make(v, k ? 1.0 : 0.0), t, NULL));
 }

@@ -5,9 +5,9 @@
 #include "effect/effect.h"
 
 /* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
-void kt_dual_effect_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_slopes *slopes);
-void kt_dual_joint_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                          double slope[2]);
+void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                             kt_effect_jacobian *jacobian);
+void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                               double derivative[2]);
 
 #endif

@@ -4,7 +4,7 @@
  * ground, is -W about the same point. With S_k = (s_k, j_k) a degree of freedom expressed about p (its rotation, and
  * its velocity at p) and sigma_k = 1 where it moves the last end, -1 where it moves the other,
  *     tau_i = sigma_i S_i . W
- * Only the relative motion changes W, by the matrices of the effect (kt_effect_slopes):
+ * Only the relative motion changes W, by the matrices of the effect (kt_effect_jacobian):
  *     with v_k:   dW = sigma_k C S_k
  *     with q_k:   dW = g_k                     of the last end
  *                 dW = s_k x W - g_k           of the other, as both ends' displacement rotates W
@@ -127,7 +127,7 @@ static inline void add_product(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
     *y += kt_v4_apply(a, x);
 }
 
-static inline pair apply(const kt_effect_slopes *of, const kt_mat3 matrix[2][2], pair x) {
+static inline pair apply(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2], pair x) {
     pair y = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
     add_product(matrix[1][1], x.b, &y.b);
     if (of->at_point)
@@ -144,7 +144,7 @@ typedef struct columns {
 } columns;
 
 /* velocity: of the last end, relative to the tree of k. */
-static void find_columns(const kt_effect_slopes *of, kt_v4 omega, kt_v4 velocity, const kt_effect_dof *k, bool last,
+static void find_columns(const kt_effect_jacobian *of, kt_v4 omega, kt_v4 velocity, const kt_effect_dof *k, bool last,
                          columns *out) {
     const kt_v4 m = of->at_point ? kt_v4_splat(0.0) : kt_v4_from(of->moment), f = kt_v4_from(of->force);
     const pair s = {k->s[0], k->s[1]};
@@ -197,20 +197,20 @@ static void subtract_column(const state *s, const kt_effect_dof *k, size_t count
 
 static void subtract_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-    kt_effect_slopes slopes = {.at_point = false};
+    kt_effect_jacobian jacobian = {.at_point = false};
     ends e;
     const size_t count = find_ends(s, effect, &e);
     if (count == 0)
         return;
-    if (kind->slopes)
-        kind->slopes(effect, s->model->number, e.end, s->t, &slopes);
+    if (kind->jacobian)
+        kind->jacobian(effect, s->model->number, e.end, s->t, &jacobian);
     else
-        kt_dual_effect_slopes(effect, s->model->number, e.end, s->t, &slopes);
+        kt_dual_effect_jacobian(effect, s->model->number, e.end, s->t, &jacobian);
     for (size_t b = 0; b < count; b++) {
         const kt_effect_dof *k = &s->path[b];
         const end_motion *last = &e.motion[e.last];
         columns c;
-        find_columns(&slopes, last->omega, last->velocity - e.base[k->end].b, k, k->end == e.last, &c);
+        find_columns(&jacobian, last->omega, last->velocity - e.base[k->end].b, k, k->end == e.last, &c);
         subtract_column(s, k, count, &c, d_q, d_v);
     }
 }
@@ -220,10 +220,11 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     const kt_link *link = &s->model->link[effect->link[0]];
     const double q = s->q[link->q], v = s->v[link->v];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
-    double slope[2] = {0.0, 0.0};
-    (kind->joint_slopes ? kind->joint_slopes : kt_dual_joint_slopes)(effect, s->model->number, q, v, s->t, slope);
-    d_q[diagonal] -= slope[0];
-    d_v[diagonal] -= slope[1];
+    double derivative[2] = {0.0, 0.0};
+    (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(effect, s->model->number, q, v,
+                                                                                    s->t, derivative);
+    d_q[diagonal] -= derivative[0];
+    d_v[diagonal] -= derivative[1];
 }
 
 void kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,

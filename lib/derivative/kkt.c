@@ -32,7 +32,7 @@ static kt_kkt_sizes sizes_of(const kt_model *model) {
         s.steps += (size_t)group->link_count;
         s.width = larger(s.width, (size_t)group->front.width);
         s.vectors = larger(s.vectors, kt_front_vectors(&group->front));
-        s.level = larger(s.level, kt_front_level(&group->front));
+        s.stride = larger(s.stride, kt_front_stride(&group->front));
         s.kept = larger(s.kept, kept_of(group));
     }
     return s;
@@ -54,7 +54,7 @@ kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, con
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "equations of motion",
                             "the loops' equations overflow: look for a position that is huge");
     bool done;
-    KT_BY_LEVEL(w->model->level, done =, kt_kkt_reduce, (w));
+    KT_BY_ISA(w->model->isa, done =, kt_kkt_reduce, (w));
     if (!done)
         return kt_error_set(error, KT_ERROR_SINGULAR, "equations of motion",
                             "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
@@ -62,11 +62,11 @@ kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, con
 }
 
 void kt_kkt_solve(const kt_kkt *w, size_t columns, double *f, const double *b) {
-    KT_BY_LEVEL(w->model->level, , kt_kkt_solve, (w, columns, f, b));
+    KT_BY_ISA(w->model->isa, , kt_kkt_solve, (w, columns, f, b));
 }
 
 void kt_kkt_apply_mass(const kt_kkt *w, size_t columns, double *x) {
-    KT_BY_LEVEL(w->model->level, , kt_kkt_apply_mass, (w, columns, x));
+    KT_BY_ISA(w->model->isa, , kt_kkt_apply_mass, (w, columns, x));
 }
 
 size_t kt_kkt_dofs(const kt_kkt *w) {
@@ -77,5 +77,5 @@ size_t kt_kkt_dofs(const kt_kkt *w) {
 }
 
 void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z) {
-    KT_BY_LEVEL(w->model->level, , kt_kkt_restrict, (w, kt_kkt_dofs(w), columns, x, z));
+    KT_BY_ISA(w->model->isa, , kt_kkt_restrict, (w, kt_kkt_dofs(w), columns, x, z));
 }

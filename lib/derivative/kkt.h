@@ -39,9 +39,9 @@ enum { KT_KKT_LANES = 8 };
 
 typedef struct kt_kkt_sizes {
     size_t links, v, rows, groups;
-    size_t steps, width;   /* of all fronts; the largest number of parameters */
-    size_t vectors, level; /* the most of a front */
-    size_t maps, kept;     /* numbers of the maps of all groups; the most kept of a front's energies */
+    size_t steps, width;    /* of all fronts; the largest number of parameters */
+    size_t vectors, stride; /* the most of a front */
+    size_t maps, kept;      /* numbers of the maps of all groups; the most kept of a front's energies */
 } kt_kkt_sizes;
 
 /* Every array: type, name, count, meaning. What has a lane a right-hand side holds KT_KKT_LANES times as many
@@ -59,8 +59,8 @@ typedef struct kt_kkt_sizes {
     X(double, x, KT_KKT_LANES * s->v, "f, then y, then x")                                                             \
     X(double, b, KT_KKT_LANES * s->rows, "b by groups and slots")                                                      \
     X(double, constant, KT_KKT_LANES * s->vectors, "the known parts of the accelerations in slots")                    \
-    X(double, pull, KT_KKT_LANES * s->level, "g")                                                                      \
-    X(double, z, KT_KKT_LANES * s->level, "A and p_t, or e")                                                           \
+    X(double, pull, KT_KKT_LANES * s->stride, "g")                                                                     \
+    X(double, z, KT_KKT_LANES * s->stride, "A and p_t, or e")                                                          \
     X(double, found, KT_KKT_LANES * s->steps * s->width, "p0 of each step, then p")                                    \
     X(double, force, KT_KKT_LANES * s->v, "h of a group by dense matrices")                                            \
     X(double, response, KT_KKT_LANES * s->v, "its y")
@@ -96,12 +96,12 @@ void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z
 
 /* The kernels: kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom;
  * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
-#define KT_KKT_DECLARE(level)                                                                                          \
-    bool kt_kkt_reduce_##level(kt_kkt *);                                                                              \
-    bool kt_kkt_reduce_front_##level(kt_kkt *, size_t, double *);                                                      \
-    void kt_kkt_solve_##level(const kt_kkt *, size_t, double *, const double *);                                       \
-    void kt_kkt_apply_mass_##level(const kt_kkt *, size_t, double *);                                                  \
-    void kt_kkt_restrict_##level(const kt_kkt *, size_t, size_t, const double *, double *);
+#define KT_KKT_DECLARE(isa)                                                                                            \
+    bool kt_kkt_reduce_##isa(kt_kkt *);                                                                                \
+    bool kt_kkt_reduce_front_##isa(kt_kkt *, size_t, double *);                                                        \
+    void kt_kkt_solve_##isa(const kt_kkt *, size_t, double *, const double *);                                         \
+    void kt_kkt_apply_mass_##isa(const kt_kkt *, size_t, double *);                                                    \
+    void kt_kkt_restrict_##isa(const kt_kkt *, size_t, size_t, const double *, double *);
 KT_KKT_DECLARE(baseline)
 KT_KKT_DECLARE(v3)
 KT_KKT_DECLARE(v4)

@@ -78,7 +78,7 @@ static kt_status refactor(const kt_model *model, kt_data *data, kt_error *error)
         some |= data->special_form[g];
     if (!some)
         return KT_OK;
-    KT_BY_LEVEL(model->level, fine =, kt_groups_refactor, (model, data));
+    KT_BY_ISA(model->isa, fine =, kt_groups_refactor, (model, data));
     return fine ? kt_loops_refuse_singular(model, data, error) : refuse_overflow(error);
 }
 
@@ -87,7 +87,7 @@ kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const do
     const kt_status status = refactor(model, data, error);
     if (status != KT_OK)
         return status;
-    KT_BY_LEVEL(model->level, , kt_groups_multipliers_of, (model, data, force));
+    KT_BY_ISA(model->isa, , kt_groups_multipliers_of, (model, data, force));
     exchange(model, data, MULTIPLIER, NULL, lambda);
     return KT_OK;
 }

@@ -339,14 +339,14 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
 }
 
 /* The same of a link that may have armature. */
-static __attribute__((noinline, unused)) void kt_link_respond_geared(const kt_model *model, kt_data *data, size_t i,
-                                                                     double *a) {
+static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_model *model, kt_data *data, size_t i,
+                                                                       double *a) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *parent = &data->motion[link->parent];
     kt_link_motion *m = &data->motion[i];
     kt_articulated *kept = &data->articulated[link->articulated];
     kt_subspace s;
-    if (!link->geared || kt_link_dofs(link) == 1) {
+    if (!link->has_armature || kt_link_dofs(link) == 1) {
         kt_link_respond(model, data, i, a);
         return;
     }
@@ -403,12 +403,12 @@ KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data
 
 #ifdef KT_ISA
 /* The same of a link that may have armature. */
-static __attribute__((noinline, unused)) kt_elimination kt_eliminate_geared(const kt_model *model, kt_data *data,
-                                                                            size_t i, const double *tau,
-                                                                            kt_articulated *x, void *context) {
-    if (!model->link[i].geared)
+static __attribute__((noinline, unused)) kt_elimination kt_eliminate_armature(const kt_model *model, kt_data *data,
+                                                                              size_t i, const double *tau,
+                                                                              kt_articulated *x, void *context) {
+    if (!model->link[i].has_armature)
         return kt_eliminate_joint(model, data, i, tau, x, context);
-    return KT_KERNEL(kt_project_geared)(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+    return KT_KERNEL(kt_project_armature)(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
 }
 #endif
 

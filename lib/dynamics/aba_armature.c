@@ -11,8 +11,8 @@
  *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
  * Stores y and d U: of one degree of freedom as kt_articulated_project_axis does, of several with d in the link's
  * articulated inertia (kt_armature_gain). */
-bool KT_KERNEL(kt_project_geared)(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                  kt_articulated *x) {
+bool KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                    kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
     kt_articulated *kept = &data->articulated[link->articulated];
@@ -51,20 +51,20 @@ bool KT_KERNEL(kt_project_geared)(const kt_model *model, kt_data *data, size_t i
     return true;
 }
 
-size_t KT_KERNEL(kt_geared_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                    const double *tau, const kt_wrench *external, double *a) {
+size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                      const double *tau, const kt_wrench *external, double *a) {
     const size_t end = model->n.spatial;
     kt_articulated_motion(model, data, q, v, end);
     if (external)
         kt_external_set(model, data, external);
-    const size_t failed = kt_articulated_backward(model, data, tau, end, kt_eliminate_geared, NULL);
+    const size_t failed = kt_articulated_backward(model, data, tau, end, kt_eliminate_armature, NULL);
     if (!failed)
-        kt_articulated_forward(model, data, end, kt_link_respond_geared, a);
+        kt_articulated_forward(model, data, end, kt_link_respond_armature, a);
     return failed;
 }
 
-size_t KT_KERNEL(kt_planar_geared_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                           const double *tau, const kt_wrench *external, double *a) {
+size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                             const double *tau, const kt_wrench *external, double *a) {
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
         kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
@@ -72,7 +72,8 @@ size_t KT_KERNEL(kt_planar_geared_forward)(const kt_model *model, kt_data *data,
         kt_planar_external(model, data->planar, external);
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
-        const size_t failed = kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_geared, NULL);
+        const size_t failed =
+            kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_armature, NULL);
         if (failed)
             return model->n.spatial + failed - 1;
         kt_planar_articulated_forward(model, data, plane, plane->gravity, kt_planar_respond_joint, a, NULL);

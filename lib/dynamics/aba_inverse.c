@@ -17,9 +17,9 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
         return status;
     size_t failed;
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         failed = kt_inverse_compute_v4(model, data, q, terms);
-    else if (model->level == KT_ISA_V3)
+    else if (model->isa == KT_ISA_V3)
         failed = kt_inverse_compute_v3(model, data, q, terms);
     else
 #endif
@@ -34,9 +34,9 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
 
 void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         kt_inverse_apply_v4(model, terms, x);
-    else if (model->level == KT_ISA_V3)
+    else if (model->isa == KT_ISA_V3)
         kt_inverse_apply_v3(model, terms, x);
     else
 #endif

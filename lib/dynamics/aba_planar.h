@@ -86,8 +86,8 @@ KT_INLINE bool kt_planar_project_prismatic(const kt_planar_link *link, const kt_
 }
 
 /* The same of any joint with armature, which adds to S . U alone; U = [J; h] or (n, M u). */
-KT_INLINE bool kt_planar_project_geared(const kt_planar_link *link, const kt_planar_motion *m, double tau,
-                                        kt_planar_inertia *x, kt_planar_response *response) {
+KT_INLINE bool kt_planar_project_armature(const kt_planar_link *link, const kt_planar_motion *m, double tau,
+                                          kt_planar_inertia *x, kt_planar_response *response) {
     double u[2] = {0.0, 0.0};
     if (!link->revolute)
         kt_planar_along(link, m, u);
@@ -288,13 +288,13 @@ KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, c
 
 /* The same of a link that may have armature. */
 static __attribute__((noinline, unused)) kt_elimination
-kt_planar_eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                           kt_planar_carried *x, kt_planar_response *response, void *context) {
+kt_planar_eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                             kt_planar_carried *x, kt_planar_response *response, void *context) {
     kt_planar_inertia whole = kt_planar_unload(x);
     if (!(link->armature > 0.0))
         return kt_planar_eliminate_joint(link, m, tau, x, response, context);
     const double force = link->revolute ? link->sign * tau[link->v] : tau[link->v];
-    if (!kt_planar_project_geared(link, m, force, &whole, response))
+    if (!kt_planar_project_armature(link, m, force, &whole, response))
         return KT_ELIMINATION_SINGULAR;
     kt_planar_shift(&whole, m->offset);
     *x = kt_planar_load(&whole);

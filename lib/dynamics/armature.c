@@ -6,7 +6,7 @@
 #include "dynamics/motion.h"
 
 /* Whether a link has armature. */
-static bool has_armature(const kt_model *model, const kt_link *link) {
+static bool link_has_armature(const kt_model *model, const kt_link *link) {
     bool has = false;
     for (int k = 0; k < kt_link_dofs(link); k++)
         has |= model->armature[link->v + k] > 0.0;
@@ -14,22 +14,22 @@ static bool has_armature(const kt_model *model, const kt_link *link) {
 }
 
 void kt_armature_note(kt_model *model) {
-    model->geared = false;
+    model->has_armature = false;
     for (size_t g = 0; g < model->n.group; g++)
         model->group[g].has_armature = false;
     for (size_t i = 1; i < model->n.link; i++) {
         kt_link *link = &model->link[i];
-        const bool geared = has_armature(model, link);
-        model->geared |= geared;
-        link->geared = geared;
-        if (geared && link->group >= 0)
+        const bool has_armature = link_has_armature(model, link);
+        model->has_armature |= has_armature;
+        link->has_armature = has_armature;
+        if (has_armature && link->group >= 0)
             model->group[link->group].has_armature = true;
         if (i >= model->n.spatial) {
             kt_planar_link *planar = &model->planar[i - model->n.spatial + 1];
             planar->armature = model->armature[link->v];
         }
     }
-    model->kernels = kt_kernels_of(model->level, model->sweep, model->geared);
+    model->kernels = kt_kernels_of(model->isa, model->sweep, model->has_armature);
 }
 
 /* The rate of a degree of freedom, from the motion of its link and of the parent. */
@@ -47,7 +47,7 @@ static void add_energy(const kt_dof *dof, void *context) {
 
 double kt_armature_energy(const kt_model *model, const kt_data *data) {
     rates r = {.twice = 0.0};
-    for (size_t i = 1; i < model->n.link && model->geared; i++) {
+    for (size_t i = 1; i < model->n.link && model->has_armature; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_kinematics *m = &data->kinematics[i], *up = &data->kinematics[link->parent];
         kt_v4 axes[3], parent[3];

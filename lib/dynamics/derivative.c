@@ -15,10 +15,10 @@ typedef struct kernels {
 
 static kernels kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_derivative_forward_v4,
                          kt_derivative_hand_over_v4};
-    if (model->level == KT_ISA_V3)
+    if (model->isa == KT_ISA_V3)
         return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_derivative_forward_v3,
                          kt_derivative_hand_over_v3};
 #endif

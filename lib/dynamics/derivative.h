@@ -125,12 +125,12 @@ typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_
  * says whether joints are projected out (forward dynamics) or not (inverse dynamics). That of kt_derivative_inverse
  * says whether there are external wrenches. The flags of kt_derivative_forward say whether derivatives with respect to
  * tau are wanted and whether there are external wrenches; it returns false if a number is not finite. */
-#define KT_DERIVATIVES_DECLARE(level)                                                                                  \
-    void kt_derivative_terms_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,   \
-                                     kt_motion_kept, bool, kt_derivative_work *);                                      \
-    void kt_derivative_inverse_##level(const kt_model *, bool, kt_derivative_work *);                                  \
-    bool kt_derivative_forward_##level(const kt_model *, bool, bool, kt_derivative_work *);                            \
-    void kt_derivative_hand_over_##level(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
+#define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
+    void kt_derivative_terms_##isa(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,     \
+                                   kt_motion_kept, bool, kt_derivative_work *);                                        \
+    void kt_derivative_inverse_##isa(const kt_model *, bool, kt_derivative_work *);                                    \
+    bool kt_derivative_forward_##isa(const kt_model *, bool, bool, kt_derivative_work *);                              \
+    void kt_derivative_hand_over_##isa(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
 
 KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)

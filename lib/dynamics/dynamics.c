@@ -7,15 +7,15 @@
 #include <stdio.h>
 #include <string.h>
 
-const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep, bool geared) {
-    const int table = (int)sweep + (geared ? (int)KT_SWEEP_COUNT : 0);
+const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
+    const int table = (int)sweep + (has_armature ? (int)KT_SWEEP_COUNT : 0);
 #ifdef KT_ISAS
-    if (level == KT_ISA_V4)
+    if (isa == KT_ISA_V4)
         return &kt_kernels_v4[table];
-    if (level == KT_ISA_V3)
+    if (isa == KT_ISA_V3)
         return &kt_kernels_v3[table];
 #endif
-    (void)level;
+    (void)isa;
     return &kt_kernels_baseline[table];
 }
 

@@ -36,33 +36,33 @@ typedef struct kt_kernels {
  * models with armature, followed by the functions that they consist of; the planar ones compute the planar links. A
  * mass matrix takes two steps: the composites, of which one may not be finite, and the columns; these set the whole
  * lower triangle if velocity coordinates have the order of the links, otherwise zeros are there already. */
-#define KT_KERNELS_DECLARE(level)                                                                                      \
-    extern const kt_kernels kt_kernels_##level[2 * KT_SWEEP_COUNT];                                                    \
-    size_t kt_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,             \
-                              const kt_wrench *, double *);                                                            \
-    bool kt_project_geared_##level(const kt_model *, kt_data *, size_t, const double *, kt_articulated *);             \
-    size_t kt_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
-                                     const kt_wrench *, double *);                                                     \
-    size_t kt_planar_geared_forward_##level(const kt_model *, kt_data *, const double *, const double *,               \
-                                            const double *, const kt_wrench *, double *);                              \
-    void kt_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,               \
+#define KT_KERNELS_DECLARE(isa)                                                                                        \
+    extern const kt_kernels kt_kernels_##isa[2 * KT_SWEEP_COUNT];                                                      \
+    size_t kt_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,               \
                             const kt_wrench *, double *);                                                              \
-    size_t kt_mass_compose_##level(const kt_model *, kt_data *, const double *);                                       \
-    void kt_mass_columns_##level(const kt_model *, const kt_data *, double *);                                         \
-    void kt_mass_mirror_##level(size_t n, double *);                                                                   \
-    size_t kt_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);         \
-    size_t kt_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);             \
-    void kt_force_links_##level(const kt_model *, kt_data *, const double *, const double *);                          \
-    size_t kt_planar_forward_##level(const kt_model *, kt_data *, const double *, const double *, const double *,      \
+    bool kt_project_armature_##isa(const kt_model *, kt_data *, size_t, const double *, kt_articulated *);             \
+    size_t kt_armature_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,      \
                                      const kt_wrench *, double *);                                                     \
-    void kt_planar_inverse_##level(const kt_model *, kt_data *, const double *, const double *, const double *,        \
+    size_t kt_planar_armature_forward_##isa(const kt_model *, kt_data *, const double *, const double *,               \
+                                            const double *, const kt_wrench *, double *);                              \
+    void kt_inverse_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,                 \
+                          const kt_wrench *, double *);                                                                \
+    size_t kt_mass_compose_##isa(const kt_model *, kt_data *, const double *);                                         \
+    void kt_mass_columns_##isa(const kt_model *, const kt_data *, double *);                                           \
+    void kt_mass_mirror_##isa(size_t n, double *);                                                                     \
+    size_t kt_kinematics_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);           \
+    size_t kt_follow_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);               \
+    void kt_force_links_##isa(const kt_model *, kt_data *, const double *, const double *);                            \
+    size_t kt_planar_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,        \
                                    const kt_wrench *, double *);                                                       \
-    size_t kt_planar_mass_compose_##level(const kt_model *, kt_data *, const double *);                                \
-    void kt_planar_mass_columns_##level(const kt_model *, const kt_data *, double *);                                  \
-    size_t kt_planar_kinematics_##level(const kt_model *, kt_data *, const double *, const double *, const double *);  \
-    size_t kt_planar_follow_##level(const kt_model *, kt_data *, const double *, const double *, const double *);
+    void kt_planar_inverse_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,          \
+                                 const kt_wrench *, double *);                                                         \
+    size_t kt_planar_mass_compose_##isa(const kt_model *, kt_data *, const double *);                                  \
+    void kt_planar_mass_columns_##isa(const kt_model *, const kt_data *, double *);                                    \
+    size_t kt_planar_kinematics_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);    \
+    size_t kt_planar_follow_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);
 
-const kt_kernels *kt_kernels_of(kt_isa level, kt_sweep sweep, bool geared);
+const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 
 /* Brings links, groups and kernels of a model in step with its armatures (model->armature); planar links have been
  * filled. O(links). */

@@ -9,12 +9,12 @@ kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const doubl
     const bool weightless = choice & KT_GRADIENT_WEIGHTLESS;
     if (model->sweep == KT_SWEEP_PLANAR && choice & KT_GRADIENT_POSED) {
         kt_planar_gradient_link *flat = (kt_planar_gradient_link *)(void *)links;
-        KT_BY_LEVEL(model->level, , kt_planar_gradient, (model, data, v, a, external, weightless, w, flat, out));
+        KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, v, a, external, weightless, w, flat, out));
         return KT_OK;
     }
     const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
     if (status == KT_OK)
-        KT_BY_LEVEL(model->level, , kt_inverse_gradient, (model, data, v, a, external, weightless, w, links, out));
+        KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, v, a, external, weightless, w, links, out));
     return status;
 }
 
@@ -23,7 +23,7 @@ kt_status kt_tree_respond(const kt_model *model, kt_data *data, const double *q,
     kt_inverse_terms terms;
     if (model->sweep == KT_SWEEP_PLANAR) {
         size_t failed;
-        KT_BY_LEVEL(model->level, failed =, kt_planar_respond, (model, data, q, x, x));
+        KT_BY_ISA(model->isa, failed =, kt_planar_respond, (model, data, q, x, x));
         if (!failed)
             return KT_OK;
     }

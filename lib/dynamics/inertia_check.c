@@ -43,12 +43,13 @@ static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_ar
 }
 
 /* The same of a link that may have armature: a along S, a S_n S_n' in J or a S_f S_f' in M. */
-static bool is_regular_geared(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x, size *s) {
+static bool is_regular_armature(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
+                                size *s) {
     const kt_link *link = &model->link[i];
     kt_articulated all = *x;
     kt_subspace own;
     own.count = 0;
-    if (link->geared)
+    if (link->has_armature)
         kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
     for (int k = 0; k < own.count; k++) {
         const bool slides = kt_v4_dot(own.angular[k], own.angular[k]) == 0.0;
@@ -94,9 +95,10 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
     size s = *size_of(data, i);
     s.trace += link->inertia.xx + link->inertia.yy + link->inertia.zz;
     s.mass += link->mass;
-    if (j->verdict[i] == KT_INERTIA_THERE && !(is_regular_geared(model, data, i, x, &s) &&
-                                               (link->geared ? kt_project_geared_baseline(model, data, i, tau, x)
-                                                             : kt_articulated_project(model, data, i, tau, x)))) {
+    if (j->verdict[i] == KT_INERTIA_THERE &&
+        !(is_regular_armature(model, data, i, x, &s) &&
+          (link->has_armature ? kt_project_armature_baseline(model, data, i, tau, x)
+                              : kt_articulated_project(model, data, i, tau, x)))) {
         j->verdict[i] = KT_INERTIA_NONE;
         j->found++;
     }

@@ -7,9 +7,9 @@
 
 static const kt_factor_kernels *kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         return &kt_factor_kernels_v4;
-    if (model->level == KT_ISA_V3)
+    if (model->isa == KT_ISA_V3)
         return &kt_factor_kernels_v3;
 #endif
     (void)model;

@@ -7,8 +7,7 @@
 enum { KT_BODY_PARAMETERS = 10 };
 
 /* Writes the columns of all bodies, nv rows, from the motion in the data (kinematics of kt_kernels). */
-#define KT_REGRESSOR_DECLARE(level)                                                                                    \
-    void kt_regressor_bodies_##level(const kt_model *model, const kt_data *data, double *y);
+#define KT_REGRESSOR_DECLARE(isa) void kt_regressor_bodies_##isa(const kt_model *model, const kt_data *data, double *y);
 KT_REGRESSOR_DECLARE(baseline)
 KT_REGRESSOR_DECLARE(v3)
 KT_REGRESSOR_DECLARE(v4)

@@ -46,15 +46,14 @@ typedef struct kt_gradient {
  * kt_planar_gradient: of planar links, from their poses in the plane.
  * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau.
  * links: scratch, one for each. */
-#define KT_GRADIENT_DECLARE(level)                                                                                     \
-    void kt_inverse_gradient_##level(const kt_model *model, const kt_data *data, const double *v, const double *a,     \
-                                     const kt_wrench *external, bool weightless, const double *w,                      \
-                                     kt_gradient_link *links, const kt_gradient *out);                                 \
-    void kt_planar_gradient_##level(const kt_model *model, kt_data *data, const double *v, const double *a,            \
-                                    const kt_wrench *external, bool weightless, const double *w,                       \
-                                    kt_planar_gradient_link *links, const kt_gradient *out);                           \
-    size_t kt_planar_respond_##level(const kt_model *model, kt_data *data, const double *q, const double *tau,         \
-                                     double *x);
+#define KT_GRADIENT_DECLARE(isa)                                                                                       \
+    void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const double *v, const double *a,       \
+                                   const kt_wrench *external, bool weightless, const double *w,                        \
+                                   kt_gradient_link *links, const kt_gradient *out);                                   \
+    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,              \
+                                  const kt_wrench *external, bool weightless, const double *w,                         \
+                                  kt_planar_gradient_link *links, const kt_gradient *out);                             \
+    size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const double *q, const double *tau, double *x);
 KT_GRADIENT_DECLARE(baseline)
 KT_GRADIENT_DECLARE(v3)
 KT_GRADIENT_DECLARE(v4)

@@ -22,8 +22,9 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
         const kt_plane *plane = &model->plane[p];
         kt_planar_articulated_motion(model, data, plane, q, model->zero);
         const size_t failed =
-            model->geared ? kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_geared, NULL)
-                          : kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_joint, NULL);
+            model->has_armature
+                ? kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_armature, NULL)
+                : kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_joint, NULL);
         if (failed)
             return model->n.spatial + failed - 1;
         kt_planar_articulated_forward(model, data, plane, still, kt_planar_respond_joint, x, NULL);

@@ -49,20 +49,20 @@ static size_t mixed_follow(const kt_model *model, kt_data *data, const double *q
 
 /* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds it where joints are
  * eliminated (aba.h). */
-static size_t geared_mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                   const double *tau, const kt_wrench *external, double *a) {
-    const size_t failed = KT_KERNEL(kt_geared_forward)(model, data, q, v, tau, external, a);
-    return failed ? failed : KT_KERNEL(kt_planar_geared_forward)(model, data, q, v, tau, external, a);
+static size_t armature_mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                     const double *tau, const kt_wrench *external, double *a) {
+    const size_t failed = KT_KERNEL(kt_armature_forward)(model, data, q, v, tau, external, a);
+    return failed ? failed : KT_KERNEL(kt_planar_armature_forward)(model, data, q, v, tau, external, a);
 }
 
-static void geared_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                           const kt_wrench *external, double *tau) {
+static void armature_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                             const kt_wrench *external, double *tau) {
     KT_KERNEL(kt_kernels)[model->sweep].inverse(model, data, q, v, a, external, tau);
     for (size_t i = 0; i < model->n.v; i++)
         tau[i] += model->armature[i] * a[i];
 }
 
-static size_t geared_mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
+static size_t armature_mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
     const size_t failed = mass(model, data, q, matrix);
     for (size_t i = 0; i < model->n.v && !failed; i++)
         matrix[i * (model->n.v + 1)] += model->armature[i];
@@ -86,8 +86,9 @@ const kt_kernels KT_KERNEL(kt_kernels)[2 * KT_SWEEP_COUNT] = {
     [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass),
     [KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_forward), KT_KERNEL(kt_planar_inverse), mass),
     [KT_SWEEP_MIXED] = KT_KERNELS_MIXED(mixed_forward, mixed_inverse, mass),
-    [KT_SWEEP_COUNT + KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_geared_forward), geared_inverse, geared_mass),
     [KT_SWEEP_COUNT +
-        KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_geared_forward), geared_inverse, geared_mass),
-    [KT_SWEEP_COUNT + KT_SWEEP_MIXED] = KT_KERNELS_MIXED(geared_mixed_forward, geared_inverse, geared_mass),
+        KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_armature_forward), armature_inverse, armature_mass),
+    [KT_SWEEP_COUNT +
+        KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_armature_forward), armature_inverse, armature_mass),
+    [KT_SWEEP_COUNT + KT_SWEEP_MIXED] = KT_KERNELS_MIXED(armature_mixed_forward, armature_inverse, armature_mass),
 };

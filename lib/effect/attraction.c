@@ -32,25 +32,25 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_CONSERVED;
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* The force on the second end is -S d / r^3; outside, with n = d / r, its derivative is -S (1 - 3 n n') / r^3. */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point);
     const double distance = kt_vec3_norm(d), r = fmax(distance, NEAR), f = effect->strength / r / r;
     const kt_vec3 n = kt_vec3_scale(1.0 / r, d);
     const kt_mat3 unit = kt_mat3_identity(),
                   along = kt_outer_product(kt_vec3_scale(distance < NEAR ? 0.0 : -3.0, n), n);
-    slopes->at_point = true;
-    slopes->force = kt_vec3_scale(-f, n);
-    slopes->stiffness[1][1] = kt_mat3_scale(-f / r, kt_mat3_add(unit, along));
-    slopes->damping[1][1] = kt_mat3_scale(0.0, unit);
+    jacobian->at_point = true;
+    jacobian->force = kt_vec3_scale(-f, n);
+    jacobian->stiffness[1][1] = kt_mat3_scale(-f / r, kt_mat3_add(unit, along));
+    jacobian->damping[1][1] = kt_mat3_scale(0.0, unit);
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

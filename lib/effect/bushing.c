@@ -44,7 +44,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(dissipates);
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* In the axes of the first end, with kappa = Kr theta:
  *     dF = -K dd - C du,               du = -w1 x dd where the second end is displaced
  *     dM = -d(G^-T kappa) - Cr dw,     dtheta = G^-1 (the rotation of the second end),   dkappa = Kr dtheta
@@ -56,10 +56,10 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 static kt_vec3 change_of_moment(const double stiffness[3], kt_vec3 theta, kt_vec3 along) {
     const kt_vec3 kappa = kt_triple_scale_each(stiffness, theta), across = kt_vec3_cross(theta, kappa);
     const double x = kt_vec3_dot(theta, theta), c = kt_rotation_vector_map_coefficient(x);
-    const double slope = kt_rotation_vector_map_coefficient_slope(x);
+    const double derivative = kt_rotation_vector_map_coefficient_derivative(x);
     const kt_vec3 turned = kt_vec3_cross(along, kappa);
     const kt_vec3 twice = kt_vec3_add(kt_vec3_cross(along, across), kt_vec3_cross(theta, turned));
-    const kt_vec3 stretch = kt_vec3_scale(2.0 * slope * kt_vec3_dot(theta, along), kt_vec3_cross(theta, across));
+    const kt_vec3 stretch = kt_vec3_scale(2.0 * derivative * kt_vec3_dot(theta, along), kt_vec3_cross(theta, across));
     const kt_vec3 change = kt_rotation_vector_transposed_map(theta, kt_triple_scale_each(stiffness, along));
     return kt_vec3_add(kt_vec3_add(change, kt_vec3_scale(0.5, turned)), kt_vec3_add(stretch, kt_vec3_scale(c, twice)));
 }
@@ -70,8 +70,8 @@ static kt_mat3 resist(kt_mat3 axes, const double d[3]) {
     return kt_mat3_multiply(scaled, kt_mat3_transpose(axes));
 }
 
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     kt_wrench wrench[2];
     kt_error error;
     const kt_mat3 axes = end[0].axes, back = kt_mat3_transpose(axes);
@@ -80,21 +80,21 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
     evaluate_wrench(effect, numbers, end, t, wrench, NULL);
     if (kt_euler_vector_map_inverse(theta, &map, &error) != KT_OK)
         map = kt_mat3_identity(); /* as in kt_rotation_vector_transposed_map */
-    *slopes = (kt_effect_slopes){.moment = wrench[1].moment, .force = wrench[1].force};
+    *jacobian = (kt_effect_jacobian){.moment = wrench[1].moment, .force = wrench[1].force};
     const kt_mat3 turning = {change_of_moment(effect->stiffnesses + 3, theta, map.x),
                              change_of_moment(effect->stiffnesses + 3, theta, map.y),
                              change_of_moment(effect->stiffnesses + 3, theta, map.z)};
     const kt_mat3 damping = resist(axes, effect->dampings);
-    slopes->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_multiply(axes, kt_mat3_multiply(turning, back)));
-    slopes->stiffness[1][1] = kt_mat3_add(resist(axes, effect->stiffnesses),
-                                          kt_mat3_multiply(damping, kt_mat3_scale(-1.0, kt_mat3_skew(end[0].omega))));
-    slopes->damping[0][0] = resist(axes, effect->dampings + 3);
-    slopes->damping[1][1] = damping;
+    jacobian->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_multiply(axes, kt_mat3_multiply(turning, back)));
+    jacobian->stiffness[1][1] = kt_mat3_add(resist(axes, effect->stiffnesses),
+                                            kt_mat3_multiply(damping, kt_mat3_scale(-1.0, kt_mat3_skew(end[0].omega))));
+    jacobian->damping[0][0] = resist(axes, effect->dampings + 3);
+    jacobian->damping[1][1] = damping;
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -4,7 +4,7 @@
  *     s = v1 + w1 x (l - c) - v2 - w2 x (l - p)   how l moves on the sphere, less how on the plane's body,
  * and n . s = -dx/dt. For x > 0 the normal force of Hunt and Crossley (1975) acts in l on both:
  *     N = k x^m max(0, 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1),
- * c being the slope of the coefficient of restitution, 1 - c v for slow impacts at v, whatever m. N is continuous where
+ * c being the derivative of the coefficient of restitution, 1 - c v for slow impacts at v, whatever m. N is continuous where
  * contact begins and ends, for the damping vanishes with x^m, and it never pulls: a sphere that leaves faster than
  * 2 / (3 c) leaves the indentation behind, and its energy is dissipated without a force.
  *
@@ -62,7 +62,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* What a change of the plane's motion changes: rotation and displacement, angular velocity and velocity of its
  * point. */
 typedef struct change {
@@ -70,14 +70,14 @@ typedef struct change {
 } change;
 
 /* A state of contact. */
-typedef struct touch {
-    kt_vec3 n, from_plane, arm, s, across, force; /* force: on the sphere */
-    double elastic, rise, bounce, deeper, normal; /* rise: k m x^(m - 1); bounce: 1 + 3/2 c dx/dt, or 0 */
-    double rub, rub_by_speed, speed;              /* rub_by_speed: for one N of normal force */
-} touch;
+typedef struct contact_state {
+    kt_vec3 n, from_plane, arm, s, across, force;     /* force: on the sphere */
+    double elastic, gradient, bounce, deeper, normal; /* gradient: k m x^(m - 1); bounce: 1 + 3/2 c dx/dt, or 0 */
+    double rub, rub_by_speed, speed;                  /* rub_by_speed: for one N of normal force */
+} contact_state;
 
-static touch touch_of(const kt_effect_record *effect, const kt_effect_end *end, double x) {
-    touch c = {.n = end[1].axes.z, .from_plane = kt_vec3_sub(end[0].point, end[1].point)};
+static contact_state state_of(const kt_effect_record *effect, const kt_effect_end *end, double x) {
+    contact_state c = {.n = end[1].axes.z, .from_plane = kt_vec3_sub(end[0].point, end[1].point)};
     const kt_vec3 down = kt_vec3_scale(-effect->radius, c.n);
     c.arm = kt_vec3_add(c.from_plane, down);
     c.s = kt_vec3_sub(velocity_at(&end[0], down), velocity_at(&end[1], c.arm));
@@ -85,7 +85,7 @@ static touch touch_of(const kt_effect_record *effect, const kt_effect_end *end, 
     c.across = kt_vec3_add(c.s, kt_vec3_scale(c.deeper, c.n));
     c.speed = kt_vec3_norm(c.across);
     c.elastic = effect->stiffness * pow(x, effect->exponent);
-    c.rise = effect->stiffness * effect->exponent * pow(x, effect->exponent - 1.0);
+    c.gradient = effect->stiffness * effect->exponent * pow(x, effect->exponent - 1.0);
     c.bounce = fmax(1.0 + 1.5 * effect->dissipation * c.deeper, 0.0);
     c.normal = c.elastic * c.bounce;
     const double ratio = c.speed / effect->slip, sign = tanh(ratio), share = ratio > 0.0 ? sign / ratio : 1.0;
@@ -97,7 +97,7 @@ static touch touch_of(const kt_effect_record *effect, const kt_effect_end *end, 
 
 /* The change of the wrench on the plane's body: each line is the derivative of the line of evaluate_wrench with the
  * same quantity. */
-static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effect_end *end, const touch *c,
+static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effect_end *end, const contact_state *c,
                                   const change *by) {
     const kt_vec3 n = kt_vec3_cross(by->rotation, c->n), down = kt_vec3_scale(-effect->radius, n);
     const kt_vec3 arm = kt_vec3_sub(down, by->displacement);
@@ -106,7 +106,7 @@ static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effec
     const kt_vec3 s = kt_vec3_sub(kt_vec3_cross(end[0].omega, down), kt_vec3_add(by->velocity, carried));
     const double deeper = -kt_vec3_dot(n, c->s) - kt_vec3_dot(c->n, s);
     const double bounce = c->bounce > 0.0 ? 1.5 * effect->dissipation * deeper : 0.0;
-    const double normal = c->rise * x * c->bounce + c->elastic * bounce;
+    const double normal = c->gradient * x * c->bounce + c->elastic * bounce;
     const kt_vec3 across = kt_vec3_add(s, kt_vec3_add(kt_vec3_scale(deeper, c->n), kt_vec3_scale(c->deeper, n)));
     const double speed = c->speed > 0.0 ? kt_vec3_dot(c->across, across) / c->speed : 0.0;
     const double rub = c->rub * normal + c->rub_by_speed * speed * c->normal;
@@ -117,16 +117,16 @@ static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effec
                        .force = force};
 }
 
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const double x = effect->radius - kt_vec3_dot(end[1].axes.z, kt_vec3_sub(end[0].point, end[1].point));
-    *slopes = (kt_effect_slopes){.at_point = false};
+    *jacobian = (kt_effect_jacobian){.at_point = false};
     if (x <= 0.0)
         return;
-    const touch c = touch_of(effect, end, x);
-    slopes->force = kt_vec3_scale(-1.0, c.force);
-    slopes->moment = kt_vec3_cross(c.arm, slopes->force);
+    const contact_state c = state_of(effect, end, x);
+    jacobian->force = kt_vec3_scale(-1.0, c.force);
+    jacobian->moment = kt_vec3_cross(c.arm, jacobian->force);
     const kt_vec3 none = {0.0, 0.0, 0.0}, direction[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kt_wrench by[4][3];
     for (int k = 0; k < 3; k++) {
@@ -137,7 +137,7 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
             by[j][k] = change_of_wrench(effect, end, &c, &along[j]);
     }
     for (int j = 0; j < 4; j++) {
-        kt_mat3(*matrix)[2] = j < 2 ? slopes->stiffness : slopes->damping;
+        kt_mat3(*matrix)[2] = j < 2 ? jacobian->stiffness : jacobian->damping;
         matrix[0][j % 2] = (kt_mat3){by[j][0].moment, by[j][1].moment, by[j][2].moment};
         matrix[1][j % 2] = (kt_mat3){by[j][0].force, by[j][1].force, by[j][2].force};
     }
@@ -160,7 +160,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = check,
                                                      .energetics = energetics,
                                                      .wrench = evaluate_wrench,
                                                      .gap = KT_GAP(find_gap),
-                                                     .slopes = KT_SLOPES(write_slopes)};
+                                                     .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -11,15 +11,15 @@ kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const doubl
     return effect->in_body ? kt_columns_apply(end->axes, value) : value;
 }
 
-#if KT_HAS_SLOPES
-kt_vec3 kt_effect_value_rise(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
-                             double t) {
+#if KT_HAS_EFFECT_JACOBIAN
+kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                        double t) {
     double x[3], y[3], z[3];
-    kt_effect_curve_rise(&effect->curve[0], numbers, t, x);
-    kt_effect_curve_rise(&effect->curve[1], numbers, t, y);
-    kt_effect_curve_rise(&effect->curve[2], numbers, t, z);
-    const kt_vec3 rise = {x[1], y[1], z[1]};
-    return effect->in_body ? kt_mat3_apply(end->axes, rise) : rise;
+    kt_effect_curve_derivatives(&effect->curve[0], numbers, t, x);
+    kt_effect_curve_derivatives(&effect->curve[1], numbers, t, y);
+    kt_effect_curve_derivatives(&effect->curve[2], numbers, t, z);
+    const kt_vec3 rate = {x[1], y[1], z[1]};
+    return effect->in_body ? kt_mat3_apply(end->axes, rate) : rate;
 }
 #endif
 

@@ -16,24 +16,24 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0);
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* df/dv = -(c1 + c2 |v|) 1 - c2 v v' / |v| */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 v = end[0].velocity;
     const double speed = kt_vec3_norm(v), c = effect->linear + effect->quadratic * speed;
     const kt_mat3 unit = kt_mat3_identity();
     const kt_vec3 along = kt_vec3_scale(speed > 0.0 ? effect->quadratic / speed : 0.0, v);
-    slopes->at_point = true;
-    slopes->force = kt_vec3_scale(-c, v);
-    slopes->stiffness[1][1] = kt_mat3_scale(0.0, unit);
-    slopes->damping[1][1] = kt_mat3_scale(-1.0, kt_mat3_add(kt_mat3_scale(c, unit), kt_outer_product(v, along)));
+    jacobian->at_point = true;
+    jacobian->force = kt_vec3_scale(-c, v);
+    jacobian->stiffness[1][1] = kt_mat3_scale(0.0, unit);
+    jacobian->damping[1][1] = kt_mat3_scale(-1.0, kt_mat3_add(kt_mat3_scale(c, unit), kt_outer_product(v, along)));
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_drag) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -41,14 +41,14 @@ typedef kt_effect_balance kt_effect_power;
  * the rotation and the displacement of that end, and with its angular velocity and velocity. The moment is about its
  * point, and moves along with it; world axes. The wrench on the other end is the opposite in every state, so this tells
  * all of the effect's derivatives. */
-typedef struct kt_effect_slopes {
+typedef struct kt_effect_jacobian {
     kt_vec3 moment, force;
     bool
         at_point; /* a force alone, by displacement and velocity alone: stiffness[1][1] and damping[1][1]; the moment and
                     * the other matrices are not set */
     kt_mat3 stiffness[2][2]; /* of moment, force: by rotation, displacement */
     kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
-} kt_effect_slopes;
+} kt_effect_jacobian;
 
 /* How far an effect is from acting that acts on one side of a boundary alone: a contact, a stop. */
 typedef struct kt_gap {
@@ -75,15 +75,16 @@ typedef struct kt_effect_kind {
                            kt_effect_power *balance);
     /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken
      * of its own code by dual numbers (derivative/dual_effect.c), which cost some ten times as much. */
-    void (*slopes)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                   kt_effect_slopes *slopes);
-    void (*joint_slopes)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]);
+    void (*jacobian)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                     kt_effect_jacobian *jacobian);
+    void (*joint_derivatives)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                              double derivative[2]);
     /* The partial derivatives of `wrench` and of `joint_force` by time, just after t. NULL: they do not depend on
      * it. */
-    void (*rise)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                 kt_wrench *wrench);
-    double (*joint_rise)(const kt_effect_record *effect, const double *numbers, double q, double v, double t);
+    void (*time_derivative)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                            kt_wrench *wrench);
+    double (*joint_time_derivative)(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                    double t);
     /* Of effects that act on one side of a boundary alone; NULL: all others. */
     kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
@@ -97,13 +98,13 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 }
 
 /* Members of kt_effect_kind that the code for derivatives does not have, nor a library without Jacobians, for its size:
- * .slopes = KT_SLOPES(write_slopes). */
+ * .jacobian = KT_IF_JACOBIAN(write_jacobian). */
 #if defined(KT_DUAL) || defined(KT_NO_JACOBIAN)
-#define KT_HAS_SLOPES 0
-#define KT_SLOPES(function) NULL
+#define KT_HAS_EFFECT_JACOBIAN 0
+#define KT_IF_JACOBIAN(function) NULL
 #else
-#define KT_HAS_SLOPES 1
-#define KT_SLOPES(function) function
+#define KT_HAS_EFFECT_JACOBIAN 1
+#define KT_IF_JACOBIAN(function) function
 #endif
 
 /* The same for what derivatives do not need. A library without Jacobians, which is meant to be small and whose steps are
@@ -158,10 +159,11 @@ kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const doubl
 
 /* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And
  * that of `value`, in world axes. */
-static inline void kt_effect_curve_rise(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+static inline void kt_effect_curve_derivatives(const kt_curve *curve, const double *numbers, double t, double out[3]) {
     kt_curve_evaluate(curve, numbers, nextafter(t, (double)INFINITY), out);
 }
-kt_vec3 kt_effect_value_rise(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t);
+kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                        double t);
 
 extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
 

@@ -9,26 +9,26 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* What is fixed in the body turns with it: df = theta x f. */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);
-    *slopes = (kt_effect_slopes){.force = value};
+    *jacobian = (kt_effect_jacobian){.force = value};
     if (effect->in_body)
-        slopes->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
+        jacobian->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
 }
 
-static void write_rise(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                       kt_wrench *wrench) {
-    wrench[0] = (kt_wrench){.force = kt_effect_value_rise(effect, numbers, end, t)};
+static void write_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                  double t, kt_wrench *wrench) {
+    wrench[0] = (kt_wrench){.force = kt_effect_value_time_derivative(effect, numbers, end, t)};
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energetics_of_curves,
                                                    .wrench = evaluate_wrench,
-                                                   .slopes = KT_SLOPES(write_slopes),
-                                                   .rise = KT_SLOPES(write_rise)};
+                                                   .jacobian = KT_IF_JACOBIAN(write_jacobian),
+                                                   .time_derivative = KT_IF_JACOBIAN(write_time_derivative)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -11,17 +11,17 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-#if KT_HAS_SLOPES
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+#if KT_HAS_EFFECT_JACOBIAN
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
-    slope[0] = 0.0;
-    slope[1] = -effect->damping;
+    derivative[0] = 0.0;
+    derivative[1] = -effect->damping;
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {
-    .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
+    .energetics = energetics, .joint_force = evaluate_force, .joint_derivatives = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -34,10 +34,10 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     (void)numbers, (void)q, (void)t;
     const double sign = tanh(v / effect->smoothing);
     double dry = effect->coulomb, change = 0.0;
@@ -46,13 +46,15 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
         dry += more;
         change = -2.0 * more * ratio / effect->stribeck;
     }
-    slope[0] = 0.0;
-    slope[1] = -change * sign - dry * (1.0 - sign * sign) / effect->smoothing - effect->viscous;
+    derivative[0] = 0.0;
+    derivative[1] = -change * sign - dry * (1.0 - sign * sign) / effect->smoothing - effect->viscous;
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
-    .check = check, .energetics = energetics, .joint_force = evaluate_force, .joint_slopes = KT_SLOPES(write_slopes)};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check,
+                                                            .energetics = energetics,
+                                                            .joint_force = evaluate_force,
+                                                            .joint_derivatives = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -39,20 +39,20 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* With e = k x, d = c w and s = e + |d|: the derivatives of d e / s are k d |d| / s^2 and c (e / s)^2. */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     (void)numbers, (void)t;
     const double above = q - effect->upper, below = effect->lower - q, side = above >= below ? 1.0 : -1.0;
     const double x = side > 0.0 ? above : below;
-    slope[0] = slope[1] = 0.0;
+    derivative[0] = derivative[1] = 0.0;
     if (x <= 0.0)
         return;
     const double elastic = effect->stiffness * x, viscous = effect->damping * side * v;
     const double sum = elastic + fabs(viscous), share = elastic / sum;
-    slope[0] = -effect->stiffness * (1.0 + viscous / sum * (fabs(viscous) / sum));
-    slope[1] = -effect->damping * share * share;
+    derivative[0] = -effect->stiffness * (1.0 + viscous / sum * (fabs(viscous) / sum));
+    derivative[1] = -effect->damping * share * share;
 }
 #endif
 
@@ -68,7 +68,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check,
                                                          .energetics = energetics,
                                                          .joint_force = evaluate_force,
                                                          .joint_gap = KT_GAP(find_gap),
-                                                         .joint_slopes = KT_SLOPES(write_slopes)};
+                                                         .joint_derivatives = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -19,26 +19,28 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
 }
 
-#if KT_HAS_SLOPES
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+#if KT_HAS_EFFECT_JACOBIAN
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
-    slope[0] = -effect->stiffness;
-    slope[1] = -effect->damping;
+    derivative[0] = -effect->stiffness;
+    derivative[1] = -effect->damping;
 }
 
-static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                   double t) {
     double r[3];
     (void)q, (void)v;
-    kt_effect_curve_rise(&effect->curve[0], numbers, t, r);
+    kt_effect_curve_derivatives(&effect->curve[0], numbers, t, r);
     return effect->stiffness * r[1];
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {.energetics = energetics,
-                                                          .joint_force = evaluate_force,
-                                                          .joint_slopes = KT_SLOPES(write_slopes),
-                                                          .joint_rise = KT_SLOPES(find_rise)};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
+    .energetics = energetics,
+    .joint_force = evaluate_force,
+    .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
+    .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

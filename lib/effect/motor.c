@@ -11,25 +11,26 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
     return f[0];
 }
 
-#if KT_HAS_SLOPES
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+#if KT_HAS_EFFECT_JACOBIAN
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     (void)effect, (void)numbers, (void)q, (void)v, (void)t;
-    slope[0] = slope[1] = 0.0;
+    derivative[0] = derivative[1] = 0.0;
 }
 
-static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                   double t) {
     double f[3];
     (void)q, (void)v;
-    kt_effect_curve_rise(&effect->curve[0], numbers, t, f);
+    kt_effect_curve_derivatives(&effect->curve[0], numbers, t, f);
     return f[1];
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
                                                    .joint_force = evaluate_force,
-                                                   .joint_slopes = KT_SLOPES(write_slopes),
-                                                   .joint_rise = KT_SLOPES(find_rise)};
+                                                   .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

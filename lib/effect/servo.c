@@ -3,7 +3,7 @@
  *
  * The limit L is smooth: force = u up to 0.9 L, +-L from 1.1 L on, and a parabola between them,
  *     force = L - (1.1 L - u)^2 / (0.4 L),
- * which meets both with their slopes, 1 and 0. So the force is what the gains say wherever the servo is not near its
+ * which meets both with their derivatives, 1 and 0. So the force is what the gains say wherever the servo is not near its
  * limit, never exceeds it, and is C1 for the integrator's error control.
  */
 #include "effect/effect.h"
@@ -44,10 +44,10 @@ static kt_energetics energetics(const kt_effect_record *effect) {
     return KT_ENERGY_SUPPLIED;
 }
 
-#if KT_HAS_SLOPES
-/* The force follows u with the slope of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with
+#if KT_HAS_EFFECT_JACOBIAN
+/* The force follows u with the derivative of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with
  * its derivatives. */
-static double slope_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
+static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);
     if (!(fabs(u) > (1.0 - blend) * effect->limit))
@@ -55,19 +55,20 @@ static double slope_of_limit(const kt_effect_record *effect, double q, double v,
     return missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
 }
 
-static void write_slopes(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                         double slope[2]) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                           double derivative[2]) {
     double r[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, r);
-    const double slope_of_force = slope_of_limit(effect, q, v, r);
-    slope[0] = -slope_of_force * effect->stiffness;
-    slope[1] = -slope_of_force * effect->damping;
+    const double derivative_of_force = derivative_of_limit(effect, q, v, r);
+    derivative[0] = -derivative_of_force * effect->stiffness;
+    derivative[1] = -derivative_of_force * effect->damping;
 }
 
-static double find_rise(const kt_effect_record *effect, const double *numbers, double q, double v, double t) {
+static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                   double t) {
     double r[3];
-    kt_effect_curve_rise(&effect->curve[0], numbers, t, r);
-    return slope_of_limit(effect, q, v, r) * (effect->stiffness * r[1] + effect->damping * r[2]);
+    kt_effect_curve_derivatives(&effect->curve[0], numbers, t, r);
+    return derivative_of_limit(effect, q, v, r) * (effect->stiffness * r[1] + effect->damping * r[2]);
 }
 #endif
 
@@ -75,8 +76,8 @@ const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
                                                    .check = check,
                                                    .energetics = energetics,
                                                    .joint_force = evaluate_force,
-                                                   .joint_slopes = KT_SLOPES(write_slopes),
-                                                   .joint_rise = KT_SLOPES(find_rise)};
+                                                   .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

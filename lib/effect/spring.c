@@ -32,21 +32,21 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 /* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' /
  * |d|:
  *     -d(T n)/dd = -k n n' - n (c P d')' / |d| - T P / |d|,   -d(T n)/dd' = -c n n' */
-static void write_slopes(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                         kt_effect_slopes *slopes) {
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
     const double square = kt_vec3_dot(d, d), c = effect->damping;
     const kt_mat3 unit = kt_mat3_identity();
-    slopes->at_point = true;
+    jacobian->at_point = true;
     if (!(square > DBL_MIN)) {
-        slopes->force = kt_vec3_scale(-c, moving);
-        slopes->stiffness[1][1] = kt_mat3_scale(0.0, unit);
-        slopes->damping[1][1] = kt_mat3_scale(-c, unit);
+        jacobian->force = kt_vec3_scale(-c, moving);
+        jacobian->stiffness[1][1] = kt_mat3_scale(0.0, unit);
+        jacobian->damping[1][1] = kt_mat3_scale(-c, unit);
         return;
     }
     const double length = sqrt(square);
@@ -55,14 +55,15 @@ static void write_slopes(const kt_effect_record *effect, const double *numbers, 
     const double tension = effect->stiffness * stretch + c * rate, across = tension / length;
     const kt_vec3 turning = kt_vec3_scale(c / length, kt_vec3_sub(moving, kt_vec3_scale(rate, n)));
     const kt_vec3 along = kt_vec3_add(kt_vec3_scale(effect->stiffness - across, n), turning);
-    slopes->force = kt_vec3_scale(-tension, n);
-    slopes->stiffness[1][1] = kt_mat3_scale(-1.0, kt_mat3_add(kt_mat3_scale(across, unit), kt_outer_product(n, along)));
-    slopes->damping[1][1] = kt_mat3_scale(-c, kt_outer_product(n, n));
+    jacobian->force = kt_vec3_scale(-tension, n);
+    jacobian->stiffness[1][1] =
+        kt_mat3_scale(-1.0, kt_mat3_add(kt_mat3_scale(across, unit), kt_outer_product(n, along)));
+    jacobian->damping[1][1] = kt_mat3_scale(-c, kt_outer_product(n, n));
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_spring) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .slopes = KT_SLOPES(write_slopes)};
+    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -99,12 +99,12 @@ KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple
 }
 
 /* dc/dx = (y (1 + cot^2 y) - cot y) / (8 y x) - c / x, or the derivative of the series. */
-KT_INLINE double kt_rotation_vector_map_coefficient_slope(double x) {
-    double slope = 0.0;
+KT_INLINE double kt_rotation_vector_map_coefficient_derivative(double x) {
+    double derivative = 0.0;
     for (int k = 6; k >= 1 && x < 0.25; k--)
-        slope = k * kt_rotation_vector_map_series[k] + x * slope;
+        derivative = k * kt_rotation_vector_map_series[k] + x * derivative;
     if (x < 0.25)
-        return slope;
+        return derivative;
     const double y = 0.5 * sqrt(x), cot = 1.0 / tan(y);
     return (y * (1.0 + cot * cot) - cot) / (8.0 * y * x) - (1.0 - y * cot) / (x * x);
 }

@@ -40,9 +40,9 @@ void kt_regressor_parameters(const kt_model *model, double *parameters) {
 
 static void write_bodies(const kt_model *model, const kt_data *data, double *y) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         kt_regressor_bodies_v4(model, data, y);
-    else if (model->level == KT_ISA_V3)
+    else if (model->isa == KT_ISA_V3)
         kt_regressor_bodies_v3(model, data, y);
     else
 #endif

@@ -17,7 +17,7 @@
  * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which
  * an adaptive step sees in its estimate.
  *
- * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_slope), or it
+ * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_derivative), or it
  * is the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within
  * the step: off by delta^2 f_ttt / 3, which makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13
  * h f.
@@ -93,7 +93,7 @@ static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
 }
 
 /* h f_t into its row. */
-static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result find_time_derivative(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_newton *newton = it->options.newton;
     double *slope = kt_newton_row(it, ROW_TIME);
@@ -101,8 +101,8 @@ static kt_try_result find_time_slope(kt_integrator *it, const kt_interval *in, k
     memset(slope, 0, n * sizeof *slope);
     if (newton != NULL && newton->autonomous != NULL && newton->autonomous(it->callbacks.user))
         return KT_TRY_PASSED;
-    const int known = newton != NULL && newton->time_slope != NULL
-                          ? newton->time_slope(in->t, in->y, f, slope, it->callbacks.user)
+    const int known = newton != NULL && newton->time_derivative != NULL
+                          ? newton->time_derivative(in->t, in->y, f, slope, it->callbacks.user)
                           : 1;
     it->memory.counts.evaluations += known == 0;
     if (known <= 0)
@@ -194,7 +194,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     kt_newton_work *w = kt_newton_of(it);
     w->factored = w->now.step = 0.0; /* those of another step, however near, are not exact */
     if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED ||
-        find_time_slope(it, in, result) != KT_TRY_PASSED)
+        find_time_derivative(it, in, result) != KT_TRY_PASSED)
         return result->result;
     for (int i = 0; i < STAGES; i++)
         if (solve_stage(it, in, i, result) != KT_TRY_PASSED)

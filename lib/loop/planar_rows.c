@@ -30,14 +30,14 @@ static void take_angle(const sheet *s, double cosine, double sine) {
 
 static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
     const kt_vec3 e = axis_of(&s->end[0], k);
-    const double rise = e.z * s->flat->height;
-    const bool level = fabs(rise) <= s->length;
+    const double height = e.z * s->flat->height;
+    const bool in_plane = fabs(height) <= s->length;
     if (across(e) <= s->direction)
-        return level;
+        return in_plane;
     row->kind = KT_PLANAR_ROW_ALONG;
     row->e[0] = e.x;
     row->e[1] = e.y;
-    row->constant = level ? 0.0 : rise;
+    row->constant = in_plane ? 0.0 : height;
     return true;
 }
 

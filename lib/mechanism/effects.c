@@ -310,7 +310,7 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
 }
 
-#if KT_HAS_SLOPES
+#if KT_HAS_EFFECT_JACOBIAN
 kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   const double **tau, const kt_wrench **external, kt_error *error) {
     sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
@@ -321,12 +321,12 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         const kt_link *link = &model->link[effect->link[0]];
         kt_effect_end end[2];
         kt_wrench wrench[2];
-        if (kind->joint_rise)
-            data->tau[link->v] += kind->joint_rise(effect, model->number, q[link->q], v[link->v], t);
-        if (!kind->rise)
+        if (kind->joint_time_derivative)
+            data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
+        if (!kind->time_derivative)
             continue;
         find_ends(data, effect, end);
-        kind->rise(effect, model->number, end, t, wrench);
+        kind->time_derivative(effect, model->number, end, t, wrench);
         add_wrenches(&s, effect, wrench);
     }
     return status;

@@ -28,9 +28,9 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
 }
 
 #ifndef KT_NO_JACOBIAN
-kt_status kt_acceleration_rise(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const double *tau, const kt_wrench *external, const double *a, double *da_dt,
-                               kt_error *error) {
+kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, double t, const double *q,
+                                          const double *v, const double *tau, const kt_wrench *external,
+                                          const double *a, double *da_dt, kt_error *error) {
     kt_status status = kt_effects_apply_rising(model, data, t, q, v, &tau, &external, error);
     if (status == KT_OK)
         status = model->forward(model, data, t, q, v, tau, external, da_dt, error);

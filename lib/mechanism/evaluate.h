@@ -24,9 +24,9 @@ KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *dat
 /* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state, of a model without driven loops and
  * without effects of the caller's own. Exact: a is linear in the forces, whose derivatives are, and so
  *     da/dt = a(tau + dtau/dt) - a(tau) */
-KT_CHECKED kt_status kt_acceleration_rise(const kt_model *model, kt_data *data, double t, const double *q,
-                                          const double *v, const double *tau, const kt_wrench *external,
-                                          const double *a, double *da_dt, kt_error *error);
+KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, double t, const double *q,
+                                                     const double *v, const double *tau, const kt_wrench *external,
+                                                     const double *a, double *da_dt, kt_error *error);
 
 /* Adds the forces of a caller's own effects alone. */
 KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,

@@ -63,14 +63,14 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
     return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->delayed_most;
 }
-static inline size_t kt_front_level(const kt_front_plan *plan) {
+static inline size_t kt_front_stride(const kt_front_plan *plan) {
     return (size_t)kt_front_padded(plan->width + KT_FRONT_SPACE);
 }
 static inline size_t kt_front_running_count(const kt_front_plan *plan) {
-    const size_t level = kt_front_level(plan);
+    const size_t stride = kt_front_stride(plan);
     const size_t width = (size_t)plan->width;
-    return kt_front_vectors(plan) * (width + 1) + width * width + 2 * (size_t)plan->slots + level * level +
-           (4 + KT_FRONT_SPACE) * level;
+    return kt_front_vectors(plan) * (width + 1) + width * width + 2 * (size_t)plan->slots + stride * stride +
+           (4 + KT_FRONT_SPACE) * stride;
 }
 
 #endif

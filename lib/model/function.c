@@ -231,15 +231,15 @@ static void set(double out[3], double value, double first, double second) {
 }
 
 static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
-    const double rise = curve->b - curve->a, length = curve->d - curve->c;
+    const double step = curve->b - curve->a, length = curve->d - curve->c;
     const double s = (t - curve->c) / length;
     if (s <= 0.0)
         set(out, curve->a, 0.0, 0.0);
     else if (s >= 1.0)
         set(out, curve->b, 0.0, 0.0);
     else
-        set(out, curve->a + rise * (s * s * (3.0 - 2.0 * s)), rise * (6.0 * s * (1.0 - s)) / length,
-            rise * (6.0 - 12.0 * s) / (length * length));
+        set(out, curve->a + step * (s * s * (3.0 - 2.0 * s)), step * (6.0 * s * (1.0 - s)) / length,
+            step * (6.0 - 12.0 * s) / (length * length));
 }
 
 /* Horner's rule for p, p' and p''/2 of p = ((c_n t + c_{n-1}) t + ...) t + c_0. */

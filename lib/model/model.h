@@ -103,7 +103,7 @@ struct kt_model {
     uint64_t shape; /* of the data that belong to it: a hash of their lengths */
     kt_counts n;
     kt_v4 gravity;
-    kt_isa level;
+    kt_isa isa;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
     const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
@@ -116,7 +116,7 @@ struct kt_model {
     bool ordered;      /* velocity coordinates have the order of the links */
     bool driven;       /* some loop depends on time */
     bool has_delassus; /* some group is solved by reduction/delassus.h */
-    bool geared;       /* some joint has armature */
+    bool has_armature; /* some joint has armature */
     bool placed;       /* in the caller's memory (kt_model_copy) */
     uint32_t name;     /* offset in text */
     kt_names names;    /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */

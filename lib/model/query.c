@@ -17,7 +17,7 @@ kt_vec3 kt_model_gravity(const kt_model *model) {
 }
 const char *kt_model_name(const kt_model *model) { return model ? model->text + model->name : NULL; }
 
-kt_isa kt_model_isa(const kt_model *model) { return model ? model->level : KT_ISA_AUTO; }
+kt_isa kt_model_isa(const kt_model *model) { return model ? model->isa : KT_ISA_AUTO; }
 
 const char *kt_model_plan(const kt_model *model) {
     if (!model)

@@ -50,7 +50,7 @@ typedef struct kt_link {
     bool follows;         /* its parent is the link before it */
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
-    bool geared;          /* its joint has armature */
+    bool has_armature;    /* its joint has armature */
 } kt_link;
 
 /* Of a link in a model that has one: the array of these follows that of the links. */

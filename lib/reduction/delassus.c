@@ -413,10 +413,10 @@ KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 line
     pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
 }
 
-/* The same of one with armature, its degrees of freedom one after the other (kt_project_geared). The wrenches are
+/* The same of one with armature, its degrees of freedom one after the other (kt_project_armature). The wrenches are
  * passed by value, so that those of the others stay in registers. */
-static __attribute__((noinline)) wrenches take_geared(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches p,
-                                                      sums *to) {
+static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear,
+                                                        wrenches p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_link_motion *m = &s->data->motion[i];
     kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
@@ -447,8 +447,8 @@ KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *t
             take_planar(s, i, from->linear + ground, &p, to);
         else if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
             take_axis(s, i, from->alpha, from->linear + ground, &p, to);
-        else if (s->model->link[i].geared)
-            p = take_geared(s, i, own->alpha, own->linear + ground, p, to);
+        else if (s->model->link[i].has_armature)
+            p = take_armature(s, i, own->alpha, own->linear + ground, p, to);
         else
             take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
         passed = l > 0 && up == link[l - 1];
@@ -487,8 +487,8 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_v4 mu) {
         if (planar) {
             s->data->planar_response[kt_planar_index_shift(s->model, i)].free += s->d.inverse[local] * x;
         } else if (s->model->link[i].motion == KT_MOTION_SPHERICAL) {
-            const bool geared = s->model->link[i].geared;
-            const kt_v4 one = kt_v4_splat(1.0), inverse = geared ? kt_load3(s->d.inverse + local) : one;
+            const bool has_armature = s->model->link[i].has_armature;
+            const kt_v4 one = kt_v4_splat(1.0), inverse = has_armature ? kt_load3(s->d.inverse + local) : one;
             const double y = dot(s->d.column[local + 1], mu), z = dot(s->d.column[local + 2], mu);
             s->data->articulated[s->model->link[i].articulated].moment += inverse * (kt_v4){x, y, z, 0.0};
         } else {

@@ -70,12 +70,12 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
  *   Returns false if the matrix is not positive definite.
  * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
  *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
-#define KT_DELASSUS_DECLARE(level)                                                                                     \
-    bool kt_delassus_prepare_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
-    void kt_delassus_least_##level(const kt_model *, kt_data *, size_t, double *);                                     \
-    bool kt_delassus_measure_##level(const kt_model *, kt_data *, size_t, kt_rows, double *);                          \
-    bool kt_delassus_damp_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);              \
-    bool kt_delassus_solve_##level(const kt_model *, kt_data *, size_t, const double *);
+#define KT_DELASSUS_DECLARE(isa)                                                                                       \
+    bool kt_delassus_prepare_##isa(const kt_model *, kt_data *, size_t, kt_rows);                                      \
+    void kt_delassus_least_##isa(const kt_model *, kt_data *, size_t, double *);                                       \
+    bool kt_delassus_measure_##isa(const kt_model *, kt_data *, size_t, kt_rows, double *);                            \
+    bool kt_delassus_damp_##isa(const kt_model *, kt_data *, size_t, const double *, double, double *);                \
+    bool kt_delassus_solve_##isa(const kt_model *, kt_data *, size_t, const double *);
 KT_DELASSUS_DECLARE(baseline)
 KT_DELASSUS_DECLARE(v3)
 KT_DELASSUS_DECLARE(v4)

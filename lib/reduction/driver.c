@@ -70,12 +70,12 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, con
     return true;
 }
 
-KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool geared) {
+KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool has_armature) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
-    if (geared)
+    if (has_armature)
         kt_group_gear(model, group, &w);
     if (!model->reduction->solve(&w, data->rank[g], group->parent ? 6 : 0))
         return false;
@@ -84,8 +84,8 @@ KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, 
     return true;
 }
 
-static __attribute__((noinline)) bool eliminate_dense_geared(const kt_model *model, kt_data *data, int32_t g,
-                                                             const double *tau) {
+static __attribute__((noinline)) bool eliminate_dense_armature(const kt_model *model, kt_data *data, int32_t g,
+                                                               const double *tau) {
     return eliminate_dense(model, data, g, tau, true);
 }
 
@@ -94,7 +94,7 @@ static __attribute__((noinline)) bool eliminate_whole(const kt_model *model, kt_
     if (kt_group_has_fronts(&model->group[g]))
         return eliminate_front(model, data, g, tau);
     if (model->group[g].has_armature)
-        return eliminate_dense_geared(model, data, g, tau);
+        return eliminate_dense_armature(model, data, g, tau);
     return eliminate_dense(model, data, g, tau, false);
 }
 
@@ -140,15 +140,15 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
     return kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
 
-static kt_elimination eliminate_geared(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                       kt_articulated *x, void *context) {
+static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                         kt_articulated *x, void *context) {
     const int32_t group = model->link[i].group;
     const bool delassus = group >= 0 && context && data->special_form[group];
     if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
     if (delassus)
         keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
-    return kt_eliminate_geared(model, data, i, tau, x, NULL);
+    return kt_eliminate_armature(model, data, i, tau, x, NULL);
 }
 
 /* The acceleration of a group's parent. */
@@ -205,28 +205,29 @@ static size_t accelerate_delassus(const kt_model *model, kt_data *data, const do
     return unsolved;
 }
 
-static void respond_geared(const kt_model *model, kt_data *data, size_t i, double *a) {
+static void respond_armature(const kt_model *model, kt_data *data, size_t i, double *a) {
     const int32_t group = model->link[i].group;
     if (group < 0 || data->special_form[group])
-        kt_link_respond_geared(model, data, i, a);
+        kt_link_respond_armature(model, data, i, a);
     else
         respond(model, data, i, a);
 }
 
 /* Either with armature. */
-static __attribute__((noinline)) size_t accelerate_geared(const kt_model *model, kt_data *data, const double *tau,
-                                                          size_t end, bool delassus, double *a) {
-    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate_geared, delassus ? &delassus : NULL);
+static __attribute__((noinline)) size_t accelerate_armature(const kt_model *model, kt_data *data, const double *tau,
+                                                            size_t end, bool delassus, double *a) {
+    const size_t failed =
+        kt_articulated_backward(model, data, tau, end, eliminate_armature, delassus ? &delassus : NULL);
     const size_t unsolved = failed || !delassus ? failed : solve_delassus(model, data, end);
     if (!unsolved)
-        kt_articulated_forward(model, data, end, respond_geared, a);
+        kt_articulated_forward(model, data, end, respond_armature, a);
     return unsolved;
 }
 
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
                                         bool delassus, double *a) {
-    if (model->geared)
-        return accelerate_geared(model, data, tau, end, delassus, a);
+    if (model->has_armature)
+        return accelerate_armature(model, data, tau, end, delassus, a);
     if (delassus)
         return accelerate_delassus(model, data, tau, end, a);
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);

@@ -27,23 +27,22 @@
  * kt_groups_least_step: the least step in coordinates; coordinates outside all groups do not change.
  * kt_groups_multipliers_of: the multipliers of all equations as last factored, in the groups' work memory, of given
  *   joint forces: A' lambda = force (nv). No group may be in its special form. */
-#define KT_CLOSED_DECLARE(level)                                                                                       \
-    void kt_spatial_pose_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
-    void kt_spatial_move_##level(const kt_model *, kt_data *, const double *, size_t);                                 \
-    void kt_spatial_clear_##level(const kt_model *, kt_data *, size_t);                                                \
-    void kt_spatial_motion_##level(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,     \
-                                   size_t);                                                                            \
-    size_t kt_spatial_accelerate_##level(const kt_model *, kt_data *, const double *, size_t, bool, double *);         \
-    int kt_group_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
-    bool kt_group_prepare_##level(const kt_model *, kt_data *, size_t, kt_rows, bool, bool);                           \
-    bool kt_groups_refactor_##level(const kt_model *, kt_data *);                                                      \
-    bool kt_groups_factor_##level(const kt_model *, kt_data *, kt_rows, bool);                                         \
-    void kt_group_residuals_##level(const kt_model *, kt_data *, size_t, const double *, const bool *,                 \
-                                    kt_violation *);                                                                   \
-    bool kt_groups_least_step_##level(const kt_model *, kt_data *, double *);                                          \
-    void kt_groups_multipliers_of_##level(const kt_model *, kt_data *, const double *);                                \
-    double kt_damped_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                    \
-    bool kt_damped_solve_##level(const kt_model *, kt_data *, size_t, const double *, double, double *);
+#define KT_CLOSED_DECLARE(isa)                                                                                         \
+    void kt_spatial_pose_##isa(const kt_model *, kt_data *, const double *, size_t);                                   \
+    void kt_spatial_move_##isa(const kt_model *, kt_data *, const double *, size_t);                                   \
+    void kt_spatial_clear_##isa(const kt_model *, kt_data *, size_t);                                                  \
+    void kt_spatial_motion_##isa(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,       \
+                                 size_t);                                                                              \
+    size_t kt_spatial_accelerate_##isa(const kt_model *, kt_data *, const double *, size_t, bool, double *);           \
+    int kt_group_factor_##isa(const kt_model *, kt_data *, size_t, kt_rows, bool);                                     \
+    bool kt_group_prepare_##isa(const kt_model *, kt_data *, size_t, kt_rows, bool, bool);                             \
+    bool kt_groups_refactor_##isa(const kt_model *, kt_data *);                                                        \
+    bool kt_groups_factor_##isa(const kt_model *, kt_data *, kt_rows, bool);                                           \
+    void kt_group_residuals_##isa(const kt_model *, kt_data *, size_t, const double *, const bool *, kt_violation *);  \
+    bool kt_groups_least_step_##isa(const kt_model *, kt_data *, double *);                                            \
+    void kt_groups_multipliers_of_##isa(const kt_model *, kt_data *, const double *);                                  \
+    double kt_damped_measure_##isa(const kt_model *, kt_data *, size_t, kt_rows);                                      \
+    bool kt_damped_solve_##isa(const kt_model *, kt_data *, size_t, const double *, double, double *);
 KT_CLOSED_DECLARE(baseline)
 KT_CLOSED_DECLARE(v3)
 KT_CLOSED_DECLARE(v4)

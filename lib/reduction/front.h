@@ -60,17 +60,16 @@ typedef struct kt_front_total {
  * kt_front_multipliers_of: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last
  *   factored.
  * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
-#define KT_FRONT_DECLARE(level)                                                                                        \
-    void kt_front_fill_##level(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *,        \
-                               double);                                                                                \
-    void kt_front_apply_##level(const kt_model *, kt_data *, size_t, kt_rows, const double *, double *, double *);     \
-    int kt_front_factor_##level(const kt_model *, kt_data *, size_t, kt_rows, bool);                                   \
-    double kt_front_measure_##level(const kt_model *, kt_data *, size_t, kt_rows);                                     \
-    bool kt_front_reduce_##level(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);         \
-    void kt_front_respond_##level(const kt_model *, kt_data *, size_t, const double *, double *);                      \
-    void kt_front_multipliers_##level(const kt_model *, kt_data *, size_t, const double *, double *);                  \
-    void kt_front_multipliers_of_##level(const kt_model *, kt_data *, size_t, double *);                               \
-    void kt_front_nullspace_##level(const kt_model *, kt_data *, size_t, int, double *);
+#define KT_FRONT_DECLARE(isa)                                                                                          \
+    void kt_front_fill_##isa(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *, double); \
+    void kt_front_apply_##isa(const kt_model *, kt_data *, size_t, kt_rows, const double *, double *, double *);       \
+    int kt_front_factor_##isa(const kt_model *, kt_data *, size_t, kt_rows, bool);                                     \
+    double kt_front_measure_##isa(const kt_model *, kt_data *, size_t, kt_rows);                                       \
+    bool kt_front_reduce_##isa(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);           \
+    void kt_front_respond_##isa(const kt_model *, kt_data *, size_t, const double *, double *);                        \
+    void kt_front_multipliers_##isa(const kt_model *, kt_data *, size_t, const double *, double *);                    \
+    void kt_front_multipliers_of_##isa(const kt_model *, kt_data *, size_t, double *);                                 \
+    void kt_front_nullspace_##isa(const kt_model *, kt_data *, size_t, int, double *);
 KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)
 KT_FRONT_DECLARE(v4)
@@ -89,7 +88,7 @@ typedef struct kt_front {
     const bool *fixed;
     int32_t *live, live_count;            /* slots in use: links', then relations' */
     int components;                       /* of an acceleration: 3 or 6 */
-    int width, level;                     /* strides: of what slots hold, of the energy */
+    int width, stride;                    /* strides: of what slots hold, of the energy */
     double *link_acceleration, *constant; /* T' and t: a vector of `width` and a number a component */
     double *copy;                         /* of T', as many vectors as there are parameters */
     double *speed;                        /* two a slot */
@@ -110,19 +109,19 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
                     .live = data->front_live,
                     .components = data->front_planar[g] ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
-                    .level = (int)kt_front_level(plan)};
+                    .stride = (int)kt_front_stride(plan)};
     kt_group_find(model, data, g, rows, &f->w);
-    const size_t vectors = kt_front_vectors(plan), level = (size_t)f->level;
+    const size_t vectors = kt_front_vectors(plan), stride = (size_t)f->stride;
     double *at = f->w.front + plan->count - kt_front_running_count(plan);
     f->link_acceleration = at, at += vectors * (size_t)plan->width;
     f->constant = at, at += vectors;
     f->copy = at, at += (size_t)plan->width * (size_t)plan->width;
     f->speed = at, at += 2 * (size_t)plan->slots;
-    f->energy = at, at += level * level;
-    f->pull = at, at += level;
-    f->size = at, at += level;
-    f->z = at, at += level;
-    f->spare = at, at += level;
+    f->energy = at, at += stride * stride;
+    f->pull = at, at += stride;
+    f->size = at, at += stride;
+    f->z = at, at += stride;
+    f->spare = at, at += stride;
     f->product = at;
 }
 

@@ -55,7 +55,7 @@ KT_INLINE void weigh_link(front4 *s, const kt_planar_inertia *x, const front4_li
 
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
  * coordinate. */
-KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool geared) {
+KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool has_armature) {
     const int32_t k = kt_planar_index_shift(s->f.model, step->link);
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
@@ -85,7 +85,7 @@ KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const doub
         weigh_link(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
         s->pull += kt_v4_splat(tau[link->v]) * own;
     }
-    if (!tau || geared) {
+    if (!tau || has_armature) {
         const kt_v4 inertia = own * kt_v4_splat(tau ? link->armature : 1.0);
         s->energy[n] += inertia;
         s->size += inertia;
@@ -217,12 +217,12 @@ static bool minimise(const front4 *s, int n, kt_v4 *out) {
 }
 
 /* A step; *n parameters before and after. */
-KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau, bool geared, int *n) {
+KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau, bool has_armature, int *n) {
     const kt_front_step *step = &s->f.step[at];
     kt_front4_step *kept = &s->kept[at];
     kt_v4 d[KT_FRONT4_ROWS];
     double e[KT_FRONT4_ROWS];
-    take_link(s, step, *n, tau, geared);
+    take_link(s, step, *n, tau, has_armature);
     kept->params = ++*n;
     kept->rank = complete_loops(s, step, d, e);
     for (int i = step->last_use; i < step->last_use + step->last_use_count; i++)
@@ -248,15 +248,15 @@ KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau
     return true;
 }
 
-KT_INLINE bool advance_all(front4 *s, const double *usual, const double *tau, bool geared) {
+KT_INLINE bool advance_all(front4 *s, const double *usual, const double *tau, bool has_armature) {
     int n = 0;
     for (int at = 0; at < s->f.group->link_count; at++)
-        if (!advance(s, at, usual, tau, geared, &n))
+        if (!advance(s, at, usual, tau, has_armature, &n))
             return false;
     return true;
 }
 
-static __attribute__((noinline)) bool advance_geared(front4 *s, const double *usual, const double *tau) {
+static __attribute__((noinline)) bool advance_armature(front4 *s, const double *usual, const double *tau) {
     return advance_all(s, usual, tau, true);
 }
 
@@ -286,7 +286,7 @@ bool KT_KERNEL(kt_front4_solve)(const kt_model *model, kt_data *data, size_t g, 
     s.pull = s.size = kt_v4_splat(0.0);
     for (int i = 0; i < KT_FRONT4_PARAMS; i++)
         s.energy[i] = kt_v4_splat(0.0);
-    if (!(model->geared ? advance_geared(&s, usual, tau) : advance_all(&s, usual, tau, false)))
+    if (!(model->has_armature ? advance_armature(&s, usual, tau) : advance_all(&s, usual, tau, false)))
         return false;
     data->near[g] = false;
     data->last[g] = s.last;

@@ -61,7 +61,7 @@ static void find_forces(const kt_front *f, const double *a) {
 static void find_covectors(const kt_front *f) {
     double *c = f->z;
     int params = 0;
-    memset(c, 0, (size_t)f->level * sizeof *c);
+    memset(c, 0, (size_t)f->stride * sizeof *c);
     for (int s = 0; s < f->group->link_count; s++) {
         const kt_front_count *at = &f->count[s];
         const int32_t local = f->model->link[f->step[s].link].local;

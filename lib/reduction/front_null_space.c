@@ -15,7 +15,7 @@ void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t 
     for (; column >= f.count[s].left - f.count[s].kept; s++)
         column -= f.count[s].left - f.count[s].kept;
     double *p = f.z;
-    for (int i = 0; i < f.level; i++)
+    for (int i = 0; i < f.stride; i++)
         p[i] = 0.0;
     p[f.count[s].kept + column] = 1.0;
     for (; s >= 0; s--) {

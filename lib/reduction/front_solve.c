@@ -13,17 +13,17 @@
 /* H becomes G H G for the reflector G = 1 - t u u' of `all` entries, those of u before `from` being zero; g becomes G
  * g, and the sizes of the terms on the diagonal of H those of the sums. */
 KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int from, int all) {
-    const int level = f->level;
+    const int stride = f->stride;
     double *h = f->energy, *w = f->product, *size = f->size, whole = 0.0;
     for (int i = 0; i < all; i += KT_FRONT_LANES) {
         kt_v4 sum = kt_v4_splat(0.0);
         for (int c = from; c < all; c++)
-            sum += kt_v4_splat(u[c]) * kt_front_load(h + c * level + i);
+            sum += kt_v4_splat(u[c]) * kt_front_load(h + c * stride + i);
         kt_front_store(w + i, kt_v4_splat(t) * sum);
     }
     kt_front_add(-0.5 * t * kt_front_dot(u, w, all), u, all, w);
     for (int c = 0; c < all; c++) {
-        double *x = h + c * level;
+        double *x = h + c * stride;
         const kt_v4 uc = kt_v4_splat(u[c]), wc = kt_v4_splat(w[c]);
         for (int i = 0; i < all; i += KT_FRONT_LANES)
             kt_front_store(x + i, kt_front_load(x + i) - (wc * kt_front_load(u + i) + uc * kt_front_load(w + i)));
@@ -55,19 +55,19 @@ KT_INLINE void extend_energy(const kt_front *f, int all, int more) {
     const int end = kt_front_padded(all + more);
     for (int c = 0; c < all + more; c++)
         for (int i = c < all ? all : 0; i < end; i++)
-            f->energy[c * f->level + i] = 0.0;
+            f->energy[c * f->stride + i] = 0.0;
     for (int i = all; i < end; i++)
         f->pull[i] = f->size[i] = 0.0;
 }
 
 /* Removes `count` parameters from `at` on. */
 KT_INLINE void remove_params(const kt_front *f, int at, int count, int all) {
-    const int level = f->level;
+    const int stride = f->stride;
     for (int c = 0; c < all; c++) {
         if (c >= at && c < at + count)
             continue;
-        const double *from = f->energy + c * level;
-        double *to = f->energy + (c < at ? c : c - count) * level;
+        const double *from = f->energy + c * stride;
+        double *to = f->energy + (c < at ? c : c - count) * stride;
         for (int i = 0; i < at && c >= at; i++)
             to[i] = from[i];
         for (int i = at + count; i < all; i++)
@@ -88,23 +88,23 @@ KT_INLINE void place_motion(const kt_front *f, const kt_front_step *step, const 
         x[i] = 1.0;
         kt_front_shift(c, f->data->front_motion[f->group->v + f->model->link[step->link].local].point, x);
         for (int k = 0; k < c; k++)
-            t[k * f->level + i] = x[k];
+            t[k * f->stride + i] = x[k];
     }
     for (int k = 0; k < c; k++) {
-        memcpy(t + k * f->level + base, motion + k * n, (size_t)n * sizeof *t);
+        memcpy(t + k * f->stride + base, motion + k * n, (size_t)n * sizeof *t);
         for (int i = base + n; i < end; i++)
-            t[k * f->level + i] = 0.0;
+            t[k * f->stride + i] = 0.0;
     }
 }
 
 /* Adds T' I T, four rows of its lower triangle at a time, and -T' p to the forces. */
 KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inertia, const double *p) {
-    const int level = f->level;
+    const int stride = f->stride;
     const double *t = f->product;
     for (int i = 0; i < all; i += KT_FRONT_LANES) {
         kt_v4 force[KT_FRONT_SPACE] = {{0.0}}, pull = kt_front_load(f->pull + i), size = kt_front_load(f->size + i);
         for (int j = 0; j < c; j++) {
-            const kt_v4 x = kt_front_load(t + j * level + i);
+            const kt_v4 x = kt_front_load(t + j * stride + i);
             for (int k = 0; k < c; k++)
                 force[k] += kt_v4_splat(inertia[j * c + k]) * x;
             pull -= kt_v4_splat(p[j]) * x;
@@ -115,13 +115,13 @@ KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inert
         for (int j = 0; j < all && j < i + KT_FRONT_LANES; j++) {
             kt_v4 sum = force[0] * kt_v4_splat(t[j]);
             for (int k = 1; k < c; k++)
-                sum += force[k] * kt_v4_splat(t[k * level + j]);
-            kt_front_store(f->energy + j * level + i, kt_front_load(f->energy + j * level + i) + sum);
+                sum += force[k] * kt_v4_splat(t[k * stride + j]);
+            kt_front_store(f->energy + j * stride + i, kt_front_load(f->energy + j * stride + i) + sum);
         }
     }
     for (int j = 0; j < all; j++)
         for (int i = j + 1; i < all; i++)
-            f->energy[i * level + j] = f->energy[j * level + i];
+            f->energy[i * stride + j] = f->energy[j * stride + i];
 }
 
 /* Adds the energy of a link: T' IA T, and the forces -T' (IA t + bias). Parameters: the parent's acceleration if
@@ -223,19 +223,19 @@ KT_INLINE void pass_constants(kt_front *f, int s) {
 /* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if they are asked for. */
 KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int rows) {
     for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
-        memcpy(*f->kept, f->energy + c * f->level + from, (size_t)rows * sizeof **f->kept);
+        memcpy(*f->kept, f->energy + c * f->stride + from, (size_t)rows * sizeof **f->kept);
 }
 
 /* Puts p = Q (y, p2) into the energy. */
 KT_INLINE void impose(const kt_front *f, int s, const kt_front_factor *x, int base) {
-    const int n = f->count[s].params, rank = f->count[s].rank, all = base + n, level = f->level;
+    const int n = f->count[s].params, rank = f->count[s].rank, all = base + n, stride = f->stride;
     for (int j = 0; j < rank; j++) {
         place_row(f, x->rows + j * n, j, base, all);
         reflect_energy(f, f->spare, x->scale[j], base + j, all);
     }
     keep_energy(f, base, rank, 0, all);
     for (int j = 0; j < rank; j++)
-        kt_front_add(-x->y[j], f->energy + (base + j) * level, all, f->pull);
+        kt_front_add(-x->y[j], f->energy + (base + j) * stride, all, f->pull);
     remove_params(f, base, rank, all);
 }
 
@@ -252,7 +252,7 @@ KT_INLINE void carry_y(const kt_front *f, const kt_front_factor *x, int rank) {
 
 /* Adds the squares of the violations (D p + gap) / scale, halved. */
 KT_INLINE void add_violations(const kt_front *f, int s, const kt_front_factor *x, const double *gap) {
-    const int n = f->count[s].params, level = f->level;
+    const int n = f->count[s].params, stride = f->stride;
     const int32_t *pivot = f->w.pivot + f->count[s].first;
     for (int r = 0; r < f->count[s].rows; r++) {
         const double scale = f->w.scale[pivot[r]];
@@ -261,25 +261,25 @@ KT_INLINE void add_violations(const kt_front *f, int s, const kt_front_factor *x
             d[i] = i < n ? x->rows[r * n + i] / scale : 0.0;
         kt_front_add(-gap[pivot[r]] / scale, d, n, f->pull);
         for (int i = 0; i < n; i++)
-            kt_front_add(d[i], d, n, f->energy + i * level);
+            kt_front_add(d[i], d, n, f->energy + i * stride);
     }
 }
 
 /* y = L^-1 y, y = L^-T y */
 KT_INLINE void solve_lower(const kt_front *f, int at, int n, double *y) {
-    const double *l = f->energy + at * (f->level + 1);
+    const double *l = f->energy + at * (f->stride + 1);
     for (int j = 0; j < n; j++) {
-        y[j] /= l[j * (f->level + 1)];
+        y[j] /= l[j * (f->stride + 1)];
         for (int i = j + 1; i < n; i++)
-            y[i] -= l[j * f->level + i] * y[j];
+            y[i] -= l[j * f->stride + i] * y[j];
     }
 }
 KT_INLINE void solve_upper(const kt_front *f, int at, int n, double *y) {
-    const double *l = f->energy + at * (f->level + 1);
+    const double *l = f->energy + at * (f->stride + 1);
     for (int j = n - 1; j >= 0; j--) {
         for (int i = j + 1; i < n; i++)
-            y[j] -= l[j * f->level + i] * y[i];
-        y[j] /= l[j * (f->level + 1)];
+            y[j] -= l[j * f->stride + i] * y[i];
+        y[j] /= l[j * (f->stride + 1)];
     }
 }
 
@@ -290,30 +290,30 @@ KT_INLINE void divide(double *x, int n, double by) {
 
 /* Y = L^-1 H_ut by rows of t numbers, and H_tt - Y'Y, and g_t - Y' y for y = L^-1 g_u. */
 KT_INLINE void couple(const kt_front *f, int t, int u, const double *y, double *rows) {
-    const int level = f->level, end = kt_front_padded(t);
-    const double *l = f->energy + t * (level + 1);
+    const int stride = f->stride, end = kt_front_padded(t);
+    const double *l = f->energy + t * (stride + 1);
     for (int i = 0; i < u; i++) {
         double *row = rows + i * end;
-        memcpy(row, f->energy + (t + i) * level, (size_t)t * sizeof *row);
+        memcpy(row, f->energy + (t + i) * stride, (size_t)t * sizeof *row);
         for (int k = t; k < end; k++)
             row[k] = 0.0;
         for (int j = 0; j < i; j++)
-            kt_front_add(-l[j * level + i], rows + j * end, t, row);
-        divide(row, t, l[i * (level + 1)]);
+            kt_front_add(-l[j * stride + i], rows + j * end, t, row);
+        divide(row, t, l[i * (stride + 1)]);
     }
     for (int i = 0; i < u; i++) {
         kt_front_add(-y[i], rows + i * end, t, f->pull);
         for (int c = 0; c < t; c++)
-            kt_front_add(-rows[i * end + c], rows + i * end, t, f->energy + c * level);
+            kt_front_add(-rows[i * end + c], rows + i * end, t, f->energy + c * stride);
     }
 }
 
 /* Minimises over the parameters that nothing sees: p_u = free - gain (A, p_t). */
 KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int base, bool judge) {
     const kt_front_count *count = &f->count[s];
-    const int t = base + count->kept, u = count->left - count->kept, all = t + u, level = f->level;
+    const int t = base + count->kept, u = count->left - count->kept, all = t + u, stride = f->stride;
     const int end = kt_front_padded(t);
-    const double *l = f->energy + t * (level + 1);
+    const double *l = f->energy + t * (stride + 1);
     if (u <= 0)
         return true;
     for (int j = 0; j < count->reflectors; j++) {
@@ -321,7 +321,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         place_reflector(f, v, base, all);
         reflect_energy(f, f->spare, x->coupled_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
-    if (!kt_dense_cholesky_within(f->energy + t * (f->level + 1), (size_t)f->level, u, judge ? f->size + t : NULL))
+    if (!kt_dense_cholesky_within(f->energy + t * (f->stride + 1), (size_t)f->stride, u, judge ? f->size + t : NULL))
         return false;
     keep_energy(f, t, u, t, u);
     memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);
@@ -330,8 +330,8 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
     solve_upper(f, t, u, x->free);
     for (int i = u - 1; i >= 0; i--) {
         for (int j = i + 1; j < u; j++)
-            kt_front_add(-l[i * level + j], x->gain + j * end, t, x->gain + i * end);
-        divide(x->gain + i * end, t, l[i * (level + 1)]);
+            kt_front_add(-l[i * stride + j], x->gain + j * end, t, x->gain + i * end);
+        divide(x->gain + i * end, t, l[i * (stride + 1)]);
     }
     return true;
 }
@@ -347,21 +347,21 @@ KT_INLINE void keep_free(const kt_front *f, int s, const kt_front_factor *x) {
 static __attribute__((noinline)) void add_armature(const kt_front *f, const kt_link *link, int at) {
     for (int d = 0; d < kt_link_dofs(link); d++) {
         const double armature = f->model->armature[link->v + d];
-        f->energy[(at + d) * (f->level + 1)] += armature;
+        f->energy[(at + d) * (f->stride + 1)] += armature;
         f->size[at + d] += armature;
     }
 }
 
 /* Adds the energy of a link's own coordinates, and for dynamics all of its energy. */
 KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, const kt_front_aim *aim, int base,
-                        int first, bool geared) {
+                        int first, bool has_armature) {
     const kt_front_step *step = &f->step[s];
     const kt_link *link = &f->model->link[step->link];
     const int dofs = f->count[s].params - first;
     extend_energy(f, base + first, dofs);
     if (aim->kind == KT_FRONT_DYNAMICS)
         weigh_link(f, step, x->motion, base, f->count[s].params, kt_front_constant(f, s));
-    if (geared && aim->kind == KT_FRONT_DYNAMICS)
+    if (has_armature && aim->kind == KT_FRONT_DYNAMICS)
         add_armature(f, link, base + first);
     for (int d = 0; d < dofs; d++) {
         const int at = base + first + d;
@@ -369,7 +369,7 @@ KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, cons
         if (aim->kind == KT_FRONT_DYNAMICS)
             f->pull[at] += f->w.bias[link->local + d] = aim->tau[link->v + d];
         else
-            f->energy[at * (f->level + 1)] = aim->damping / (unit * unit);
+            f->energy[at * (f->stride + 1)] = aim->damping / (unit * unit);
     }
 }
 
@@ -384,7 +384,7 @@ KT_INLINE void enter_terms(kt_front *f, const kt_front_step *step) {
     }
 }
 
-KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool geared) {
+KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool has_armature) {
     const bool dynamics = aim->kind == KT_FRONT_DYNAMICS, least = aim->kind == KT_FRONT_COORDINATES;
     int params = 0;
     extend_energy(f, 0, base);
@@ -397,7 +397,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
         kt_front_enter(f, s);
         enter_terms(f, step);
         if (!least)
-            add_link(f, s, &x, aim, base, params, geared);
+            add_link(f, s, &x, aim, base, params, has_armature);
         if (aim->kind == KT_FRONT_DAMPED)
             add_violations(f, s, &x, aim->gap);
         if (count->rank)
@@ -418,7 +418,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
     return true;
 }
 
-static __attribute__((noinline)) bool reduce_geared(kt_front *f, const kt_front_aim *aim, int base) {
+static __attribute__((noinline)) bool reduce_armature(kt_front *f, const kt_front_aim *aim, int base) {
     return reduce_steps(f, aim, base, true);
 }
 
@@ -428,10 +428,10 @@ bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, 
     kt_front_find(model, data, g, data->factored[g], &f);
     f.kept = aim->kept;
     const int base = aim->base ? f.components : 0;
-    const bool done = model->geared ? reduce_geared(&f, aim, base) : reduce_steps(&f, aim, base, false);
+    const bool done = model->has_armature ? reduce_armature(&f, aim, base) : reduce_steps(&f, aim, base, false);
     for (int c = 0; c < base && done; c++) {
         total->bias[c] = -f.pull[c];
-        memcpy(total->inertia + c * base, f.energy + c * f.level, (size_t)base * sizeof(double));
+        memcpy(total->inertia + c * base, f.energy + c * f.stride, (size_t)base * sizeof(double));
     }
     return done;
 }
@@ -467,7 +467,7 @@ void KT_KERNEL(kt_front_respond)(const kt_model *model, kt_data *data, size_t g,
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     const int count = base ? f.components : 0;
-    for (int c = 0; c < f.level; c++)
+    for (int c = 0; c < f.stride; c++)
         f.z[c] = c < count ? base[c] : 0.0;
     for (int s = f.group->link_count - 1; s >= 0; s--) {
         substitute(&f, s, count, f.z);

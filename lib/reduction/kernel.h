@@ -50,8 +50,8 @@ typedef struct kt_reduction_kernels {
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 } kt_reduction_kernels;
 
-#define KT_REDUCTION_DECLARE(level)                                                                                    \
-    extern const kt_reduction_kernels kt_reduction_kernels_##level, kt_reduction_planar_kernels_##level;
+#define KT_REDUCTION_DECLARE(isa)                                                                                      \
+    extern const kt_reduction_kernels kt_reduction_kernels_##isa, kt_reduction_planar_kernels_##isa;
 KT_REDUCTION_DECLARE(baseline)
 KT_REDUCTION_DECLARE(v3)
 KT_REDUCTION_DECLARE(v4)

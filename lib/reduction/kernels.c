@@ -5,9 +5,9 @@ const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
     if (model->sweep == KT_SWEEP_SPATIAL)
         return kt_reduction_kernels_in_space(model);
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         return &kt_reduction_planar_kernels_v4;
-    if (model->level == KT_ISA_V3)
+    if (model->isa == KT_ISA_V3)
         return &kt_reduction_planar_kernels_v3;
 #endif
     return &kt_reduction_planar_kernels_baseline;
@@ -15,17 +15,17 @@ const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
 
 const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         return &kt_reduction_kernels_v4;
-    if (model->level == KT_ISA_V3)
+    if (model->isa == KT_ISA_V3)
         return &kt_reduction_kernels_v3;
 #endif
     (void)model;
     return &kt_reduction_kernels_baseline;
 }
 
-const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa level) {
+const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa isa) {
     static const kt_reduction_method qr = KT_REDUCTION_METHOD(kt_reduction_qr);
     const kt_reduction_method *from = method ? method : &qr;
-    return level == KT_ISA_V4 ? from->v4 : level == KT_ISA_V3 ? from->v3 : from->baseline;
+    return isa == KT_ISA_V4 ? from->v4 : isa == KT_ISA_V3 ? from->v3 : from->baseline;
 }

@@ -48,6 +48,6 @@ struct kt_reduction_method {
 KT_REDUCTION_EXTERN(kt_reduction_qr)
 
 /* Returns a method's functions for an instruction set; NULL: those of QR. */
-const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa level);
+const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa isa);
 
 #endif

@@ -78,10 +78,10 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int
 }
 
 KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
-                               int32_t top, const double *tau, bool geared, double *a) {
+                               int32_t top, const double *tau, bool has_armature, double *a) {
     kt_planar_inertia total;
     kt_planar_group_assemble(model, data, group, w, top, tau, &total);
-    for (int i = 0; i < w->m && geared; i++)
+    for (int i = 0; i < w->m && has_armature; i++)
         w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
     if (!model->reduction->solve(w, data->rank[group - model->group], top ? KT_PLANAR_WIDTH : 0))
         return false;
@@ -92,9 +92,9 @@ KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, const kt_gr
     return true;
 }
 
-static __attribute__((noinline)) bool eliminate_dense_geared(const kt_model *model, kt_data *data,
-                                                             const kt_group *group, const kt_group_work *w, int32_t top,
-                                                             const double *tau, double *a) {
+static __attribute__((noinline)) bool eliminate_dense_armature(const kt_model *model, kt_data *data,
+                                                               const kt_group *group, const kt_group_work *w,
+                                                               int32_t top, const double *tau, double *a) {
     return eliminate_dense(model, data, group, w, top, tau, true, a);
 }
 
@@ -111,7 +111,7 @@ static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int
     if (kt_group_has_fronts(group))
         return eliminate_front(model, data, g, top, tau, a);
     if (group->has_armature)
-        return eliminate_dense_geared(model, data, group, &w, top, tau, a);
+        return eliminate_dense_armature(model, data, group, &w, top, tau, a);
     return eliminate_dense(model, data, group, &w, top, tau, false, a);
 }
 
@@ -191,9 +191,9 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
 }
 
-static kt_elimination eliminate_geared(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                                       kt_planar_carried *x, kt_planar_response *response, void *context) {
-    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_geared);
+static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
+                                         kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
 }
 
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
@@ -229,9 +229,9 @@ KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *res
     }
 }
 
-static __attribute__((noinline)) size_t backward_geared(const kt_model *model, kt_data *data, const kt_plane *plane,
-                                                        const double *tau, closure *c) {
-    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_geared, c);
+static __attribute__((noinline)) size_t backward_armature(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                                          const double *tau, closure *c) {
+    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_armature, c);
 }
 
 /* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
@@ -252,8 +252,9 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
-        const size_t failed = model->geared ? backward_geared(model, data, plane, tau, &c)
-                                            : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
+        const size_t failed = model->has_armature
+                                  ? backward_armature(model, data, plane, tau, &c)
+                                  : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
         const size_t unsolved = model->has_delassus ? solve_delassus(&c, plane) : model->n.group;

@@ -192,7 +192,7 @@ static void gather(size_t columns, size_t n, size_t stride, const double *from, 
 
 static void apply(const kt_model *model, const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
     (void)model; /* of a library with one instruction set */
-    KT_BY_LEVEL(model->level, , kt_sparse_apply, (a, x, y));
+    KT_BY_ISA(model->isa, , kt_sparse_apply, (a, x, y));
 }
 
 /* What a parameter adds to a column, or NULL. */

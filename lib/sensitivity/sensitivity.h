@@ -70,10 +70,10 @@ typedef struct kt_products {
     void (*sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k, size_t n);
 } kt_products;
 
-#define KT_PRODUCTS_DECLARE(level)                                                                                     \
-    void kt_product_##level(size_t, const double *, const double *, double *, size_t, const double *, const double *,  \
-                            double *);                                                                                 \
-    void kt_sum_##level(double *, const double *, double, const double *, size_t, const double *, size_t);
+#define KT_PRODUCTS_DECLARE(isa)                                                                                       \
+    void kt_product_##isa(size_t, const double *, const double *, double *, size_t, const double *, const double *,    \
+                          double *);                                                                                   \
+    void kt_sum_##isa(double *, const double *, double, const double *, size_t, const double *, size_t);
 KT_PRODUCTS_DECLARE(baseline)
 KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
@@ -88,7 +88,7 @@ typedef struct kt_sparse {
     int32_t *row;
 } kt_sparse;
 
-#define KT_SPARSE_DECLARE(level) void kt_sparse_apply_##level(const kt_sparse *, const kt_v8 *, kt_v8 *);
+#define KT_SPARSE_DECLARE(isa) void kt_sparse_apply_##isa(const kt_sparse *, const kt_v8 *, kt_v8 *);
 KT_SPARSE_DECLARE(baseline)
 KT_SPARSE_DECLARE(v3)
 KT_SPARSE_DECLARE(v4)

@@ -31,11 +31,11 @@ static void add_joint_effects(const kt_step_work *w, size_t stage, const double 
         const kt_effect_record *effect = &model->effect[i];
         const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
         const kt_link *link = &model->link[effect->link[0]];
-        double slope[2] = {0.0, 0.0};
-        (kind->joint_slopes ? kind->joint_slopes : kt_dual_joint_slopes)(effect, model->number, q[link->q], v[link->v],
-                                                                         kt_step_time(w->step, stage), slope);
-        by_xi[link->v] += by_tau[link->v] * slope[0];
-        by_v[link->v] += by_tau[link->v] * slope[1];
+        double derivative[2] = {0.0, 0.0};
+        (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(
+            effect, model->number, q[link->q], v[link->v], kt_step_time(w->step, stage), derivative);
+        by_xi[link->v] += by_tau[link->v] * derivative[0];
+        by_v[link->v] += by_tau[link->v] * derivative[1];
     }
 }
 

@@ -8,9 +8,9 @@
 
 static kt_products products_of(const kt_model *model) {
 #ifdef KT_ISAS
-    if (model->level == KT_ISA_V4)
+    if (model->isa == KT_ISA_V4)
         return (kt_products){kt_product_v4, kt_sum_v4};
-    if (model->level == KT_ISA_V3)
+    if (model->isa == KT_ISA_V3)
         return (kt_products){kt_product_v3, kt_sum_v3};
 #endif
     (void)model;

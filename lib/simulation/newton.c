@@ -442,7 +442,7 @@ static bool autonomous(void *user) {
 }
 
 /* Exact where effects alone depend on time. Targets of loops and a caller's own effects have no such derivative. */
-static int time_slope(double t, const double *y, const double *dydt, double *slope, void *user) {
+static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;
     const double *q = y, *v = y + s->size.nq, *tau = s->tau;
@@ -457,10 +457,10 @@ static int time_slope(double t, const double *y, const double *dydt, double *slo
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
-    return kt_acceleration_rise(model, s->data, t, q, v, tau, external, dydt + s->size.nq, slope + s->size.nq,
-                                &error) == KT_OK
+    return kt_acceleration_time_derivative(model, s->data, t, q, v, tau, external, dydt + s->size.nq,
+                                           slope + s->size.nq, &error) == KT_OK
                ? 0
                : 1;
 }
 
-const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous, time_slope};
+const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous, time_derivative};

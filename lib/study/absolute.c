@@ -271,7 +271,7 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
 static kt_status refuse_armature(const kt_model *tree, kt_error *error) {
     for (size_t i = 1; i < tree->n.link; i++) {
         char where[KT_WHERE_SIZE];
-        if (!tree->link[i].geared)
+        if (!tree->link[i].has_armature)
             continue;
         (void)snprintf(where, sizeof where, "joint '%.100s'", tree->text + tree->body[tree->link[i].body].name);
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,

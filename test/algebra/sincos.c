@@ -15,11 +15,11 @@ enum { GROUP = 1024 };
 typedef void gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
 
 /* Of up to GROUP angles; the list goes on, as the library wants it. */
-static void take(gather *level, const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
+static void take(gather *kernel, const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     static int32_t places[GROUP + KT_SINCOS_LANES];
     memset(places, 0, sizeof places);
     memcpy(places, angle, count * sizeof *angle);
-    level(q, places, count, sine, cosine);
+    kernel(q, places, count, sine, cosine);
 }
 
 /* Angles, a group at a time, and the worst errors so far. */
@@ -181,7 +181,7 @@ KT_TEST(an_angle_has_the_same_bits_in_any_company) {
     kt_check_equal_int("angles whose bits differ", different, 0);
 }
 
-static void same_bits(const char *what, gather *level) {
+static void same_bits(const char *what, gather *kernel) {
     kt_random random = kt_random_of_test();
     static double x[GROUP], sine[2][GROUP], cosine[2][GROUP];
     static int32_t index[GROUP];
@@ -192,7 +192,7 @@ static void same_bits(const char *what, gather *level) {
             index[i] = i;
         }
         take(kt_sincos_gather_baseline, x, index, GROUP, sine[0], cosine[0]);
-        take(level, x, index, GROUP, sine[1], cosine[1]);
+        take(kernel, x, index, GROUP, sine[1], cosine[1]);
         different +=
             memcmp(sine[0], sine[1], sizeof sine[0]) != 0 || memcmp(cosine[0], cosine[1], sizeof cosine[0]) != 0;
     }
@@ -204,13 +204,13 @@ KT_TEST(all_levels_give_the_same_bits) {
     if (kt_isa_resolve(KT_ISA_V3) == KT_ISA_V3)
         same_bits("groups that differ between baseline and v3", kt_sincos_gather_v3);
     else
-        kt_skip("v3", KT_NO_LEVEL);
+        kt_skip("v3", KT_NO_ISA);
     if (kt_isa_resolve(KT_ISA_V4) == KT_ISA_V4)
         same_bits("groups that differ between baseline and v4", kt_sincos_gather_v4);
     else
-        kt_skip("v4", KT_NO_LEVEL);
+        kt_skip("v4", KT_NO_ISA);
 #else
-    kt_skip("v3 and v4", KT_NO_LEVEL);
+    kt_skip("v3 and v4", KT_NO_ISA);
 #endif
     same_bits("groups that differ between two runs", kt_sincos_gather_baseline);
 }

@@ -61,7 +61,7 @@ def main():
 
     claim("help_is_no_mistake", [] if run(program, "--help").returncode == 0 else ["--help fails"])
     claim("mistakes_are_told",
-          [" ".join(words) for words in (["--max", "0"], ["--max", "many"], ["--seconds", "-1"], ["--level", "v9"],
+          [" ".join(words) for words in (["--max", "0"], ["--max", "many"], ["--seconds", "-1"], ["--isa", "v9"],
                                          ["--what"], ["10"], ["--max", "1", "--csv", "no/such/folder/figures.csv"])
            for said in [run(program, *words)] if said.returncode != 2 or not said.stderr])
     finish()

@@ -160,7 +160,7 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
             tree.model = NULL;
             tree.data = NULL;
             if (kt_model_compile(&tree.description, &options, &tree.model, &e) == KT_ERROR_UNSUPPORTED) {
-                kt_skip("an instruction set", KT_NO_LEVEL);
+                kt_skip("an instruction set", KT_NO_ISA);
                 continue;
             }
             if (!kt_tree_fine("data", kt_data_create(tree.model, &tree.data, &e), &e))

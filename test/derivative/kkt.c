@@ -97,7 +97,7 @@ static void run(const tangle_plan *plan, int mechanisms, kt_metric metric, censu
     *c = (census){0};
     for (int n = 0; n < mechanisms; n++) {
         tangle_plan some = *plan;
-        some.tree.geared = n % 3 ? 0.0 : 0.5;
+        some.tree.with_armature = n % 3 ? 0.0 : 0.5;
         some.options.structure = n % 2 ? KT_STRUCTURE_FRONTS : KT_STRUCTURE_AUTO;
         if (tangle_grow(&g, &some, &random) && tangle_system_of(&g, &s)) {
             const int nv = g.tree.nv;

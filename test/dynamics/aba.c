@@ -20,7 +20,7 @@ KT_TEST(aba_inverts_rnea_on_random_trees) {
         kt_tree_state s;
         kt_tree_plan plan = kt_tree_plan_default();
         plan.bodies = kt_random_int(&random, 1, 14);
-        plan.geared = n % 2 ? 0.5 : 0.0;
+        plan.with_armature = n % 2 ? 0.5 : 0.0;
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);

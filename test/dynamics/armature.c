@@ -17,7 +17,7 @@ static kt_tree_plan draw_plan(int n, kt_random *random) {
     kt_tree_plan plan = n % 3 ? kt_tree_plan_default() : kt_tree_plan_planar();
     plan.planar = n % 6 == 0 ? 2 : plan.planar; /* some trees planar, some not */
     plan.bodies = kt_random_int(random, 1, 12);
-    plan.geared = 0.6;
+    plan.with_armature = 0.6;
     return plan;
 }
 

@@ -152,7 +152,7 @@ KT_TEST(forward_derivatives_solve_inverse_derivatives) {
         kt_tree_state s;
         kt_tree_plan plan = draw_plan(n, &random);
         plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
-        plan.geared = n % 3 == 1 ? 0.5 : 0.0;
+        plan.with_armature = n % 3 == 1 ? 0.5 : 0.0;
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &s);
@@ -272,7 +272,7 @@ KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
 
 /* Two links of 0.1 m, the lower of one unit of mass at its end, the upper nearly without mass: where they are almost
  * stretched, a small turn of the lower moves the accelerations by several times what they are. */
-static bool grow_whip(kt_tree *tree, kt_isa level, double unit) {
+static bool grow_whip(kt_tree *tree, kt_isa isa, double unit) {
     const double mass[2] = {1e-3 * unit, unit};
     memset(tree, 0, sizeof *tree);
     tree->description = kt_description_default();
@@ -288,7 +288,7 @@ static bool grow_whip(kt_tree *tree, kt_isa level, double unit) {
     tree->description.bodies = tree->body;
     tree->description.body_count = 2;
     kt_model_options options = kt_model_options_default();
-    options.isa = level;
+    options.isa = isa;
     return kt_tree_compile(tree, &options);
 }
 
@@ -298,10 +298,10 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     const double q[2] = {0.3, 0.1}, rest[2] = {2e307, 5e307}, fast[2] = {1e153, 1e153};
     for (int i = 0; i < 3 * 4; i++)
         out[i] = before[i] = i;
-    for (kt_isa level = KT_ISA_BASE; level <= KT_ISA_V4; level++) {
+    for (kt_isa isa = KT_ISA_BASE; isa <= KT_ISA_V4; isa++) {
         kt_tree tree;
         kt_error e = {0};
-        if (kt_isa_resolve(level) == KT_ISA_AUTO || !grow_whip(&tree, level, 1.0))
+        if (kt_isa_resolve(isa) == KT_ISA_AUTO || !grow_whip(&tree, isa, 1.0))
             continue;
         const kt_model *m = tree.model;
         const size_t size = kt_derivative_work_size(m);
@@ -317,7 +317,7 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
             kt_check_contains("words", e.message, "they overflow: look for");
         }
         kt_tree_free(&tree);
-        if (grow_whip(&tree, level, 1e6)) {
+        if (grow_whip(&tree, isa, 1e6)) {
             kt_check_equal_int("fast", kt_kinematics_update(tree.model, tree.data, q, fast, NULL, &e), KT_OK);
             kt_check_equal_int("derivatives of its force",
                                kt_dynamics_inverse_derivatives(tree.model, tree.data, work, size, q, fast, NULL, NULL,

@@ -147,12 +147,12 @@ KT_TEST(halves_of_the_solution_belong_together) {
 }
 
 /* A solution, then a product. */
-static bool compute(factored *f, int n, kt_isa level, double x[2][KT_TREE_NV]) {
+static bool compute(factored *f, int n, kt_isa isa, double x[2][KT_TREE_NV]) {
     char name[32];
     kt_error e;
     snprintf(name, sizeof name, "tree %d", n);
     kt_random random = kt_random_named(name);
-    if (!draw(f, n, &random, &(kt_model_options){.isa = level}))
+    if (!draw(f, n, &random, &(kt_model_options){.isa = isa}))
         return false;
     memset(x, 0, 2 * sizeof *x);
     memcpy(x[0], f->s.v, (size_t)f->tree.nv * sizeof **x);
@@ -165,15 +165,15 @@ static bool compute(factored *f, int n, kt_isa level, double x[2][KT_TREE_NV]) {
 
 KT_TEST(factors_have_equal_bits_on_every_instruction_set) {
     static factored f;
-    for (kt_isa level = KT_ISA_V3; level <= KT_ISA_V4; level++) {
-        if (kt_isa_resolve(level) != level) {
-            kt_skip(level == KT_ISA_V3 ? "factors at x86-64-v3" : "factors at x86-64-v4", KT_NO_LEVEL);
+    for (kt_isa isa = KT_ISA_V3; isa <= KT_ISA_V4; isa++) {
+        if (kt_isa_resolve(isa) != isa) {
+            kt_skip(isa == KT_ISA_V3 ? "factors at x86-64-v3" : "factors at x86-64-v4", KT_NO_ISA);
             continue;
         }
         int differ = 0;
         for (int n = 0; n < TREES / 5; n++) {
             double base[2][KT_TREE_NV], x[2][KT_TREE_NV];
-            if (!compute(&f, n, KT_ISA_BASE, base) || !compute(&f, n, level, x))
+            if (!compute(&f, n, KT_ISA_BASE, base) || !compute(&f, n, isa, x))
                 return;
             differ += memcmp(base, x, sizeof x) != 0;
         }

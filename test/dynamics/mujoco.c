@@ -136,7 +136,7 @@ static bool grow_twin(twin *t, bool floats, kt_random *random) {
     plan.floats = floats;
     plan.bodies = kt_random_int(random, 1, 14);
     plan.types = KT_TREE_ALL_TYPES & ~(1U << KT_JOINT_SCREW | 1U << KT_JOINT_FREE);
-    plan.geared = 0.4;
+    plan.with_armature = 0.4;
     kt_tree_describe(&t->tree, &plan, random);
     for (int i = 0; i < plan.bodies; i++) {
         kt_joint *joint = &t->tree.body[i].joint; /* MuJoCo's balls and free joints have one armature */

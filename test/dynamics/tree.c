@@ -212,8 +212,8 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
         take_mass(tree, parent, plan->bodies, random);
     if (plan->planar)
         flatten(tree, parent, plan->bodies, plan, random);
-    for (int i = 0; plan->geared > 0.0 && i < plan->bodies; i++)
-        for (int k = 0; k < KT_JOINT_NV_MAX && kt_random_uniform(random, 0.0, 1.0) < plan->geared; k++)
+    for (int i = 0; plan->with_armature > 0.0 && i < plan->bodies; i++)
+        for (int k = 0; k < KT_JOINT_NV_MAX && kt_random_uniform(random, 0.0, 1.0) < plan->with_armature; k++)
             tree->body[i].joint.armature[k] = kt_random_uniform(random, 0.01, 2.0);
     for (int i = 0; plan->is_shuffled && i < plan->bodies; i++) { /* Fisher and Yates, inside out */
         place[i] = i;

@@ -26,7 +26,7 @@ typedef struct kt_tree_plan {
     int planar;     /* 1: every tree moves in an oblique plane; 2: every second; and so on. 0: none is made to. Of types
                      * KT_TREE_PLANAR_TYPES alone; masses and forces lie anywhere. Not with massless or shuffled. */
     bool one_plane; /* all of them in the same plane, or in parallel ones */
-    double geared;  /* chance that a joint has armature, which differs between its degrees of freedom */
+    double with_armature; /* chance that a joint has armature, which differs between its degrees of freedom */
 } kt_tree_plan;
 
 /* 12 bodies, all types, massless ones, gravity, in order. */

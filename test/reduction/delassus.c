@@ -21,7 +21,7 @@ static const double armature = 3.0;
 typedef struct rope_plan {
     double reach;
     kt_plan plan;
-    bool relations, geared;
+    bool relations, with_armature;
 } rope_plan;
 
 static void relate_rope(linkage *l) {
@@ -45,7 +45,7 @@ static bool build_rope(linkage *l, const rope_plan *plan) {
         (void)snprintf(name, sizeof name, "bar%d", i);
         kt_body *bar = linkage_bar(l, name, i ? l->body_name[i - 1] : NULL, kt_vec3_make(i ? 1.0 : 0.0, 0.0, 0.0),
                                    kt_vec3_make(1.0, 0.0, 0.0), i ? -2.0 / ROPE : 1.0, 0.1 * (i % 7));
-        bar->joint.armature[0] = plan->geared && i % 3 == 0 ? armature : 0.0;
+        bar->joint.armature[0] = plan->with_armature && i % 3 == 0 ? armature : 0.0;
     }
     (void)linkage_close(l, "held", KT_LOOP_REVOLUTE, l->body_name[ROPE - 1], kt_vec3_make(1.0, 0.0, 0.0), NULL,
                         kt_vec3_make(plan->reach * ROPE, 0.0, 0.0));
@@ -104,7 +104,7 @@ static void solve_rope(const linkage *l, const rope_plan *plan, double *a) {
         k[ROPE][ROPE_ALL] += cosine[i] * rate[i] * rate[i];
         k[ROPE + 1][ROPE_ALL] += sine[i] * rate[i] * rate[i];
     }
-    for (int i = 0; i < ROPE && plan->geared; i += 3) {
+    for (int i = 0; i < ROPE && plan->with_armature; i += 3) {
         k[i][i] += (long double)armature;
         if (i > 0) {
             k[i - 1][i - 1] += (long double)armature;
@@ -157,12 +157,12 @@ static double rope_error(const rope_plan *plan) {
     return error;
 }
 
-static void check_ropes(bool relations, bool geared, double bound) {
+static void check_ropes(bool relations, bool with_armature, double bound) {
     for (int i = 0; i < 4; i++) {
         const rope_plan plan = {.reach = i % 2 ? 0.84 : 0.5,
                                 .plan = i / 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO,
                                 .relations = relations,
-                                .geared = geared};
+                                .with_armature = with_armature};
         kt_check_below(i % 2 ? "tight" : "slack", rope_error(&plan), bound);
     }
 }
@@ -201,8 +201,10 @@ static double rope_projection_error(const rope_plan *plan, kt_metric metric) {
 
 KT_TEST(rope_is_projected_as_by_dense_matrices) {
     for (int i = 0; i < 8; i++) {
-        const rope_plan plan = {
-            .reach = 0.7, .plan = i % 4 / 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO, .relations = i >= 4, .geared = i >= 4};
+        const rope_plan plan = {.reach = 0.7,
+                                .plan = i % 4 / 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO,
+                                .relations = i >= 4,
+                                .with_armature = i >= 4};
         kt_check_below(i % 2 ? "mass" : "identity",
                        rope_projection_error(&plan, i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY), 1e-11);
     }
@@ -233,7 +235,7 @@ static double rope_assembly_error(const rope_plan *plan) {
 KT_TEST(rope_is_assembled_around_held_joints_as_by_dense_matrices) {
     for (int i = 0; i < 4; i++) {
         const rope_plan plan = {
-            .reach = 0.7, .plan = i % 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO, .relations = i >= 2, .geared = i >= 2};
+            .reach = 0.7, .plan = i % 2 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO, .relations = i >= 2, .with_armature = i >= 2};
         kt_check_below(i >= 2 ? "driven" : "plain", rope_assembly_error(&plan), 2e-12);
     }
 }
@@ -490,25 +492,25 @@ static void compare(const tangle_plan *plan, int mechanisms, bool effects, int *
     }
 }
 
-static void compare_in_space(double geared, bool effects) {
+static void compare_in_space(double with_armature, bool effects) {
     tangle_plan plan = tangle_plan_default();
     int compared;
     plan.tree.bodies = 20;
     plan.loops = 2;
     plan.types = 1 << KT_LOOP_SPHERICAL | 1 << KT_LOOP_INLINE | 1 << KT_LOOP_INPLANE | 1 << KT_LOOP_DISTANCE |
                  1 << KT_LOOP_COAXIAL | 1 << KT_LOOP_ORTHOGONAL | 1 << KT_LOOP_COUPLING | 1 << KT_LOOP_MOTION;
-    plan.tree.geared = geared;
+    plan.tree.with_armature = with_armature;
     plan.nearby = 0.0;
     compare(&plan, effects ? 60 : 120, effects, &compared);
     kt_check_above("compared", compared, effects ? 15 : 30);
 }
 
-static void compare_in_a_plane(double geared, bool effects) {
+static void compare_in_a_plane(double with_armature, bool effects) {
     tangle_plan plan = tangle_plan_planar();
     int compared;
     plan.tree.bodies = 20;
     plan.loops = 2;
-    plan.tree.geared = geared;
+    plan.tree.with_armature = with_armature;
     plan.nearby = 0.0;
     compare(&plan, effects ? 60 : 120, effects, &compared);
     kt_check_above("compared", compared, effects ? 15 : 30);

@@ -32,7 +32,7 @@ static void other_free(pair *p) {
 
 typedef struct outcome {
     int mechanisms, compared, fronts, few, narrow, near, ranks; /* ranks: that differ */
-    int planar, spatial, branching, carried, redundant, driven, nonholonomic, geared, by_mass;
+    int planar, spatial, branching, carried, redundant, driven, nonholonomic, with_armature, by_mass;
     int alone; /* that one interpolates, and the other does not */
     double apart;
     kt_worst acceleration, interpolated;
@@ -79,7 +79,7 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
     o->redundant += redundant;
     o->nonholonomic += rolls;
     o->driven += fronts->driven;
-    o->geared += fronts->geared;
+    o->with_armature += fronts->has_armature;
     o->by_mass += fronts->metric == KT_METRIC_MASS;
 }
 
@@ -142,7 +142,7 @@ static void conclude(const outcome *o) {
         "%d mechanisms: %d planar, %d spatial, %d branching, %d carried, %d with redundant equations, %d driven, %d "
         "non-holonomic, %d with armature, %d in the metric of masses, %d in that of ones",
         o->mechanisms, o->planar, o->spatial, o->branching, o->carried, o->redundant, o->driven, o->nonholonomic,
-        o->geared, o->by_mass, o->mechanisms - o->by_mass);
+        o->with_armature, o->by_mass, o->mechanisms - o->by_mass);
     kt_note("%d groups by fronts, %d of few equations, %d narrow; %d mechanisms are near singular", o->fronts, o->few,
             o->narrow, o->near);
     kt_check_equal_int("ranks that differ", o->ranks, 0);
@@ -158,7 +158,7 @@ static void run(tangle_plan *plan, int mechanisms, outcome *o) {
         char of[16];
         (void)snprintf(of, sizeof of, "mechanism %d", i);
         plan->options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
-        plan->tree.geared = i % 3 == 2 ? 0.5 : 0.0;
+        plan->tree.with_armature = i % 3 == 2 ? 0.5 : 0.0;
         if (tangle_grow(&g, plan, &random))
             o->compared += compare(&g, of, o);
         tangle_free(&g);
@@ -175,7 +175,7 @@ KT_TEST(fronts_and_dense_matrices_agree_in_space) {
     kt_check_above("branching", o.branching, 150);
     kt_check_above("driven", o.driven, 60);
     kt_check_above("non-holonomic", o.nonholonomic, 30);
-    kt_check_above("with armature", o.geared, 60);
+    kt_check_above("with armature", o.with_armature, 60);
     kt_check_above("in the metric of masses", o.by_mass, 120);
 }
 

@@ -1,5 +1,5 @@
-/* Mechanisms with loops: equal inputs give equal bits, whatever lies in the workspace and on every instruction-set
- * level; nothing is allocated on the way, and OpenBLAS's threads are left alone.
+/* Mechanisms with loops: equal inputs give equal bits, whatever lies in the workspace and on every instruction
+ * set; nothing is allocated on the way, and OpenBLAS's threads are left alone.
  *
  * From 40 coordinates of a group on LAPACK factors, whose bits are those of its kernels for this processor: the same on
  * every level of this library, and not promised between processors.
@@ -133,7 +133,7 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
     }
 }
 
-static void compare_levels(kt_isa level, const char *what) {
+static void compare_isas(kt_isa isa, const char *what) {
     static tangle g;
     static linkage l;
     static results base, other;
@@ -145,21 +145,21 @@ static void compare_levels(kt_isa level, const char *what) {
             for (int k = 0; k < 2; k++) {
                 kt_tree_free(&g.tree);
                 const kt_model_options options = {
-                    .isa = k ? level : KT_ISA_BASE,
+                    .isa = k ? isa : KT_ISA_BASE,
                     .reduction = kt_reduction_method_of(i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION)};
                 if (!kt_tree_compile(&g.tree, &options))
                     break;
                 const question ask = ask_tangle(&g);
                 ask_all(&ask, leave, k ? &other : &base);
             }
-            compared += kt_model_isa(g.tree.model) == level;
+            compared += kt_model_isa(g.tree.model) == isa;
             different += memcmp(&base, &other, sizeof base) != 0;
         }
         tangle_free(&g);
     }
     for (int k = 0; k < 2; k++) { /* and across a singular position */
         linkage_windows(&l, 4, 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
-        l.options.isa = k ? level : KT_ISA_BASE;
+        l.options.isa = k ? isa : KT_ISA_BASE;
         if (linkage_build(&l, 0.0)) {
             const question ask = ask_linkage(&l);
             ask_all(&ask, leave, k ? &other : &base);
@@ -175,13 +175,13 @@ KT_TEST(every_level_gives_the_same_bits) {
     const kt_isa best = kt_isa_resolve(KT_ISA_AUTO);
     kt_check_true("there is a level", best >= KT_ISA_BASE);
     if (best >= KT_ISA_V3)
-        compare_levels(KT_ISA_V3, "differ on x86-64-v3");
+        compare_isas(KT_ISA_V3, "differ on x86-64-v3");
     else
-        kt_skip("v3", KT_NO_LEVEL);
+        kt_skip("v3", KT_NO_ISA);
     if (best >= KT_ISA_V4)
-        compare_levels(KT_ISA_V4, "differ on x86-64-v4");
+        compare_isas(KT_ISA_V4, "differ on x86-64-v4");
     else
-        kt_skip("v4", KT_NO_LEVEL);
+        kt_skip("v4", KT_NO_ISA);
 }
 
 KT_TEST(nothing_is_allocated_after_set_up) {

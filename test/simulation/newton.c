@@ -178,7 +178,7 @@ KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
         for (size_t i = s->size.nq - 2; i < n; i++)
             y[i] = 0.3 * kt_random_normal(&random);
         kt_check_equal_int("evaluated", callbacks.rhs(t, y, dydt, s), 0);
-        kt_check_equal_int("known", kt_simulation_newton.time_slope(t, y, dydt, slope, s), 0);
+        kt_check_equal_int("known", kt_simulation_newton.time_derivative(t, y, dydt, slope, s), 0);
         for (int l = 0; l < 4; l++) {
             kt_check_equal_int("evaluated", callbacks.rhs(t + step[l] * h, y, one, s), 0);
             for (size_t i = 0; i < n; i++)

@@ -151,8 +151,8 @@ const kt_usage kt_usage_info = {
 
 static const char *plural(int count) { return count == 1 ? "" : "s"; }
 
-static const char *name_level(kt_isa level) {
-    switch (level) {
+static const char *name_isa(kt_isa isa) {
+    switch (isa) {
     case KT_ISA_V3:
         return "x86-64-v3 (AVX2)";
     case KT_ISA_V4:
@@ -175,7 +175,7 @@ static void show_sizes(const kt_model *model) {
     if (nq != nv)
         printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
     printf("\nplan       %s, %s kernels; --plan lists its steps\n", kt_model_plan(model),
-           name_level(kt_model_isa(model)));
+           name_isa(kt_model_isa(model)));
 }
 
 enum { LISTED_MAX = 20 };

@@ -53,7 +53,7 @@ static void draw_ends(kt_random *random, int draw, kt_effect_end end[2]) {
 }
 
 /* All numbers, in the order of the struct; those that a force at a point does not set are zero. */
-static void flatten(kt_effect_slopes s, double *x) {
+static void flatten(kt_effect_jacobian s, double *x) {
     const kt_mat3 none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     size_t n = 0;
     const kt_vec3 wrench[2] = {s.at_point ? none.x : s.moment, s.force};
@@ -68,11 +68,11 @@ static void flatten(kt_effect_slopes s, double *x) {
 
 /* Returns whether anything changes the effect. */
 static bool compare(const kt_effect_record *effect, const kt_effect_end end[2], kt_worst *worst, int draw) {
-    kt_effect_slopes closed, dual;
+    kt_effect_jacobian closed, dual;
     double x[NUMBERS], y[NUMBERS], largest = 0.0, slope = 0.0;
     memset(&closed, 0xFF, sizeof closed);
-    kt_effect_kind_of(effect->type)->slopes(effect, NULL, end, 0.3, &closed);
-    kt_dual_effect_slopes(effect, NULL, end, 0.3, &dual);
+    kt_effect_kind_of(effect->type)->jacobian(effect, NULL, end, 0.3, &closed);
+    kt_dual_effect_jacobian(effect, NULL, end, 0.3, &dual);
     flatten(closed, x);
     flatten(dual, y);
     for (int i = 0; i < NUMBERS; i++) {
@@ -125,8 +125,8 @@ KT_TEST(slopes_of_joint_forces_in_closed_form_are_those_of_dual_numbers) {
             const kt_effect_record effect = draw_effect(&random, types[k].type, 0);
             const double q = 2.0 * kt_random_normal(&random), v = draw % 7 ? kt_random_normal(&random) : 0.0;
             double closed[2], dual[2];
-            kt_effect_kind_of(effect.type)->joint_slopes(&effect, NULL, q, v, 0.3, closed);
-            kt_dual_joint_slopes(&effect, NULL, q, v, 0.3, dual);
+            kt_effect_kind_of(effect.type)->joint_derivatives(&effect, NULL, q, v, 0.3, closed);
+            kt_dual_joint_derivatives(&effect, NULL, q, v, 0.3, dual);
             const double terms = effect.stiffness + (effect.coulomb + effect.breakaway) / effect.smoothing;
             for (int i = 0; i < 2; i++)
                 kt_worst_near(&error, closed[i], dual[i], BOUND * (terms + fmax(fabs(dual[0]), fabs(dual[1]))),

@@ -1,18 +1,18 @@
-/* The same bits on every level of the instruction set that this processor has. */
+/* The same bits on every instruction set that this processor has. */
 #include "moving.h"
 
 #include "dynamics/dynamics.h"
 
 #include <string.h>
 
-static const kt_loop_kind *const *kinds_of(kt_isa level) {
+static const kt_loop_kind *const *kinds_of(kt_isa isa) {
 #ifdef KT_ISAS
-    if (level == KT_ISA_V4)
+    if (isa == KT_ISA_V4)
         return kt_loop_kinds_v4;
-    if (level == KT_ISA_V3)
+    if (isa == KT_ISA_V3)
         return kt_loop_kinds_v3;
 #endif
-    return level == KT_ISA_BASE ? kt_loop_kinds_baseline : NULL;
+    return isa == KT_ISA_BASE ? kt_loop_kinds_baseline : NULL;
 }
 
 /* Every number of the rows: 11 a row. */
@@ -37,7 +37,7 @@ KT_TEST(every_level_gives_the_same_bits) {
     const kt_isa levels[3] = {KT_ISA_BASE, KT_ISA_V3, KT_ISA_V4};
     for (int i = 0; i < 3; i++) {
         if (kt_isa_resolve(levels[i]) != levels[i] || !kinds_of(levels[i])) {
-            kt_skip(levels[i] == KT_ISA_V3 ? "v3" : "v4", KT_NO_LEVEL);
+            kt_skip(levels[i] == KT_ISA_V3 ? "v3" : "v4", KT_NO_ISA);
             continue;
         }
         kt_random random = kt_random_of_test();

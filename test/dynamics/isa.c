@@ -1,4 +1,4 @@
-/* Equal inputs give equal bits: on every instruction-set level, and whatever lies in the workspace;
+/* Equal inputs give equal bits: on every instruction set, and whatever lies in the workspace;
  * and nothing is allocated on the way. */
 #include "interpose.h"
 #include "tree.h"
@@ -83,7 +83,7 @@ static kt_tree_plan draw_plan(int n) {
 
 /* ---- levels -------------------------------------------------------------------------------------------------- */
 
-static void compare_levels(kt_isa level, const char *what) {
+static void compare_isas(kt_isa isa, const char *what) {
     kt_random random = kt_random_of_test();
     static results base, other;
     int compared = 0, different = 0;
@@ -97,9 +97,9 @@ static void compare_levels(kt_isa level, const char *what) {
         memset(&again, 0, sizeof again);
         again.description = tree.description;
         if (!kt_tree_compile(&tree, &(kt_model_options){.isa = KT_ISA_BASE}) ||
-            !kt_tree_compile(&again, &(kt_model_options){.isa = level}))
+            !kt_tree_compile(&again, &(kt_model_options){.isa = isa}))
             return;
-        compared += kt_model_isa(tree.model) == KT_ISA_BASE && kt_model_isa(again.model) == level;
+        compared += kt_model_isa(tree.model) == KT_ISA_BASE && kt_model_isa(again.model) == isa;
         kt_tree_state_draw(&tree, &random, &s);
         different += !compute(&tree, &s, leave, NULL, &base) || !compute(&again, &s, leave, NULL, &other) ||
                      memcmp(&base, &other, sizeof base) != 0;
@@ -111,16 +111,16 @@ static void compare_levels(kt_isa level, const char *what) {
 }
 
 KT_TEST(all_instruction_set_levels_give_the_same_bits) {
-    compare_levels(KT_ISA_BASE, "trees that differ between two models");
+    compare_isas(KT_ISA_BASE, "trees that differ between two models");
     if (kt_isa_resolve(KT_ISA_V3) == KT_ISA_V3)
-        compare_levels(KT_ISA_V3, "trees that differ between baseline and v3");
+        compare_isas(KT_ISA_V3, "trees that differ between baseline and v3");
     else
-        kt_skip("v3", KT_NO_LEVEL);
+        kt_skip("v3", KT_NO_ISA);
     if (kt_isa_resolve(KT_ISA_V4) == KT_ISA_V4)
-        compare_levels(KT_ISA_V4, "trees that differ between baseline and v4");
+        compare_isas(KT_ISA_V4, "trees that differ between baseline and v4");
     else
-        kt_skip("v4", KT_NO_LEVEL);
-    kt_note("this processor and build: best level %d", (int)kt_isa_resolve(KT_ISA_AUTO));
+        kt_skip("v4", KT_NO_ISA);
+    kt_note("this processor and build: best instruction set %d", (int)kt_isa_resolve(KT_ISA_AUTO));
 }
 
 /* ---- workspace ----------------------------------------------------------------------------------------------- */
