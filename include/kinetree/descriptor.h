@@ -60,6 +60,39 @@ typedef struct kt_key {
     bool needed;          /* it has no default */
 } kt_key;
 
+/* What can be recorded of an effect, a number each. X(id, name, name in a sliding joint, unit, unit in a sliding joint,
+ * what it is). Of effects with two ends a wrench is that on the second end, of a contact that on the sphere; axes and
+ * points are the world's. */
+#define KT_QUANTITY_LIST(X)                                                                                            \
+    X(JOINT_FORCE, "torque", "force", "N m", "N", "in the joint, on its child")                                        \
+    X(TENSION, "force", "force", "N", "N", "along the line of the ends; positive: it pulls them together")             \
+    X(NORMAL, "normal", "normal", "N", "N", "normal force")                                                            \
+    X(FRICTION, "friction", "friction", "N", "N", "friction force, its magnitude")                                     \
+    X(FORCE_X, "fx", "fx", "N", "N", "force along x")                                                                  \
+    X(FORCE_Y, "fy", "fy", "N", "N", "force along y")                                                                  \
+    X(FORCE_Z, "fz", "fz", "N", "N", "force along z")                                                                  \
+    X(MOMENT_X, "mx", "mx", "N m", "N m", "moment about x, about the end's point")                                     \
+    X(MOMENT_Y, "my", "my", "N m", "N m", "moment about y, likewise")                                                  \
+    X(MOMENT_Z, "mz", "mz", "N m", "N m", "moment about z, likewise")                                                  \
+    X(POWER, "power", "power", "W", "W", "that it delivers to the mechanism; negative: takes")                         \
+    X(COORDINATE, "position", "position", "rad", "m", "of the joint")                                                  \
+    X(COORDINATE_RATE, "rate", "rate", "rad/s", "m/s", "of the joint")                                                 \
+    X(LENGTH, "length", "length", "m", "m", "distance of the ends")                                                    \
+    X(LENGTH_RATE, "rate", "rate", "m/s", "m/s", "at which that distance grows")                                       \
+    X(EXCESS, "depth", "depth", "rad", "m", "beyond the stop, below the plane; 0: it does not act")                    \
+    X(SLIP, "slip", "slip", "m/s", "m/s", "speed at which the surfaces slide")                                         \
+    X(POINT_X, "x", "x", "m", "m", "of the sphere's lowest point")                                                     \
+    X(POINT_Y, "y", "y", "m", "m", "likewise")                                                                         \
+    X(POINT_Z, "z", "z", "m", "m", "likewise")
+
+/* The quantities. */
+typedef enum kt_effect_quantity {
+#define KT_QUANTITY_ENUM(id, name, sliding_name, unit, sliding_unit, help) KT_QUANTITY_##id,
+    KT_QUANTITY_LIST(KT_QUANTITY_ENUM)
+#undef KT_QUANTITY_ENUM
+        KT_QUANTITY_COUNT /* how many */
+} kt_effect_quantity;
+
 /* One type. Help, formula and example are NULL in a library for a machine without an operating system. */
 typedef struct kt_descriptor {
     const char *name;    /* in scene files */
@@ -68,6 +101,8 @@ typedef struct kt_descriptor {
     const char *example; /* a scene, but for its first lines (`kinetree: 1` and `gravity`) and its last (`simulate`) */
     const kt_key *keys;  /* in the order in which they are written */
     int key_count;       /* length of keys */
+    const kt_effect_quantity *quantities; /* of an effect: what can be recorded of it; NULL where help is */
+    int quantity_count;                   /* length of quantities */
 } kt_descriptor;
 
 /* The descriptor of a type; NULL for a value that is none, and for KT_EFFECT_CUSTOM, which scene files do not have;
@@ -85,6 +120,12 @@ KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_
 /* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0
  * for a type that does not exist, and in a library without loops. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
+
+/* The words of KT_QUANTITY_LIST: the name and the unit of a quantity, of an effect in a sliding joint or of any other,
+ * and what it is. Static storage; "" for a value that is none. */
+KT_API const char *kt_quantity_name(kt_effect_quantity quantity, bool sliding);
+KT_API const char *kt_quantity_unit(kt_effect_quantity quantity, bool sliding);
+KT_API const char *kt_quantity_help(kt_effect_quantity quantity);
 
 /* What a coordinate of a joint measures. */
 typedef enum kt_coordinate_kind {

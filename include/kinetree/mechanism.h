@@ -240,6 +240,30 @@ typedef struct kt_effect_load {
 KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                                const double *v, int effect, kt_effect_load *load, kt_error *error);
 
+/* The effects of a model, in the description's order: their number; the index of the one with this name, -1 if there is
+ * none; of one its name ("" if it has none), its type (KT_EFFECT_TYPE_COUNT if there is no such effect), the body whose
+ * joint it acts in, or on which its end k is (-1: none). O(log effects), finding by name O(effects). */
+KT_API int kt_effect_count(const kt_model *model);
+KT_API int kt_effect_find(const kt_model *model, const char *name);
+KT_API const char *kt_effect_name(const kt_model *model, int effect);
+KT_API kt_effect_type kt_effect_type_of(const kt_model *model, int effect);
+KT_API int kt_effect_body(const kt_model *model, int effect, int end);
+
+/* What can be recorded of an effect: the number of its quantities, and one of them (KT_QUANTITY_COUNT: there is none).
+ * These are those of its type (kt_descriptor.quantities); of a caller's own effect those of its joint, its wrench, or its
+ * line. Whether its joint slides, which decides their names and units (kt_quantity_name). O(log effects). */
+KT_API int kt_effect_quantity_count(const kt_model *model, int effect);
+KT_API kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k);
+KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);
+
+/* Computes all quantities of all effects at (t, q, v), effect by effect in the description's order: as many numbers as
+ * kt_effect_quantity_count sums up to. NaN where a callback cannot tell its force. Arguments and precision are those of
+ * kt_effect_evaluate. Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v; values are then untouched.
+ * O(nq + effects log effects). */
+KT_API KT_CHECKED kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t,
+                                                          const double *q, const double *v, double *values,
+                                                          kt_error *error);
+
 #ifdef __cplusplus
 }
 #endif

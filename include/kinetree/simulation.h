@@ -59,7 +59,8 @@ extern "C" {
     X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
     X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
     X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
-    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)
+    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
+    X(KT_RECORD_EFFECT, 4096, effect) /* what effects exert, and how they move (kt_effect_quantity_at) */
 
 /* The bits of the quantities that are recorded. */
 enum {

@@ -72,5 +72,6 @@ const kt_descriptor kt_effect_attraction_descriptor = {
                         "effects:\n"
                         "  - {type: attraction, between: [world, moon], strength: 4}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_LINE,
 };
 #endif

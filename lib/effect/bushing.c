@@ -121,5 +121,6 @@ const kt_descriptor kt_effect_bushing_descriptor = {
                         "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
                         "    damping: [20, 20, 20, 1, 1, 1]\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };
 #endif

@@ -204,5 +204,7 @@ const kt_descriptor kt_effect_contact_descriptor = {
                         "    dissipation: 0.2\n"
                         "    friction: 0.4\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITY_NORMAL, KT_QUANTITY_FRICTION, KT_QUANTITIES_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_EXCESS,
+                  KT_QUANTITY_SLIP, KT_QUANTITY_POINT_X, KT_QUANTITY_POINT_Y, KT_QUANTITY_POINT_Z),
 };
 #endif

@@ -49,5 +49,6 @@ const kt_descriptor kt_effect_drag_descriptor = {
     .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
 };
 #endif

@@ -46,5 +46,6 @@ const kt_descriptor kt_effect_force_descriptor = {
                                         "    at: box.corner\n"
                                         "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
 };
 #endif

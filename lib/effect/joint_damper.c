@@ -35,5 +35,6 @@ const kt_descriptor kt_effect_joint_damper_descriptor = {
     .formula = KT_WORDS("force = -c v"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_damper, joint: arm, damping: 0.1}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_JOINT,
 };
 #endif

@@ -81,5 +81,6 @@ const kt_descriptor kt_effect_joint_friction_descriptor = {
                                        "    stribeck: 0.05\n"
                                        "    smoothing: 0.01\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_JOINT,
 };
 #endif

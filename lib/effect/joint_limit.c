@@ -93,5 +93,6 @@ const kt_descriptor kt_effect_joint_limit_descriptor = {
                                        "    stiffness: 500\n"
                                        "    damping: 2\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_EXCESS, KT_QUANTITY_COORDINATE_RATE),
 };
 #endif

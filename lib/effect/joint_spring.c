@@ -57,5 +57,6 @@ const kt_descriptor kt_effect_joint_spring_descriptor = {
     .example =
         KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_JOINT,
 };
 #endif

@@ -44,5 +44,6 @@ const kt_descriptor kt_effect_motor_descriptor = {
     .example =
         KT_WORDS(KT_EXAMPLE_ARM "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_JOINT,
 };
 #endif

@@ -103,5 +103,6 @@ const kt_descriptor kt_effect_servo_descriptor = {
                                        "    damping: 20\n"
                                        "    limit: 15\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_JOINT,
 };
 #endif

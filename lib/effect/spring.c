@@ -84,5 +84,6 @@ const kt_descriptor kt_effect_spring_descriptor = {
                         "effects:\n"
                         "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES_LINE,
 };
 #endif

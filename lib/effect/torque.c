@@ -44,5 +44,6 @@ const kt_descriptor kt_effect_torque_descriptor = {
     .formula = KT_WORDS("moment = m(t)"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n"),
     KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };
 #endif

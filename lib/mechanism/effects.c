@@ -413,7 +413,7 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
 /* ---- one effect, for queries ------------------------------------------------------------------------------------- */
 
 /* Those of one batch are in the description's order. */
-static const kt_effect_record *find_effect(const kt_model *model, int source) {
+const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
     for (size_t i = 0; i < model->n.batch; i++) {
         const kt_effect_record *first = model->effect + model->batch[i].first;
         int32_t low = 0, high = model->batch[i].count - 1;
@@ -431,7 +431,7 @@ static const kt_effect_record *find_effect(const kt_model *model, int source) {
 }
 
 /* The ends of an effect as find_ends has them, from the kinematics of the last update. */
-static void place_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+static void find_ends_of_update(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
     for (int k = 0; k < effect->ends; k++) {
         const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
         const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
@@ -449,36 +449,47 @@ static bool is_load_finite(const kt_effect_load *load) {
     return excess == 0.0;
 }
 
+kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
+                                bool has_ends, kt_error *error) {
+    const kt_input input = {.q = q, .v = v};
+    const kt_status status = kt_input_check(model, &input, error);
+    if (status == KT_OK && has_ends && data->state != kt_state_hash(model, q, v ? v : model->zero))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "data",
+                            "they hold the kinematics of another state; call kt_kinematics_update with this q and v "
+                            "first");
+    return status;
+}
+
+int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
+                        const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    const kt_link *link = &model->link[effect->link[0]];
+    *load = (kt_effect_load){.end_count = effect->ends};
+    find_ends_of_update(data, effect, end);
+    for (int k = 0; k < effect->ends; k++)
+        load->point[k] = end[k].point;
+    return effect->ends > 0
+               ? evaluate_wrench(model, effect, kind, end, t, load->wrench, NULL)
+               : evaluate_joint_force(model, effect, kind, q[link->q], v[link->v], t, &load->joint_force, NULL);
+}
+
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                              int effect, kt_effect_load *load, kt_error *error) {
     KT_REQUIRE_DATA(error, model, data);
     KT_REQUIRE(error, q || !model->n.q, load);
-    const kt_effect_record *record = find_effect(model, effect);
+    const kt_effect_record *record = kt_effect_record_find(model, effect);
     if (!record)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
                             model->n.effect);
-    const kt_input input = {.q = q, .v = v};
-    const kt_status status = kt_input_check(model, &input, error);
+    const kt_status status = kt_effect_state_check(model, data, q, v, record->ends > 0, error);
     if (status != KT_OK)
         return status;
-    v = v ? v : model->zero;
-    if (record->ends > 0 && data->state != kt_state_hash(model, q, v))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "data",
-                            "they hold the kinematics of another state; call kt_kinematics_update with this q and v "
-                            "first");
-    const kt_effect_kind *kind = kt_effect_kind_of(record->type);
-    const kt_link *link = &model->link[record->link[0]];
     sum s = {.model = model, .t = t, .failed = record};
-    kt_effect_load found = {.end_count = record->ends};
+    kt_effect_load found;
     kt_effect_end end[2];
-    place_ends(data, record, end);
-    s.code = record->ends > 0
-                 ? evaluate_wrench(model, record, kind, end, t, found.wrench, NULL)
-                 : evaluate_joint_force(model, record, kind, q[link->q], v[link->v], t, &found.joint_force, NULL);
+    s.code = kt_effect_load_find(model, data, t, q, v ? v : model->zero, record, end, &found);
     if (s.code != 0)
         return refuse_code(&s, error);
-    for (int k = 0; k < record->ends; k++)
-        found.point[k] = end[k].point;
     if (!is_load_finite(&found))
         return refuse_force(&s, record, error);
     *load = found;

@@ -45,6 +45,17 @@ size_t kt_gap_count(const kt_model *model);
 void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, bool swept, kt_gap *gaps);
 const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k);
 
+/* The record of an effect by its index in the description; NULL: there is none. */
+const kt_effect_record *kt_effect_record_find(const kt_model *model, int source);
+
+/* What an effect exerts, as kt_effect_evaluate, and the motion of its ends, in a state that has been checked before:
+ * whether it is finite and, for effects with ends, whether data hold its kinematics. Returns the code of a callback,
+ * otherwise 0. */
+KT_CHECKED kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
+                                           bool has_ends, kt_error *error);
+int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
+                        const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
+
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
 

@@ -26,6 +26,21 @@
 /* Members of a descriptor: the array `keys` of its file. */
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 
+/* Members of an effect's descriptor: what can be recorded of it. */
+#ifdef KT_NO_WORDS
+#define KT_QUANTITIES(...) .quantities = NULL
+#else
+#define KT_QUANTITIES(...)                                                                                             \
+    .quantities = (const kt_effect_quantity[]){__VA_ARGS__},                                                           \
+    .quantity_count = (int)(sizeof((const kt_effect_quantity[]){__VA_ARGS__}) / sizeof(kt_effect_quantity))
+#endif
+#define KT_QUANTITIES_FORCE KT_QUANTITY_FORCE_X, KT_QUANTITY_FORCE_Y, KT_QUANTITY_FORCE_Z
+#define KT_QUANTITIES_MOMENT KT_QUANTITY_MOMENT_X, KT_QUANTITY_MOMENT_Y, KT_QUANTITY_MOMENT_Z
+#define KT_QUANTITIES_JOINT                                                                                            \
+    KT_QUANTITIES(KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE, KT_QUANTITY_COORDINATE_RATE)
+#define KT_QUANTITIES_LINE                                                                                             \
+    KT_QUANTITIES(KT_QUANTITY_TENSION, KT_QUANTITY_POWER, KT_QUANTITY_LENGTH, KT_QUANTITY_LENGTH_RATE)
+
 /* Keys that several types have. */
 #define KT_BETWEEN_KEY(object)                                                                                         \
     { "between", KT_KEY_ENDS, offsetof(object, between), "", KT_WORDS("the two ends, on two bodies"), .needed = true }

@@ -154,7 +154,7 @@ static void add_step(list *l, const kt_model *model, const kt_run *run) {
                 "no joint has one");
 }
 
-static void add_record(list *l, const kt_run *run, unsigned record) {
+static void add_record(list *l, const kt_run *run, unsigned record, size_t effects) {
     static const char why[] = "not recorded";
     const unsigned energies = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
     add_or_drop(l, KT_PHASE_RECORD, "accelerations", (record & KT_RECORD_ACCELERATIONS) != 0, "evaluation", why);
@@ -163,6 +163,8 @@ static void add_record(list *l, const kt_run *run, unsigned record) {
     add_or_drop(l, KT_PHASE_RECORD, "reactions", (record & KT_RECORD_REACTIONS) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "momentum", (record & KT_RECORD_MOMENTUM) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "orientations", (record & KT_RECORD_ORIENTATION) != 0, "pass", why);
+    add_or_drop(l, KT_PHASE_RECORD, "what effects exert", (record & KT_RECORD_EFFECT) != 0 ? effects : 0, "effects",
+                (record & KT_RECORD_EFFECT) != 0 ? "the scene names no effects" : why);
     add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", why);
 }
 
@@ -177,6 +179,6 @@ int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps)
     add_dynamics(&l, model);
     add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);
     add_step(&l, model, run);
-    add_record(&l, run, record);
+    add_record(&l, run, record, model->n.effect);
     return l.count;
 }

@@ -441,3 +441,53 @@ KT_TEST(summary_has_extremes_and_means_of_all_columns) {
     kt_check_near("constant", kt_json_at(root, "columns/momentum.lz/rms"), 6.0, 1e-10);
     json_decref(root);
 }
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+/* x = cos 2 t under a spring of 8 N/m at a mass of 2 kg that is 3 m from the spring's end where it is slack; a motor of
+ * sin(2 pi t) N m at an inertia of 0.5 kg m^2: velocity (1 - cos(2 pi t)) / pi. */
+static const char driven[] = "kinetree: 1\n"
+                             "bodies:\n"
+                             "  - {name: block, joint: {type: prismatic, axis: x, position: 1}, mass: 2}\n"
+                             "  - {name: rotor, joint: {type: revolute}, mass: 1, inertia: [0.5, 0.5, 0.5]}\n"
+                             "effects:\n"
+                             "  - {name: strut, type: spring, between: [{body: world, at: [-3, 0, 0]}, block],\n"
+                             "     stiffness: 8, length: 3}\n"
+                             "  - {type: motor, joint: rotor, torque: {sine: {amplitude: 1, frequency: 1}}}\n"
+                             "simulate: {duration: 1, integrator: dop853, tolerance: 1e-12}\n"
+                             "output: {interval: 0.0625, record: [effect]}\n";
+
+KT_TEST(effects_are_recorded_with_units_in_the_header) {
+    const double pi = 3.14159265358979323846;
+    kt_write_file("driven.yaml", driven);
+    const char *csv = kt_shell("$K run driven.yaml --quiet --out -").out;
+    kt_check_contains("header", csv,
+                      "time,effect.strut.force [N],effect.strut.power [W],effect.strut.length [m],effect.strut.rate "
+                      "[m/s],effect[1].torque [N m],effect[1].power [W],effect[1].position [rad],effect[1].rate "
+                      "[rad/s]\n");
+    kt_worst worst = kt_worst_make("columns");
+    for (int line = 1; line < kt_count_lines(csv); line++) {
+        const double t = kt_csv_number(csv, line, 0), x = cos(2.0 * t), v = -2.0 * sin(2.0 * t);
+        const double torque = sin(2.0 * pi * t), speed = (1.0 - cos(2.0 * pi * t)) / pi;
+        const double expected[] = {8.0 * x, -8.0 * x * v, 3.0 + x, v, torque, torque * speed};
+        for (int k = 0; k < 6; k++)
+            kt_worst_near(&worst, kt_csv_number(csv, line, k + 1), expected[k], 2e-10, "t = %g, column %d", t, k + 1);
+    }
+    kt_check_worst(&worst);
+}
+
+KT_TEST(summary_has_the_extremes_of_effects) {
+    kt_write_file("driven.yaml", driven);
+    json_t *root = kt_json(kt_shell("$K run driven.yaml --quiet --out /dev/null --summary -").out);
+    kt_check_near("least length", kt_json_at(root, "columns/effect.strut.length/min"), 3.0 + cos(2.0), 2e-10);
+    kt_check_near("its time", kt_json_at(root, "columns/effect.strut.length/min_time"), 1.0, 1e-12);
+    kt_check_near("largest force", kt_json_at(root, "columns/effect.strut.force/max"), 8.0, 1e-9);
+    kt_check_near("force at the end", kt_json_at(root, "columns/effect.strut.force/end"), 8.0 * cos(2.0), 2e-10);
+    kt_check_text("unit", json_string_value(kt_json_find(root, "columns/effect.strut.power/unit")), "W");
+    json_decref(root);
+    kt_check_contains("help", kt_shell("$K help spring").out, "along the line of the ends");
+    root = kt_json(kt_shell("$K run driven.yaml --record position --quiet --out /dev/null --summary -").out);
+    kt_check_true("nothing of effects where it is not asked",
+                  kt_json_find(root, "columns/effect.strut.force/max") == NULL);
+    json_decref(root);
+}

@@ -5,10 +5,12 @@
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
@@ -102,6 +104,19 @@ static bool add_orientations(kt_columns *columns) {
     return fine;
 }
 
+/* And the room for what they quantity. */
+static bool add_effects(kt_columns *columns) {
+    bool fine = true;
+    int at = 0;
+    for (int effect = 0; effect < kt_effect_count(columns->model) && fine; effect++) {
+        const int count = kt_effect_quantity_count(columns->model, effect);
+        fine = add(columns, KT_COLUMN_EFFECT, effect, count, at);
+        at += count;
+    }
+    columns->quantities = fine ? malloc(((size_t)at + 1) * sizeof *columns->quantities) : NULL;
+    return columns->quantities != NULL;
+}
+
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
     *columns = (kt_columns){.model = model, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
@@ -126,6 +141,8 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
         fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
+    if (fine && (record & KT_RECORD_EFFECT) != 0)
+        fine = add_effects(columns);
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
     return columns->values != NULL;
 }
@@ -133,6 +150,7 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
 void kt_columns_free(kt_columns *columns) {
     free(columns->columns);
     free(columns->values);
+    free(columns->quantities);
     *columns = (kt_columns){.count = 0};
 }
 
@@ -143,6 +161,15 @@ static int name_numbered(char *text, size_t size, const char *kind, const char *
                          int count) {
     return count == 1 ? snprintf(text, size, "%s.%s%s", kind, name, of)
                       : snprintf(text, size, "%s.%s%s[%d]", kind, name, of, k);
+}
+
+/* "effect.tyre.force"; "effect[2].force" of one without a name. */
+static int name_quantity(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
+    const char *name = kt_effect_name(columns->model, c->index);
+    const char *quantity = kt_quantity_name(kt_effect_quantity_at(columns->model, c->index, c->component),
+                                            kt_effect_is_sliding(columns->model, c->index));
+    return name[0] != '\0' ? snprintf(text, size, "effect.%s.%s", name, quantity)
+                           : snprintf(text, size, "effect[%d].%s", c->index, quantity);
 }
 
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
@@ -187,8 +214,25 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_MULTIPLIER:
         return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
                              kt_loop_rows_of(model, c->index).count);
+    case KT_COLUMN_EFFECT:
+        return name_quantity(columns, c, text, size);
     }
     return 0;
+}
+
+static const char *unit_of_quantity(const kt_columns *columns, const kt_column *c) {
+    return kt_quantity_unit(kt_effect_quantity_at(columns->model, c->index, c->component),
+                            kt_effect_is_sliding(columns->model, c->index));
+}
+
+int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size) {
+    const kt_column *c = &columns->columns[column];
+    const int length = kt_column_name(columns, column, text, size);
+    if (c->source != KT_COLUMN_EFFECT)
+        return length;
+    const char *unit = unit_of_quantity(columns, c);
+    const size_t used = (size_t)length < size ? (size_t)length : size;
+    return length + snprintf(text != NULL ? text + used : NULL, size - used, " [%s]", unit);
 }
 
 static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_column *c) {
@@ -208,6 +252,24 @@ static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_colum
         break;
     }
     return angles[order];
+}
+
+static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column *c) {
+    static const struct {
+        const char *unit;
+        kt_quantity quantity;
+    } of[] = {{"N", {"Forces of effects", "N"}},
+              {"N m", {"Torques of effects", "N m"}},
+              {"W", {"Powers of effects", "W"}},
+              {"m", {"Lengths of effects", "m"}},
+              {"m/s", {"Rates of effects", "m/s"}},
+              {"rad", {"Angles of effects", "rad"}},
+              {"rad/s", {"Angular rates of effects", "rad/s"}}};
+    const char *unit = unit_of_quantity(columns, c);
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++)
+        if (strcmp(of[i].unit, unit) == 0)
+            return of[i].quantity;
+    return (kt_quantity){"Effects", ""};
 }
 
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
@@ -239,6 +301,8 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_REACTION:
     case KT_COLUMN_LOOP_REACTION:
         return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
+    case KT_COLUMN_EFFECT:
+        return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
         break;
     }
@@ -288,7 +352,8 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
     }
 }
 
-static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group) {
+static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
+                       const double *quantities) {
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -320,17 +385,32 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
         return component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
         return coordinate(record->multipliers, c->at);
+    case KT_COLUMN_EFFECT:
+        return quantities[c->at];
     }
     return (double)NAN;
 }
 
+/* NaN if the state is not finite, as the last one of a failed run may be. */
+static void evaluate_quantities(kt_columns *columns, const kt_record *record) {
+    const kt_model *model = columns->model;
+    if (kt_effect_quantities_evaluate(model, record->data, record->time, record->q, record->v, columns->quantities,
+                                      NULL) == KT_OK)
+        return;
+    for (size_t i = 0; i < columns->count; i++)
+        if (columns->columns[i].source == KT_COLUMN_EFFECT)
+            columns->quantities[columns->columns[i].at] = (double)NAN;
+}
+
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
     kt_column_group group = {{0.0}};
+    if (columns->quantities != NULL)
+        evaluate_quantities(columns, record);
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
         if (c->component == 0)
             group = group_of(columns, c, record);
-        columns->values[i] = value_of(c, record, &group);
+        columns->values[i] = value_of(c, record, &group, columns->quantities);
     }
     return columns->values;
 }

@@ -1,4 +1,4 @@
-/* The columns of a run's records: what they are called, what they measure, and their values in a record. */
+/* The columns of a run's records: what they are called, what they quantity, and their values in a record. */
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
@@ -24,6 +24,7 @@ typedef enum kt_column_source {
     KT_COLUMN_REACTION,            /* in the joint of body `index`: force x, y, z, moment x, y, z */
     KT_COLUMN_LOOP_REACTION,       /* in loop `index` */
     KT_COLUMN_MULTIPLIER,          /* of equation `component` of loop `index` */
+    KT_COLUMN_EFFECT,              /* quantity `component` of effect `index`; at: among all quantities */
 } kt_column_source;
 
 typedef struct kt_column {
@@ -38,7 +39,8 @@ typedef struct kt_columns {
     unsigned record; /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
-    double *values; /* [count], of the record that was evaluated last */
+    double *values;     /* [count], of the record that was evaluated last */
+    double *quantities; /* of all effects, likewise; NULL: they are not recorded */
 } kt_columns;
 
 /* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
@@ -48,6 +50,10 @@ void kt_columns_free(kt_columns *columns);
 
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
+
+/* Does the same, with the unit of what effects exert behind it: "effect.tyre.force [N]", as the first line of a file has
+ * it. */
+int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size);
 
 /* What a chart calls columns that share an axis, and their unit. */
 typedef struct kt_quantity {

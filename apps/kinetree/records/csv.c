@@ -27,10 +27,10 @@ static char *start_cell(kt_lines *lines, size_t length) {
 
 static void add_header(kt_csv *csv) {
     for (size_t i = 0; i < csv->columns->count; i++) {
-        const int length = kt_column_name(csv->columns, i, NULL, 0);
+        const int length = kt_column_header(csv->columns, i, NULL, 0);
         char *cell = start_cell(&csv->lines, (size_t)length);
         if (cell != NULL)
-            csv->lines.used += (size_t)kt_column_name(csv->columns, i, cell, (size_t)length + 1);
+            csv->lines.used += (size_t)kt_column_header(csv->columns, i, cell, (size_t)length + 1);
     }
 }
 

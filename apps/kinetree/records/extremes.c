@@ -63,6 +63,7 @@ json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *colu
         json_object_set_new(one, "max_time", kt_json_number(e->greatest_time));
         json_object_set_new(one, "rms", kt_json_number(root_mean_square(e)));
         json_object_set_new(one, "end", kt_json_number(e->last));
+        json_object_set_new(one, "unit", json_string(kt_column_quantity(columns, i).unit));
         json_object_set_new(object, name, one);
     }
     return object;

@@ -28,8 +28,8 @@ void kt_extremes_free(kt_extremes *extremes);
 /* Adds the values of a record, one for each column. */
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
-/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end}; the square is integrated
- * by the trapezoidal rule. */
+/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end, unit}; the square is
+ * integrated by the trapezoidal rule. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 
 #endif

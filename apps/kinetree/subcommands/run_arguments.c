@@ -22,8 +22,7 @@ static const kt_option options[] = {
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
      "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier, momentum, orientation, "
-     "marker "
-     "velocity, marker acceleration",
+     "marker velocity, marker acceleration, effect",
      NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
     {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},

@@ -191,6 +191,17 @@ static void print_scene(const char *before, const char *name, const char *exampl
     printf("%ssimulate: {duration: 1}\n", before);
 }
 
+/* "torque or force", "N m or N" */
+static phrase both_of(const char *(*word)(kt_effect_quantity, bool), kt_effect_quantity quantity) {
+    const char *turning = word(quantity, false), *sliding = word(quantity, true);
+    phrase both;
+    if (strcmp(turning, sliding) == 0)
+        snprintf(both.text, sizeof both.text, "%s", turning);
+    else
+        snprintf(both.text, sizeof both.text, "%s or %s", turning, sliding);
+    return both;
+}
+
 static void print_type(const family *f, int type) {
     const kt_descriptor *d = f->describe(type);
     const phrase size = size_of(f, type);
@@ -205,6 +216,12 @@ static void print_type(const family *f, int type) {
                key->needed ? "" : "default: ", standard.text);
         if (key->also != NULL)
             printf("  %-13s may be written '%s'\n", "", key->also);
+    }
+    for (int i = 0; i < d->quantity_count; i++) {
+        const phrase name = both_of(kt_quantity_name, d->quantities[i]);
+        const phrase unit = both_of(kt_quantity_unit, d->quantities[i]);
+        printf("%s  %-16s %s, %s\n", i == 0 ? "\nRecorded by --record effect\n" : "", name.text,
+               kt_quantity_help(d->quantities[i]), unit.text);
     }
     printf("\nExample\n");
     print_scene("  ", NULL, d->example);
@@ -247,6 +264,12 @@ static void print_section(const family *f, int type) {
         const phrase unit = unit_of(type, key), standard = default_of(f, key);
         printf("| `%s`%s%s%s | %s | %s | %s |\n", name_of(key), key->also ? ", `" : "", key->also ? key->also : "",
                key->also ? "`" : "", key->help, unit.text, standard.text);
+    }
+    for (int i = 0; i < d->quantity_count; i++) {
+        const phrase name = both_of(kt_quantity_name, d->quantities[i]);
+        const phrase unit = both_of(kt_quantity_unit, d->quantities[i]);
+        printf("%s| `%s` | %s | %s |\n", i == 0 ? "\n| recorded | what it is | unit |\n|---|---|---|\n" : "", name.text,
+               kt_quantity_help(d->quantities[i]), unit.text);
     }
     snprintf(scene, sizeof scene, "%s-%s", f->noun, d->name);
     printf("\n```yaml\n");

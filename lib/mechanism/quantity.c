@@ -1,0 +1,222 @@
+/* What can be recorded of effects: forces, powers, and how their ends or joints move.
+ *
+ * With the wrenches F_k, M_k on the ends k, their points p_k with velocities v_k, and their angular velocities w_k
+ *     power    P = sum (F_k . v_k + M_k . w_k)            of a joint force f: P = f v
+ *     length   |d|, d = p_2 - p_1, n = d / |d|            rate: n . (v_2 - v_1); |v_2 - v_1| where d = 0
+ *     tension  F_1 . n, which pulls the first end towards the second; |F_1| where d = 0
+ * and of a contact with normal n and lowest point l of the sphere, F_1 being the force on the sphere,
+ *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
+ *                                                                     that of the plane's body there.
+ */
+#include "mechanism/evaluate.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- words ------------------------------------------------------------------------------------------------------- */
+
+const char *kt_quantity_name(kt_effect_quantity quantity, bool sliding) {
+#define NAME(id, name, sliding_name, unit, sliding_unit, help) {name, sliding_name},
+    static const char *const names[][2] = {KT_QUANTITY_LIST(NAME)};
+#undef NAME
+    return (unsigned)quantity < KT_QUANTITY_COUNT ? names[quantity][sliding] : "";
+}
+
+const char *kt_quantity_unit(kt_effect_quantity quantity, bool sliding) {
+#define UNIT(id, name, sliding_name, unit, sliding_unit, help) {unit, sliding_unit},
+    static const char *const units[][2] = {KT_QUANTITY_LIST(UNIT)};
+#undef UNIT
+    return (unsigned)quantity < KT_QUANTITY_COUNT ? units[quantity][sliding] : "";
+}
+
+const char *kt_quantity_help(kt_effect_quantity quantity) {
+#define HELP(id, name, sliding_name, unit, sliding_unit, help) help,
+    static const char *const helps[] = {KT_QUANTITY_LIST(HELP)};
+#undef HELP
+    return (unsigned)quantity < KT_QUANTITY_COUNT ? helps[quantity] : "";
+}
+
+/* ---- the effects of a model -------------------------------------------------------------------------------------- */
+
+int kt_effect_count(const kt_model *model) { return model ? (int)model->n.effect : 0; }
+
+const char *kt_effect_name(const kt_model *model, int effect) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    return record && record->name ? model->text + record->name : "";
+}
+
+int kt_effect_find(const kt_model *model, const char *name) {
+    for (size_t i = 0; model && name && name[0] != '\0' && i < model->n.effect; i++)
+        if (model->effect[i].name && strcmp(model->text + model->effect[i].name, name) == 0)
+            return model->effect[i].source;
+    return -1;
+}
+
+kt_effect_type kt_effect_type_of(const kt_model *model, int effect) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    return record ? (kt_effect_type)record->type : KT_EFFECT_TYPE_COUNT;
+}
+
+int kt_effect_body(const kt_model *model, int effect, int end) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    return record && end >= 0 && end < (record->ends > 1 ? record->ends : 1) ? record->body[end] : -1;
+}
+
+/* The quantities of a record. Those of a caller's own effect are those of what it acts on. */
+static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
+    static const kt_effect_quantity in_joint[] = {KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE,
+                                                  KT_QUANTITY_COORDINATE_RATE};
+    static const kt_effect_quantity at_ends[] = {KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER,
+                                                 KT_QUANTITY_LENGTH, KT_QUANTITY_LENGTH_RATE};
+    const kt_descriptor *descriptor = kt_effect_descriptor((kt_effect_type)effect->type);
+    if (descriptor != NULL) {
+        *count = descriptor->quantity_count;
+        return descriptor->quantities;
+    }
+    *count = effect->ends == 0 ? (int)(sizeof in_joint / sizeof *in_joint) : 7 + 2 * (effect->ends == 2);
+    return effect->ends == 0 ? in_joint : at_ends;
+}
+
+int kt_effect_quantity_count(const kt_model *model, int effect) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    int count = 0;
+    if (record)
+        (void)quantities_of(record, &count);
+    return count;
+}
+
+kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    int count = 0;
+    const kt_effect_quantity *quantities = record ? quantities_of(record, &count) : NULL;
+    return k >= 0 && k < count ? quantities[k] : KT_QUANTITY_COUNT;
+}
+
+bool kt_effect_is_sliding(const kt_model *model, int effect) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    return record && record->ends == 0 && model->link[record->link[0]].motion == KT_MOTION_PRISMATIC;
+}
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+/* An effect in a state. */
+typedef struct reading {
+    const kt_effect_record *effect;
+    double q, v; /* of its joint */
+    kt_effect_end end[2];
+    kt_effect_load load;
+} reading;
+
+static double power_of(const reading *r) {
+    double power = r->load.joint_force * r->v;
+    for (int k = 0; k < r->effect->ends; k++)
+        power += kt_vec3_dot(r->load.wrench[k].force, r->end[k].velocity) +
+                 kt_vec3_dot(r->load.wrench[k].moment, r->end[k].omega);
+    return power;
+}
+
+/* The component of a vector of the first or second end along the line of the ends; its length where they coincide. */
+static double along_line(const reading *r, kt_vec3 vector) {
+    const kt_vec3 d = kt_vec3_sub(r->end[1].point, r->end[0].point);
+    const double length = kt_vec3_norm(d);
+    return length > 0.0 ? kt_vec3_dot(d, vector) / length : kt_vec3_norm(vector);
+}
+
+static double excess_of(const reading *r) {
+#if KT_HAS_GAP
+    const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
+    if (kind->joint_gap != NULL)
+        return fmax(-kind->joint_gap(r->effect, r->q, r->v).distance, 0.0);
+    if (kind->gap != NULL)
+        return fmax(-kind->gap(r->effect, r->end).distance, 0.0);
+#endif
+    return (double)NAN;
+}
+
+/* Less its component along the normal of a contact. */
+static kt_vec3 tangential(const reading *r, kt_vec3 vector) {
+    const kt_vec3 n = r->end[1].axes.z;
+    return kt_vec3_sub(vector, kt_vec3_scale(kt_vec3_dot(n, vector), n));
+}
+
+static kt_vec3 lowest_point(const reading *r) {
+    return kt_vec3_sub(r->end[0].point, kt_vec3_scale(r->effect->radius, r->end[1].axes.z));
+}
+
+static kt_vec3 velocity_at(const kt_effect_end *end, kt_vec3 point) {
+    return kt_vec3_add(end->velocity, kt_vec3_cross(end->omega, kt_vec3_sub(point, end->point)));
+}
+
+static double component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
+
+static double value_of(const reading *r, kt_effect_quantity quantity) {
+    const bool touches = r->effect->type == KT_EFFECT_CONTACT;
+    const kt_wrench *wrench = &r->load.wrench[r->effect->ends == 2 && !touches ? 1 : 0];
+    const kt_vec3 l = lowest_point(r);
+    switch (quantity) {
+    case KT_QUANTITY_JOINT_FORCE:
+        return r->load.joint_force;
+    case KT_QUANTITY_TENSION:
+        return along_line(r, r->load.wrench[0].force);
+    case KT_QUANTITY_NORMAL:
+        return kt_vec3_dot(r->load.wrench[0].force, r->end[1].axes.z);
+    case KT_QUANTITY_FRICTION:
+        return kt_vec3_norm(tangential(r, r->load.wrench[0].force));
+    case KT_QUANTITY_FORCE_X:
+    case KT_QUANTITY_FORCE_Y:
+    case KT_QUANTITY_FORCE_Z:
+        return component(wrench->force, (int)quantity - KT_QUANTITY_FORCE_X);
+    case KT_QUANTITY_MOMENT_X:
+    case KT_QUANTITY_MOMENT_Y:
+    case KT_QUANTITY_MOMENT_Z:
+        return component(wrench->moment, (int)quantity - KT_QUANTITY_MOMENT_X);
+    case KT_QUANTITY_POWER:
+        return power_of(r);
+    case KT_QUANTITY_COORDINATE:
+        return r->q;
+    case KT_QUANTITY_COORDINATE_RATE:
+        return r->v;
+    case KT_QUANTITY_LENGTH:
+        return kt_vec3_norm(kt_vec3_sub(r->end[1].point, r->end[0].point));
+    case KT_QUANTITY_LENGTH_RATE:
+        return along_line(r, kt_vec3_sub(r->end[1].velocity, r->end[0].velocity));
+    case KT_QUANTITY_EXCESS:
+        return excess_of(r);
+    case KT_QUANTITY_SLIP:
+        return kt_vec3_norm(tangential(r, kt_vec3_sub(velocity_at(&r->end[0], l), velocity_at(&r->end[1], l))));
+    case KT_QUANTITY_POINT_X:
+    case KT_QUANTITY_POINT_Y:
+    case KT_QUANTITY_POINT_Z:
+        return component(l, (int)quantity - KT_QUANTITY_POINT_X);
+    case KT_QUANTITY_COUNT:
+        break;
+    }
+    return (double)NAN;
+}
+
+/* Writes the quantities of one effect; returns their number. */
+static int evaluate_one(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
+                        const kt_effect_record *effect, double *values) {
+    const kt_link *link = &model->link[effect->link[0]];
+    reading r = {.effect = effect};
+    if (effect->ends == 0) {
+        r.q = q[link->q];
+        r.v = v[link->v];
+    }
+    int count;
+    const kt_effect_quantity *quantities = quantities_of(effect, &count);
+    const bool fine = kt_effect_load_find(model, data, t, q, v, effect, r.end, &r.load) == 0;
+    for (int k = 0; k < count; k++)
+        values[k] = fine ? value_of(&r, quantities[k]) : (double)NAN;
+    return count;
+}
+
+kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
+                                        const double *v, double *values, kt_error *error) {
+    KT_REQUIRE_DATA(error, model, data);
+    KT_REQUIRE(error, q || !model->n.q, values || !model->n.effect);
+    const kt_status status = kt_effect_state_check(model, data, q, v, model->n.force_link > 0, error);
+    for (int i = 0; i < (int)model->n.effect && status == KT_OK; i++)
+        values += evaluate_one(model, data, t, q, v ? v : model->zero, kt_effect_record_find(model, i), values);
+    return status;
+}
