@@ -116,10 +116,7 @@ claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/mechanism/pow
 claim("run_with_balance_does", [] if files(kept, "/lib/mechanism/power.c") else ["nothing of power.c"])
 claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanism/reaction.c") + files(plain, "/lib/constraint/loop_wrenches.c"))
 
-told = counted(scene(effects=EFFECTS, record="[position, effect]"), function="kt_simulation_run", what="run")
 claim("run_that_does_not_record_effects_runs_nothing_of_them", files(plain, "/lib/mechanism/quantity.c"))
-claim("run_that_records_effects_hands_over_kinematics_alone",
-      files(told, "/lib/mechanism/quantity.c") + ([] if told.instructions > plain.instructions else ["no kinematics"]))
 
 # ---- the matrices of an implicit method --------------------------------------------------------------------------------
 
