@@ -228,6 +228,102 @@ KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *formulati
 KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation,
                                                               kt_error *error);
 
+/* ---- differential-algebraic baselines ---------------------------------------------------------------------------- */
+
+/* The equations of motion with multipliers as they stand, solved by implicit methods: what the reduction to ordinary
+ * differential equations is held against. In tangent coordinates, with q' = E(q) u:
+ *
+ *     M v' = f + A' lambda,   u = v (+ A' mu, ggl alone),   and as equations of the loops
+ *
+ *     index3      phi = 0                                          [MSD 8.31; of rolling A v = b']
+ *     index2      A v = b'                                         [MSD 8.29]; positions drift
+ *     index1      A v' = b''                                       [MSD 8.26]; positions and velocities drift
+ *     ggl         phi = 0 and A v = b', mu being their multipliers [MSD 8.36; Gear, Leimkuhler, Gupta 1985]
+ *     stabilised  A v' = b'' - 2 alpha (A v - b') - beta^2 phi     [MSD 8.38; Baumgarte 1972]
+ *
+ * X(id, name) */
+#define KT_DAE_LIST(X)                                                                                                 \
+    X(KT_DAE_INDEX3, index3)         /* positions alone */                                                             \
+    X(KT_DAE_INDEX2, index2)         /* velocities alone */                                                            \
+    X(KT_DAE_INDEX1, index1)         /* accelerations alone */                                                         \
+    X(KT_DAE_GGL, ggl)               /* positions and velocities, with a multiplier of their own */                    \
+    X(KT_DAE_STABILISED, stabilised) /* accelerations after Baumgarte */
+
+/* The baselines by name; KT_DAE_LIST has their equations. */
+typedef enum kt_dae_type {
+#define KT_DAE_ENUM(id, name) id,
+    KT_DAE_LIST(KT_DAE_ENUM)
+#undef KT_DAE_ENUM
+        KT_DAE_COUNT /* how many */
+} kt_dae_type;
+
+/* Returns the name, as "index3"; NULL for a value out of range. */
+KT_API const char *kt_dae_name(kt_dae_type type);
+
+/* Options of a baseline. */
+typedef struct kt_dae_options {
+    kt_dae_type type;        /* which one */
+    const kt_method *method; /* implicit-euler, crank-nicolson, bdf2, two-step or radau5; the method must outlive it */
+    double alpha, beta;      /* stabilised: the gains, 1/s */
+} kt_dae_options;
+
+/* The baseline by Radau IIA, with gains of 10 1/s. */
+KT_API kt_dae_options kt_dae_options_default(kt_dae_type type);
+
+/* A baseline of a model: its state with multipliers, its matrices. */
+typedef struct kt_dae kt_dae;
+
+/* Allocates a baseline of a model, which must outlive it; kt_dae_free releases it. Errors: KT_ERROR_ARGUMENT (the type,
+ * the gains, a method that is not implicit or not of these families), KT_ERROR_UNSUPPORTED without LAPACK,
+ * KT_ERROR_MEMORY. */
+KT_API KT_CHECKED kt_status kt_dae_create(const kt_model *model, const kt_dae_options *options, kt_dae **dae,
+                                          kt_error *error);
+/* Releases it; does nothing with NULL. */
+KT_API void kt_dae_free(kt_dae *dae);
+
+/* Begins at a state that satisfies the loops (kt_state_assemble), which is copied. Of redundant equations as many as
+ * are independent there are chosen by column pivoting, once: the others have the multiplier 0 from here on. Computes
+ * consistent multipliers and accelerations [MSD 8.54]. Errors: KT_ERROR_SINGULAR at a singular position, or without
+ * inertia along a joint; as kt_loop_equations. There is then no state. */
+KT_API KT_CHECKED kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, kt_error *error);
+
+/* The multipliers (equations of all loops) that belong to a closed state, by the equations that the baseline has chosen
+ * at its start [MSD 8.54]. Errors: KT_ERROR_SINGULAR where these are not independent. */
+KT_API KT_CHECKED kt_status kt_dae_consistent(kt_dae *dae, double t, const double *q, const double *v,
+                                              double *multipliers, kt_error *error);
+
+/* A step of the length h > 0, by Newton's method to rounding. A method of two steps takes its first one, and one after
+ * a step of another length, by the method that starts it. Errors: KT_ERROR_STEP where the iteration does not converge,
+ * KT_ERROR_SINGULAR where its matrix is singular (the chosen equations are not independent any more), each with the
+ * time; the state is then unchanged. Cost: 4 nv + 1 evaluations of the equations for a Jacobian, and O(N^3), N the
+ * unknowns of all stages. */
+KT_API KT_CHECKED kt_status kt_dae_step(kt_dae *dae, double h, kt_error *error);
+
+/* The present time; positions (nq), velocities (nv), multipliers (equations of all loops, kt_loop_equations). They
+ * belong to the baseline and change with its steps. */
+KT_API double kt_dae_time(const kt_dae *dae);
+KT_API const double *kt_dae_positions(const kt_dae *dae);
+KT_API const double *kt_dae_velocities(const kt_dae *dae);
+KT_API const double *kt_dae_multipliers(const kt_dae *dae);
+
+/* The largest |phi| (m or rad) and |A v - b'| (m/s or rad/s) of the present state. */
+KT_API KT_CHECKED kt_status kt_dae_residual(kt_dae *dae, kt_residual *residual, kt_error *error);
+
+/* The condition number, by singular values, of the matrix dF/dy + dF/dy' / (h a) of the last step's Newton iteration
+ * (all stages): it grows as h^-k with the index k, if nothing is scaled [L. Petzold, P. Loetstedt, SIAM J. Sci. Stat.
+ * Comput. 7 (1986) 720]. NaN before the first step. O(N^3). */
+KT_API double kt_dae_condition(kt_dae *dae);
+
+/* What steps have cost since the start. */
+typedef struct kt_dae_counts {
+    uint64_t steps;      /* steps taken */
+    uint64_t iterations; /* of Newton's method, in all */
+    uint64_t jacobians;  /* of stages that were differentiated */
+} kt_dae_counts;
+
+/* The counts so far. */
+KT_API kt_dae_counts kt_dae_counts_get(const kt_dae *dae);
+
 /* ---- accuracy study ---------------------------------------------------------------------------------------------- */
 
 /* A variant of the computation of the same motion: how the model is compiled and how it is run. A study compares
@@ -412,6 +508,22 @@ KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
 KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method,
                                                 bool adaptive, double setting, kt_accuracy_point *point,
                                                 kt_error *error);
+
+/* A run of a differential-algebraic baseline, against the study's reference. */
+typedef struct kt_accuracy_baseline {
+    kt_status status;        /* of the run; where it is not KT_OK, the rest describes the part before the failure */
+    kt_accuracy_error error; /* as of a point */
+    double multiplier;       /* the largest error of a multiplier at a record, over the largest of the reference */
+    double condition;        /* of Newton's matrix, at the last step */
+    double step;             /* s, as taken */
+    kt_dae_counts counts;    /* of the run */
+} kt_accuracy_baseline;
+
+/* Runs a baseline over the study's duration with a step that divides the interval of its records and is at most
+ * `step`, in tree or absolute coordinates. Errors: those of kt_dae_create and kt_absolute_create. */
+KT_API KT_CHECKED kt_status kt_accuracy_measure_baseline(kt_accuracy *study, const kt_dae_options *options,
+                                                         kt_formulation formulation, double step,
+                                                         kt_accuracy_baseline *baseline, kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -9,15 +9,17 @@
 #ifndef KT_ALGEBRA_LU_H
 #define KT_ALGEBRA_LU_H
 
+#include "base/inner.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
 /* Returns false where a pivot is zero or not finite; the matrix is then of no use. */
-bool kt_lu_factor(double *a, size_t n, int *pivot);
+KT_INNER bool kt_lu_factor(double *a, size_t n, int *pivot);
 bool kt_lu_factor_complex(double *re, double *im, size_t n, int *pivot);
 
 /* b becomes A^-1 b. O(2 n^2). */
-void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b);
+KT_INNER void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b);
 void kt_lu_solve_complex(const double *re, const double *im, size_t n, const int *pivot, double *b_re, double *b_im);
 
 #endif

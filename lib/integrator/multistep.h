@@ -2,6 +2,7 @@
 #ifndef KT_INTEGRATOR_MULTISTEP_H
 #define KT_INTEGRATOR_MULTISTEP_H
 
+#include "base/inner.h"
 #include "integrator/integrator.h"
 
 /* y1 = sum_i past_i y_(1-i) + h sum_j slopes_j f_(1-j); `predictor_j` of f_(1-j), of an explicit method. */
@@ -12,7 +13,7 @@ typedef struct kt_multistep {
     double predictor[KT_METHOD_STEPS_MAX + 1];
 } kt_multistep;
 
-kt_multistep kt_multistep_of(const kt_method *method);
+KT_INNER kt_multistep kt_multistep_of(const kt_method *method);
 
 /* For `check_sizes` of a family of multistep methods. */
 kt_status kt_multistep_check_sizes(const kt_method *method, kt_error *error);

@@ -83,3 +83,31 @@ KT_TEST(comparison_says_which_sets_lose_the_n_four_bar) {
 KT_TEST(comparison_needs_loops) {
     kt_expect(1, "there are no loops to keep closed", "$K accuracy " KT_SCENES "/pendulum.yaml --compare-sets");
 }
+
+/* Orders of Radau IIA in both sets of coordinates, from the last lines of their tables; what is asked besides is
+ * refused. */
+KT_TEST(baselines_print_orders_in_tree_and_absolute_coordinates) {
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --baselines --duration 0.25 "
+                                "--steps 0.00625,0.003125");
+    kt_check_equal_int("exit code", ran.code, 0);
+    const char *tree = strstr(ran.out, "in tree coordinates"), *absolute = strstr(ran.out, "in absolute coordinates");
+    if (!kt_check_true("both", tree != NULL && absolute != NULL))
+        return;
+    for (int i = 0; i < 2; i++) {
+        const char *at = strstr(i ? absolute : tree, "  ggl, radau5\n");
+        double x[7], orders[3] = {0.0};
+        for (int line = 0; line < 2 && at != NULL; line++)
+            at = strchr(at, '\n') != NULL ? strchr(at, '\n') + 1 : NULL;
+        const int count = at == NULL ? 0
+                                     : sscanf(at, "%lf %lf %lf %lf %lf %lf %lf %lf %lf %lf", &x[0], &x[1], &x[2], &x[3],
+                                              &x[4], &x[5], &x[6], &orders[0], &orders[1], &orders[2]);
+        kt_check_equal_int(i ? "absolute: numbers" : "tree: numbers", count, 10);
+        kt_check_near("order of positions", orders[0], 5.0, 0.5);
+        kt_check_near("order of velocities", orders[1], 5.0, 0.5);
+        kt_check_near("order of multipliers", orders[2], 3.0, 0.7);
+    }
+    kt_check_contains("conflict", kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --baselines --plot a.svg").err,
+                      "--baselines has a table of its own");
+    kt_check_contains("a tree", kt_shell("$K accuracy " KT_SCENES "/pendulum.yaml --baselines").err,
+                      "no loops to keep closed");
+}

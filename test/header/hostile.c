@@ -73,6 +73,8 @@ typedef struct fixture {
     kt_absolute *absolute;
     kt_constraint_formulation *formulation;
     kt_constraint_formulation_options formulation_options;
+    kt_dae *dae;
+    kt_dae_options dae_options;
     ptrdiff_t place;
     kt_plan_step steps[256];
     const double *slope;
@@ -310,6 +312,7 @@ static bool make_objects(fixture *f) {
     f->block = calloc(1, kt_simulation_state_size(f->simulation) + 64);
     kt_simulation_save(f->simulation, f->block);
     f->formulation_options = kt_constraint_formulation_options_default((kt_constraint_formulation_type)0, 0.01);
+    f->dae_options = kt_dae_options_default((kt_dae_type)0);
     f->variant = kt_variant_default(&f->run);
     if (kt_model_nv(f->model) > 0 && kt_dynamics_mass(f->model, f->data, f->q, f->identity, e) == KT_OK)
         (void)!kt_mass_factor_compute(f->factor, f->identity, e);
@@ -317,6 +320,8 @@ static bool make_objects(fixture *f) {
         f->absolute = NULL;
     if (kt_constraint_formulation_create(f->model, &f->formulation_options, &f->formulation, e) != KT_OK)
         f->formulation = NULL;
+    if (kt_dae_create(f->model, &f->dae_options, &f->dae, e) != KT_OK)
+        f->dae = NULL;
     return true;
 }
 

@@ -15,7 +15,7 @@ HEADERS = sorted(path for path in folder.glob("*.h") if path.name != "kinetree.h
 # What takes long or has arguments of its own; hostile.c calls it by hand, or with NULL alone.
 LEFT_OUT = {"kt_error_set"}
 # Studies of minutes: with pointers that are NULL alone.
-SLOW = {"kt_accuracy_create", "kt_accuracy_measure"}
+SLOW = {"kt_accuracy_create", "kt_accuracy_measure", "kt_accuracy_measure_baseline"}
 # Right arguments by name, where the type does not tell; of one function alone: "function.name".
 BY_NAME = {
     "q": "f->q", "end": "f->q", "v": "f->v", "dv": "f->v", "start": "f->q",
@@ -68,14 +68,15 @@ BY_TYPE = {
     "const kt_constraint_formulation_options *": "&f->formulation_options", "ptrdiff_t *": "&f->place", "kt_plan_step *": "f->steps",
     "double *": None, "const double **": "&f->slope", "void *": "f->memory", "const void *": "f->block",
     "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
+    "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
     "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
     "const kt_variable *": "&f->variable", "kt_variable *": "&f->variable_out",
 }
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_accuracy"]
-ENUMS = r"kt_(joint|loop|effect|shape|function|constraint_formulation)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_accuracy"]
+ENUMS = r"kt_(joint|loop|effect|shape|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
 
 
 def split(parameters):

@@ -33,6 +33,8 @@ static const kt_option option_table[] = {
      "what projection, formulation, reduction and records cost; default: where that is cheap", NULL},
     {"compare-sets", KT_OPTION_FLAG, KT_AT(compare_sets), NULL,
      "ways to keep loops closed, and what each gets wrong; by rk4 and dopri5", NULL},
+    {"baselines", KT_OPTION_FLAG, KT_AT(baselines), NULL,
+     "differential-algebraic formulations of the loops instead, by implicit methods; no other table and no file", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
      "every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv, here; /dev/null: none", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
@@ -48,7 +50,8 @@ const kt_usage kt_usage_accuracy = {
                 "  kinetree accuracy pendulum.yaml --goal 1e-6 --plot pendulum-cost.svg --out pendulum-cost.csv\n"
                 "  kinetree accuracy robot.yaml --integrators rk4,dopri5 --duration 2 --budget 60\n"
                 "  kinetree accuracy robot.yaml --integrators rk4 --steps 1e-3,5e-4 --reference exact.csv\n"
-                "  kinetree accuracy linkage.yaml --compare-sets --plot linkage-sets.svg\n",
+                "  kinetree accuracy linkage.yaml --compare-sets --plot linkage-sets.svg\n"
+                "  kinetree accuracy linkage.yaml --baselines --duration 1 --steps 0.01,0.005,0.0025\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
@@ -59,7 +62,11 @@ const kt_usage kt_usage_accuracy = {
         "between them, in rad; lengths over the scene's length scale (in metres where there are no angles).\n"
         "Where the scene is chaotic the study ends when errors have grown a million times, and says so.\n"
         "--compare-sets: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
-        "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n",
+        "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n"
+        "--baselines: the equations with multipliers of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of index\n"
+        "1 after Baumgarte, by implicit Euler, Crank-Nicolson, BDF2, the two-step method and Radau IIA, in tree and "
+        "in\n"
+        "absolute coordinates: errors of positions, velocities and multipliers, drift, condition, and orders.\n",
     .options = option_table,
     .option_count = sizeof option_table / sizeof option_table[0],
 };
@@ -104,6 +111,18 @@ static int read_lists(kt_accuracy_arguments *a) {
     int code = a->integrator_list != NULL ? read_methods(a) : -1;
     if (code >= 0)
         return code;
+    if (a->baselines && (a->integrator_list != NULL || a->compare_sets || a->out != NULL || a->plot != NULL ||
+                         a->plot_dark != NULL || a->prices || a->tolerance_list != NULL)) {
+        kt_say("accuracy: --baselines has a table of its own: --steps, --duration and --reference go with it, and no "
+               "other choice of what to run or write");
+        return KT_EXIT_USAGE;
+    }
+    if (a->baselines) { /* the study needs one run of its own */
+        a->methods[0] = kt_method_find("dopri5");
+        a->method_count = 1;
+        a->tolerances[0] = 1e-6;
+        a->tolerance_count = 1;
+    }
     if (a->integrator_list == NULL && a->compare_sets)
         a->method_count = kt_compared_methods(a->methods);
     if (a->step_list != NULL)
@@ -143,6 +162,8 @@ static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments
                                           kt_progress *progress) {
     kt_accuracy_options options = kt_accuracy_options_default();
     options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
+    if (arguments->baselines)
+        options.records = 20; /* steps are at most as long as their interval */
     options.methods = arguments->method_count > 0 ? arguments->methods : NULL;
     options.method_count = arguments->method_count;
     options.steps = arguments->step_count > 0 ? arguments->steps : NULL;
@@ -166,6 +187,8 @@ static void say_file(const char *what, const char *path) {
 static int report(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int code = KT_EXIT_DONE;
+    if (arguments->baselines)
+        return kt_finish_output(kt_findings_print_baselines(findings));
     if (arguments->out != NULL)
         code = kt_findings_write(findings, arguments->out);
     if (arguments->plot != NULL) {
@@ -226,8 +249,9 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;
-    if (arguments->compare_sets && kt_loop_count(model) == 0) {
-        kt_say("accuracy: %s: --compare-sets: nothing to compare: there are no loops to keep closed", path);
+    if ((arguments->compare_sets || arguments->baselines) && kt_loop_count(model) == 0) {
+        kt_say("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
+               arguments->baselines ? "baselines" : "compare-sets");
         kt_model_free(model);
         kt_scene_free(&scene);
         return KT_EXIT_USAGE;
@@ -266,6 +290,8 @@ static char *default_name(const char *base, const char *ending) {
 /* Fills in the file names that the command line does not give. A picture needs a name that ends in its format, hence
  * /dev/null means no picture. */
 static void choose_files(kt_accuracy_arguments *arguments, const char *csv, const char *picture) {
+    if (arguments->baselines)
+        return;
     if (arguments->out == NULL)
         arguments->out = csv;
     if (arguments->plot == NULL && arguments->plot_dark == NULL && kt_plot_is_possible())

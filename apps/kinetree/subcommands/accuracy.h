@@ -20,7 +20,7 @@ typedef struct kt_accuracy_arguments {
     double duration, budget;
     kt_settings settings;
     const char *reference, *out, *plot, *plot_dark;
-    bool prices, compare_sets, dark, quiet;
+    bool prices, compare_sets, baselines, dark, quiet;
 
     /* The parsed lists. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
@@ -76,6 +76,9 @@ int kt_findings_print_prices(const kt_findings *findings);
 /* With --compare-sets, prints this table instead: every formulation at one setting of each method, with a sentence on
  * its errors. Returns an exit code. */
 int kt_findings_print_sets(const kt_findings *findings);
+/* With --baselines, prints this table alone: differential-algebraic formulations by implicit methods. Returns an exit
+ * code. */
+int kt_findings_print_baselines(const kt_findings *findings);
 /* Writes every point as CSV. Returns an exit code. */
 int kt_findings_write(const kt_findings *findings, const char *path);
 /* Draws the work-precision diagram. Returns an exit code. */
