@@ -5,12 +5,21 @@
  * bound, steps that shrink to nothing, a state far away. So the loops are closed once more a little later, starting
  * from the last closed position: later by a step, or by the interval between records where steps are not fixed. If they
  * cannot be closed there either, the message names the loops and how far they stay apart.
+ *
+ * Rates that drives and loops prescribe (a wheel that rolls) may end, though positions do not: with s(t) the size of the
+ * smallest direction of the equations A v = b, s v stays what b asks for, and s falls by v, so that
+ *
+ *     v ~ (t* - t)^(-1/2),    t* - t = |v|^2 / (2 v . v')
+ *
+ * and steps shrink with the time that is left. The message names t*.
  */
+#include "closure/dead_point.h"
 #include "closure/open_loops.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -52,6 +61,45 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
     return 0;
 }
 
+#if KT_HAS_JACOBIAN /* left out of the library that is meant to be small */
+/* Where a step has become too small: the time that is left before a dead point of the drives, s. Far from one a time of
+ * this kind is that in which velocities double: it is no less than this share of the time since the start. */
+static const double doubling = 1e-4;
+
+static bool is_next_to_dead_point(const kt_simulation *simulation, double *left) {
+    const kt_integrator *integrator = simulation->integrator;
+    const double *v = kt_integrator_state(integrator) + simulation->size.nq;
+    const double *slope = kt_integrator_known_derivative(integrator);
+    const double smallest = simulation->memory.crossings.smallest;
+    if (!simulation->model->driven || !slope || simulation->memory.crossings.near == 0 || smallest > KT_DEAD)
+        return false;
+    double square = 0.0, growth = 0.0;
+    for (size_t i = 0; i < simulation->size.nv; i++) {
+        square += v[i] * v[i];
+        growth += 2.0 * v[i] * slope[simulation->size.nq + i];
+    }
+    *left = square / growth;
+    return growth > 0.0 && *left < doubling * (kt_integrator_time(integrator) - integrator->memory.origin);
+}
+
+static kt_status refuse_dead_point(const kt_simulation *simulation, double left, kt_error *error) {
+    const size_t nq = simulation->size.nq;
+    const double *v = kt_integrator_state(simulation->integrator) + nq, t = kt_integrator_time(simulation->integrator);
+    size_t fastest = 0;
+    for (size_t i = 0; i < simulation->size.nv; i++)
+        if (fabs(v[i]) > fabs(v[fastest]))
+            fastest = i;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.60s'", t,
+                   kt_body_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest)));
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "a dead point of what drives the loops is at t = %.9g s, %.2g s ahead: velocities grow without "
+                        "bound towards it, for a direction of the loops' equations vanishes there and has %.2g of its "
+                        "usual size already. Let the drives stop, or turn back, before",
+                        t + left, left, simulation->memory.crossings.smallest);
+}
+#endif
+
 /* Whether a place names a time. (A strstr of one's own: newlib's takes 1.4 kB of a microcontroller's memory.) */
 static bool has_time(const char *where) {
     const char *at = strchr(where, 't');
@@ -87,6 +135,11 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
         return kt_error_set(error, end.code, where,
                             "%s. Let what drives them agree and stay within reach, or end before", end.message);
     }
+#if KT_HAS_JACOBIAN
+    double left;
+    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && is_next_to_dead_point(simulation, &left))
+        return refuse_dead_point(simulation, left, error);
+#endif
     add_time(simulation, where);
     if (cause->code != KT_OK && from->code == KT_ERROR_STEP)
         return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
