@@ -89,11 +89,11 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     f.crank = "";
     write_four_bar(&f);
     kt_expect(3, "loop 'close' (revolute), equation by equation: 1, 0, 0 m; 0, 0 deg", "$K check f.yaml");
-    kt_expect(3, "  they close where 'coupler' is 1 m longer from its joint to the end of loop 'close': 3 m, not 2 m\n",
+    kt_expect(3, "  they close if 'coupler' is 1 m longer from its joint to the end of loop 'close': 3 m, not 2 m\n",
               "$K run f.yaml");
-    kt_expect(
-        3, "  they close where the joint of 'rocker' on the world is 1 m nearer to the other one: 4.5 m, not 5.5 m\n",
-        "$K check f.yaml");
+    kt_expect(3,
+              "  they close if the joint of 'rocker' on the world is 1 m nearer to the other one: 4.5 m, not 5.5 m\n",
+              "$K check f.yaml");
     f = usual;
     f.coupler_axis = "x"; /* which leaves the plane of the others */
     f.more = "initial: {hold: [crank]}\n";
@@ -108,7 +108,30 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     f.rocker = ", position: 10 deg";
     f.more = "initial: {hold: [crank, rocker]}\n";
     write_four_bar(&f);
-    kt_expect(3, "they close where 'rocker' is not in 'initial: hold'", "$K info f.yaml");
+    kt_expect(3, "they close if 'rocker' is not in 'initial: hold'", "$K info f.yaml");
+}
+
+/* A door whose second hinge is off by so much across the first one's axis, and not along any length from joint to end. The
+ * place that is told closes it, whatever the size. */
+KT_TEST(ends_of_loops_that_are_apart_are_told_where_to_go) {
+    static const double apart[] = {1e-8, 1e-6, 1e-3};
+    static const char door[] =
+        "kinetree: 1\nbodies:\n"
+        "  - {name: frame, joint: {type: fixed, at: [0.1, 0, 0]}}\n"
+        "  - {name: door, joint: {type: revolute, axis: z, at: [0.3, 0, 0]}, mass: 2, inertia: [0.1, 0.1, 0.1]}\n"
+        "loops: [{name: hinge, type: revolute, axis: z, between: [{body: frame, at: [0.2, %g, 0]}, door]}]\n"
+        "simulate: {duration: 0.01}\n";
+    for (size_t i = 0; i < sizeof apart / sizeof *apart; i++) {
+        char text[600], advice[200];
+        snprintf(text, sizeof text, door, apart[i]);
+        kt_write_file("door.yaml", text);
+        snprintf(advice, sizeof advice,
+                 "  they close if the end of loop 'hinge' on 'frame' is moved by [0, %.3g, 0] m in that frame\n",
+                 -apart[i]);
+        kt_expect(3, advice, "$K check door.yaml");
+        snprintf(advice, sizeof advice, "on 'door' is moved by [0, %.3g, 0] m in that frame\n", apart[i]);
+        kt_expect(3, advice, "$K check door.yaml");
+    }
 }
 
 /* A body at [0, 0, 1] whose marker at [1, 0, 0] is to be at [0, 1, 1]: it must turn by a right angle. */
@@ -133,7 +156,7 @@ KT_TEST(hold_keeps_of_a_joint_what_the_scene_gives) {
     json_decref(root);
     snprintf(text, sizeof text, box, ", orientation: {quaternion: [1, 0, 0, 0]}");
     kt_write_file("box.yaml", text);
-    kt_expect(3, "they close where 'box' is not in 'initial: hold'", "$K check box.yaml");
+    kt_expect(3, "they close if 'box' is not in 'initial: hold'", "$K check box.yaml");
 }
 
 /* A gear pair: the held wheel's velocity is not given, and follows that of the other one. */

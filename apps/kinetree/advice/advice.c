@@ -117,6 +117,12 @@ static int find_marker(const kt_body *body, const char *name) {
     return -1;
 }
 
+/* The point of an end in its body's frame, m. */
+static kt_vec3 point_of_end(const kt_description *d, const kt_end *end) {
+    const int body = find_body(d, end->body), marker = body >= 0 ? find_marker(&d->bodies[body], end->marker) : -1;
+    return marker >= 0 ? d->bodies[body].markers[marker].at : end->at;
+}
+
 /* Lists the bodies on the path from an end of a loop to the world. Returns their number. */
 static int follow_path(const kt_description *d, const kt_end *end, int *path) {
     int count = 0;
@@ -142,11 +148,7 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
     }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < n[k]; i++) {
-            const kt_body *body = &d->bodies[path[k][i]];
-            const int marker = i == 0 ? find_marker(body, ends[k].marker) : -1;
-            const kt_vec3 to = i > 0         ? d->bodies[path[k][i - 1]].joint.at
-                               : marker >= 0 ? body->markers[marker].at
-                                             : ends[k].at;
+            const kt_vec3 to = i > 0 ? d->bodies[path[k][i - 1]].joint.at : point_of_end(d, &ends[k]);
             add_length(
                 list, &count,
                 (length){.body = path[k][i], .child = i > 0 ? path[k][i - 1] : -1, .loop = loop, .end = k, .to = to});
@@ -160,30 +162,40 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
     return count;
 }
 
-/* Tests the assembly with a length that is longer by `change` m. */
-static bool closes_longer(const kt_scene *scene, const length *l, double change) {
+/* Tests the assembly with the origin of a joint at `to`. */
+static bool closes_with_joint_at(const kt_scene *scene, int child, kt_vec3 to) {
     kt_description d = scene->description;
-    const kt_vec3 way = kt_vec3_sub(l->to, l->from);
-    const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(way), way));
     kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
-    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
-    bool closed = false;
-    if (bodies != NULL && loops != NULL) {
-        memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
-        memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
-        if (l->child >= 0) {
-            bodies[l->child].joint.at = to;
-        } else { /* other loops may use the marker, so this end gets a position of its own */
-            loops[l->loop].between[l->end].marker = NULL;
-            loops[l->loop].between[l->end].at = to;
-        }
-        d.bodies = bodies;
-        d.loops = loops;
-        closed = closes(scene, &d);
-    }
+    if (bodies == NULL)
+        return false;
+    memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
+    bodies[child].joint.at = to;
+    d.bodies = bodies;
+    const bool closed = closes(scene, &d);
     free(bodies);
+    return closed;
+}
+
+/* Tests the assembly with an end of a loop at `to`. Other loops may use its marker, so it gets a position of its own. */
+static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3 to) {
+    kt_description d = scene->description;
+    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
+    if (loops == NULL)
+        return false;
+    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
+    loops[loop].between[end].marker = NULL;
+    loops[loop].between[end].at = to;
+    d.loops = loops;
+    const bool closed = closes(scene, &d);
     free(loops);
     return closed;
+}
+
+/* Tests the assembly with a length that is longer by `change` m. */
+static bool closes_longer(const kt_scene *scene, const length *l, double change) {
+    const kt_vec3 way = kt_vec3_sub(l->to, l->from);
+    const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(way), way));
+    return l->child >= 0 ? closes_with_joint_at(scene, l->child, to) : closes_with_end_at(scene, l->loop, l->end, to);
 }
 
 /* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
@@ -245,29 +257,34 @@ static double gap_length(const kt_model *model, int loop, const double *residual
     return sqrt(sum);
 }
 
-/* Returns the residuals of all equations at the state where the assembly ended, in allocated memory; NULL if the
- * assembly succeeded or could not be run. */
-static double *open_residuals(const kt_model *model) {
-    const kt_mobility dof = kt_model_mobility(model);
-    kt_data *data = NULL;
-    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
-    double *residual = calloc((size_t)dof.equations + 1, sizeof *residual);
-    bool is_open = state != NULL && residual != NULL && kt_data_create(model, &data, NULL) == KT_OK;
-    if (is_open) {
-        double *v = state + kt_model_nq(model);
-        kt_model_initial(model, state, v);
-        is_open = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_ERROR_CONSTRAINT;
-        if (is_open)
-            kt_assembly_reached(model, data, state);
-        is_open =
-            is_open && kt_loop_equations(model, data, 0.0, state, NULL, NULL, residual, NULL, NULL, NULL) == KT_OK;
-    }
-    kt_data_free(data);
-    free(state);
-    if (is_open)
-        return residual;
-    free(residual);
-    return NULL;
+/* The state where an assembly ended, with loops open. */
+typedef struct reached {
+    const kt_model *model;
+    kt_data *data;    /* with its kinematics */
+    double *state;    /* q and v */
+    double *residual; /* of all equations */
+} reached;
+
+static void free_reached(reached *r) {
+    kt_data_free(r->data);
+    free(r->state);
+    free(r->residual);
+}
+
+/* Returns whether there is one: the assembly has failed. free_reached frees it in either case. */
+static bool find_reached(const kt_model *model, reached *r) {
+    *r = (reached){.model = model,
+                   .state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *r->state),
+                   .residual = calloc((size_t)kt_model_mobility(model).equations + 1, sizeof *r->residual)};
+    if (r->state == NULL || r->residual == NULL || kt_data_create(model, &r->data, NULL) != KT_OK)
+        return false;
+    double *v = r->state + kt_model_nq(model);
+    kt_model_initial(model, r->state, v);
+    if (kt_state_assemble(model, r->data, 0.0, r->state, v, NULL) != KT_ERROR_CONSTRAINT)
+        return false;
+    kt_assembly_reached(model, r->data, r->state);
+    return kt_loop_equations(model, r->data, 0.0, r->state, NULL, NULL, r->residual, NULL, NULL, NULL) == KT_OK &&
+           kt_kinematics_update(model, r->data, r->state, NULL, NULL, NULL) == KT_OK;
 }
 
 static int advise_on_hold(const kt_scene *scene) {
@@ -275,7 +292,7 @@ static int advise_on_hold(const kt_scene *scene) {
     int found = 0;
     for (int i = 0; i < d->hold_count && i < TRIED_MAX; i++)
         if (kt_closes_holding(scene, i, NULL)) {
-            fprintf(stderr, "  they close where '%s' is not in 'initial: hold'\n", d->hold[i]);
+            fprintf(stderr, "  they close if '%s' is not in 'initial: hold'\n", d->hold[i]);
             found++;
         }
     return found;
@@ -340,19 +357,43 @@ static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
             continue;
         found++;
         if (l->body < 0)
-            fprintf(
-                stderr,
-                "  they close where the joint of '%s' on the world is %.3g m %s the other one: %.3g m, not %.3g m\n",
-                point, fabs(change), change > 0.0 ? "farther from" : "nearer to", whole + change, whole);
+            fprintf(stderr,
+                    "  they close if the joint of '%s' on the world is %.3g m %s the other one: %.3g m, not %.3g m\n",
+                    point, fabs(change), change > 0.0 ? "farther from" : "nearer to", whole + change, whole);
         else
-            fprintf(stderr, "  they close where '%s' is %.3g m %s from its joint to %s '%s': %.3g m, not %.3g m\n",
+            fprintf(stderr, "  they close if '%s' is %.3g m %s from its joint to %s '%s': %.3g m, not %.3g m\n",
                     d->bodies[l->body].name, fabs(change), change > 0.0 ? "longer" : "shorter",
                     l->child >= 0 ? "that of" : "the end of loop", point, whole + change, whole);
     }
     return found;
 }
 
-static void advise(const kt_scene *scene, const int *open, const double *gap, int count) {
+static kt_vec3 without_rounding(kt_vec3 a) {
+    const double least = 1e-6 * kt_vec3_norm(a);
+    return (kt_vec3){fabs(a.x) > least ? a.x : 0.0, fabs(a.y) > least ? a.y : 0.0, fabs(a.z) > least ? a.z : 0.0};
+}
+
+/* Tries each end of a loop where the other one is. Returns the number of suggestions. */
+static int advise_on_places(const kt_scene *scene, const reached *r, int loop, double gap) {
+    const kt_description *d = &scene->description;
+    const kt_end *ends = d->loops[loop].between;
+    int found = 0;
+    for (int k = 0; k < 2 && gap > 0.0; k++) {
+        const int body = find_body(d, ends[k].body) >= 0 ? kt_body_find(r->model, ends[k].body) : 0;
+        const int other = find_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
+        const kt_vec3 there = kt_point_position(r->model, r->data, other, point_of_end(d, &ends[1 - k]));
+        const kt_vec3 to = kt_pose_apply(kt_pose_invert(kt_body_pose(r->model, r->data, body)), there);
+        if (!closes_with_end_at(scene, loop, k, to))
+            continue;
+        const kt_vec3 way = without_rounding(kt_vec3_sub(to, point_of_end(d, &ends[k])));
+        fprintf(stderr, "  they close if the end of loop '%s' on '%s' is moved by [%.3g, %.3g, %.3g] m in that frame\n",
+                d->loops[loop].name, body > 0 ? ends[k].body : "world", way.x, way.y, way.z);
+        found++;
+    }
+    return found;
+}
+
+static void advise(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
     const kt_description *d = &scene->description;
     const int held = advise_on_hold(scene);
     int found = 0;
@@ -363,36 +404,38 @@ static void advise(const kt_scene *scene, const int *open, const double *gap, in
     found += held;
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_lengths(scene, open[i], gap[i]);
+    for (int i = 0; i < count && found == 0; i++)
+        found += advise_on_places(scene, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
         if (closes_with(scene, open[i], NULL)) {
             fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
     if (found == 0)
-        fputs(
-            "  no axis of x, y, z in one of these loops or their joints, no joint freed from 'hold', and no one length "
-            "changed by the gap or twice as much closes them: see whether lengths and places are right\n",
-            stderr);
+        fputs("  no single change that was tried closes them (another axis, a joint freed from 'hold', a length "
+              "changed by "
+              "the gap or twice as much, an end moved to the other one): check lengths, places and axes\n",
+              stderr);
 }
 
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
-    double *residual = open_residuals(model);
+    reached r;
     int open[TRIED_MAX], count = 0;
-    double gap[TRIED_MAX];
-    double most = 0.0;
-    for (int i = 0; residual != NULL && i < kt_loop_count(model); i++)
-        most = fmax(most, largest_gap(model, i, residual));
-    for (int i = 0, said = 0; residual != NULL && i < kt_loop_count(model) && said < LISTED_MAX; i++) {
-        if (!(largest_gap(model, i, residual) > 1e-3 * most))
+    double gap[TRIED_MAX], most = 0.0;
+    const int loops = find_reached(model, &r) ? kt_loop_count(model) : 0;
+    for (int i = 0; i < loops; i++)
+        most = fmax(most, largest_gap(model, i, r.residual));
+    for (int i = 0, said = 0; i < loops && said < LISTED_MAX; i++) {
+        if (!(largest_gap(model, i, r.residual) > 1e-3 * most))
             continue;
-        say_gaps(model, i, residual, most);
+        say_gaps(model, i, r.residual, most);
         said++;
         if (count == TRIED_MAX)
             continue;
-        gap[count] = gap_length(model, i, residual);
+        gap[count] = gap_length(model, i, r.residual);
         open[count++] = i;
     }
-    if (residual != NULL && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
-        advise(scene, open, gap, count);
-    free(residual);
+    if (loops > 0 && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
+        advise(scene, &r, open, gap, count);
+    free_reached(&r);
 }
