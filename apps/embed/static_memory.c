@@ -113,7 +113,7 @@ static kt_status settle(kt_model **model, kt_error *error) {
 }
 
 /* Copies the state (q, v). */
-static void look(const kt_simulation *simulation, double state[2 * NV]) {
+static void copy_state(const kt_simulation *simulation, double state[2 * NV]) {
     memcpy(state, kt_simulation_positions(simulation), NV * sizeof *state);
     memcpy(state + NV, kt_simulation_velocities(simulation), NV * sizeof *state);
 }
@@ -125,7 +125,7 @@ static kt_status run_on_heap(const kt_model *model, const kt_run *plan, double e
     if (status == KT_OK)
         status = run(simulation, 0, STEPS, NULL, error);
     if (status == KT_OK)
-        look(simulation, end);
+        copy_state(simulation, end);
     kt_simulation_free(simulation);
     return status;
 }
@@ -159,13 +159,13 @@ static int demonstrate(FILE *csv) {
     kt_simulation_save(simulation, checkpoint);
     if (run(simulation, STEPS / 2, STEPS, csv, &error) != KT_OK)
         return report(&error);
-    look(simulation, end);
+    copy_state(simulation, end);
 
     /* The second half, repeated from the checkpoint, and the whole run on the heap must give identical bits. */
     if (kt_simulation_restore(simulation, checkpoint, &error) != KT_OK ||
         run(simulation, STEPS / 2, STEPS, NULL, &error) != KT_OK || run_on_heap(model, &plan, heap, &error) != KT_OK)
         return report(&error);
-    look(simulation, again);
+    copy_state(simulation, again);
     printf("after %d steps: cart %.9f m, rods %.9f and %.9f rad\n", STEPS, end[0], end[1], end[2]);
     printf("the second half again from the checkpoint: %s\n",
            memcmp(end, again, sizeof end) == 0 /* NOLINT: compares bits */ ? "same bits" : "DIFFERENT");

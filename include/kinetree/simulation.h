@@ -100,9 +100,9 @@ KT_API kt_run kt_run_default(void);
 #define KT_DURATION_LEAST 1e-280
 
 /* Checks the times and tolerances of a run: they are finite and not negative, the duration is 0 or not below
- * KT_DURATION_LEAST, a step (or max_step) is not lost in the rounding of the times that it leads to, there are no more records than
- * can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding level of
- * numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors:
+ * KT_DURATION_LEAST, a step (or max_step) is not lost in the rounding of the times that it leads to, there are no more
+ * records than can be counted (2^53), and with an adaptive step the relative tolerance is 0 or not below the rounding
+ * level of numbers (KT_TOLERANCE_LEAST), and rho is 0 to 1. kt_simulation_init makes this check as well. Errors:
  * KT_ERROR_ARGUMENT, with error->where "duration", "step", "max_step", "interval", "tolerance" or "rho". Cost: a few
  * comparisons. */
 KT_API KT_CHECKED kt_status kt_run_check(const kt_run *run, kt_error *error);
@@ -193,13 +193,13 @@ typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *chan
 typedef struct kt_transformation {
     const kt_model *model; /* the model that is integrated */
     /* Computes the free state of a state whose kinematics kt_kinematics_update has left in the data. */
-    void (*spread)(const struct kt_transformation *self, const kt_data *data, const double *q, const double *v,
-                   double *free_q, double *free_v);
+    void (*to_free)(const struct kt_transformation *self, const kt_data *data, const double *q, const double *v,
+                    double *free_q, double *free_v);
     /* Computes the state (and accelerations: free_a and a may both be NULL) from a free state whose loops are closed.
      * On entry q and v hold the state `ago` seconds earlier (negative: later), which decides which of the numbers that
      * represent the same rotation is meant. */
-    void (*gather)(const struct kt_transformation *self, const double *free_q, const double *free_v,
-                   const double *free_a, double ago, double *q, double *v, double *a);
+    void (*from_free)(const struct kt_transformation *self, const double *free_q, const double *free_v,
+                      const double *free_a, double ago, double *q, double *v, double *a);
     /* Computes the wrenches on all bodies of `model`: those on the own bodies (NULL: none) and those that tau (NULL:
      * zero) exerts in the own joints. */
     void (*wrenches)(const struct kt_transformation *self, const double *free_q, const double *tau,
@@ -262,9 +262,9 @@ KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
 
-/* Restarts at time t from q (nq) and v (nv; NULL: at rest), which are projected: quaternions to unit norm, loops closed. Counts return
- * to zero; torques and wrenches remain. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros,
- * naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
+/* Restarts at time t from q (nq) and v (nv; NULL: at rest), which are projected: quaternions to unit norm, loops
+ * closed. Counts return to zero; torques and wrenches remain. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a
+ * quaternion of zeros, naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 
@@ -316,10 +316,10 @@ KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
 /* Works since the start or the last kt_simulation_set_state, J: the work that effects have dissipated, and the work
- * that driving effects, torques, wrenches and driven loops have supplied. They are integrated with the motion, which they
- * do not change; where an adaptive step is too long for them (a drive that turns evenly, a contact that a drive closes),
- * the powers are integrated once more along that step, to the tolerances of the motion. With fixed steps they have the
- * order of the method. */
+ * that driving effects, torques, wrenches and driven loops have supplied. They are integrated with the motion, which
+ * they do not change; where an adaptive step is too long for them (a drive that turns evenly, a contact that a drive
+ * closes), the powers are integrated once more along that step, to the tolerances of the motion. With fixed steps they
+ * have the order of the method. */
 typedef struct kt_work {
     double dissipated, supplied; /* J */
 } kt_work;
@@ -362,7 +362,8 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
  * recorder that stopped: it continues with the record after the last one handed over. On failure all records up to the
  * time reached have been handed over, except those within a last step at whose end the acceleration, which dense output
  * needs, cannot be computed. Where drives take the mechanism to a dead point, whose acceleration is of no use, records
- * within that step are interpolated between its ends alone, and counted (`joined`). Errors: as for a step; KT_ERROR_CALLBACK if the recorder stopped. */
+ * within that step are interpolated between its ends alone, and counted (`joined`). Errors: as for a step;
+ * KT_ERROR_CALLBACK if the recorder stopped. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 
@@ -441,8 +442,8 @@ KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
  * KT_ERROR_NOT_FINITE; the simulation is then as before.
  *
  * A simulation with another step, tolerance or method takes over the state alone, by kt_simulation_set_state with the
- * time, the positions and the velocities of the first: its steps and records are laid anew from that time. That is how a
- * controller looks ahead with coarser steps. */
+ * time, the positions and the velocities of the first: its steps and records are laid anew from that time. That is how
+ * a controller looks ahead with coarser steps. */
 KT_API KT_CHECKED kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error);
 
 #ifdef __cplusplus

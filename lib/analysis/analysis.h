@@ -63,8 +63,8 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, ahead, s->f, "probed ahead")                                                                             \
     X(double, behind, s->f, "probed behind")                                                                           \
     X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
-    X(double, slope, s->f * s->n, "derivatives of what is probed")                                                     \
-    X(double, slope_error, s->f * s->n, "their errors")                                                                \
+    X(double, derivative, s->f * s->n, "derivatives of what is probed")                                                \
+    X(double, derivative_error, s->f * s->n, "their errors")                                                           \
     X(double, best_step, s->f, "that a derivative was taken from")                                                     \
     X(double, floor, s->f, "rounding of what is probed")                                                               \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
@@ -83,8 +83,8 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
     X(double, mass, s->v * s->v, "M")                                                                                  \
-    X(double, input_slope, s->v * s->inputs, "da/dtau of the inputs")                                                  \
-    X(double, input_slope_error, s->v * s->inputs, "its errors")                                                       \
+    X(double, input_derivative, s->v * s->inputs, "da/dtau of the inputs")                                             \
+    X(double, input_derivative_error, s->v * s->inputs, "its errors")                                                  \
     X(char, work, s->work, "of the derivatives")                                                                       \
     X(char, data_memory, s->data, "the model's data")
 
@@ -128,7 +128,8 @@ void kt_probe_floor(kt_linearization *l);
 
 /* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps `first`, first /
  * 2, ... */
-kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error);
+kt_status kt_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
+                        kt_error *error);
 
 /* ---- exact.c ----------------------------------------------------------------------------------------------------- */
 
@@ -137,11 +138,11 @@ kt_status kt_difference(kt_linearization *l, double first, double *slope, double
 bool kt_exact_is_possible(const kt_linearization *l);
 
 /* Derivatives of the acceleration along `count` directions (dq, dv), columns of nv numbers. Writes rows 2 nv to 3 nv of
- * slope and slope_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
-kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
+ * derivative and derivative_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
+kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
 /* Likewise those of the force M a at rest along dq; and writes the mass matrix. */
-kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double *dq, kt_error *error);
+kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const double *dq, kt_error *error);
 
 /* ---- linearize.c ------------------------------------------------------------------------------------------------- */
 
@@ -150,8 +151,8 @@ kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double 
 kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                  kt_linear_system *system, kt_error *error);
 
-/* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of slope and
- * slope_error; `scale` is the size of a large change along the direction, in units (per second for velocities). */
+/* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of derivative and
+ * derivative_error; `scale` is the size of a large change along the direction, in units (per second for velocities). */
 kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
                                          size_t column, kt_error *error);
 

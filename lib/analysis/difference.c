@@ -32,7 +32,7 @@ enum { COMPARED = 4 }; /* steps down to this part of the one that was taken can 
 typedef struct extrapolation {
     kt_linearization *l;
     double *last, *now; /* KT_TABLEAU_DEPTH rows of f numbers each */
-    double *slope, *error;
+    double *derivative, *error;
     double first;
     int step_count; /* number of steps in the tableau */
 } extrapolation;
@@ -60,7 +60,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
         const double now = x->now[(size_t)j * f + i];
         const double error =
             fmax(fabs(now - x->now[(size_t)(j - 1) * f + i]), fabs(now - x->last[(size_t)(j - 1) * f + i])) + rounding;
-        const double apart = fabs(now - x->slope[i]) - error;
+        const double apart = fabs(now - x->derivative[i]) - error;
         if (apart > x->error[i] && h >= x->l->best_step[i] / COMPARED)
             x->error[i] = apart;
         if (!(error < x->error[i]))
@@ -68,7 +68,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
         better = true;
         x->error[i] = error;
         x->l->best_step[i] = h;
-        x->slope[i] = now;
+        x->derivative[i] = now;
     }
     return better;
 }
@@ -120,18 +120,19 @@ static bool add_step(extrapolation *x, double h, double *worst) {
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the extrapolation */
-kt_status kt_difference(kt_linearization *l, double first, double *slope, double *slope_error, kt_error *error) {
+kt_status kt_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
+                        kt_error *error) {
     extrapolation x = {.l = l,
                        .last = l->tableau,
                        .now = l->tableau + KT_TABLEAU_DEPTH * l->size.f,
-                       .slope = slope,
-                       .error = slope_error,
+                       .derivative = derivative,
+                       .error = derivative_error,
                        .first = first};
     kt_error cause = {.code = KT_OK};
     bool known = false;
     int idle = 0;
     for (size_t i = 0; i < l->size.f; i++)
-        slope_error[i] = HUGE_VAL;
+        derivative_error[i] = HUGE_VAL;
     double h = first;
     for (int k = 0; k < HALVINGS && idle < IDLE_MOST; k++) {
         double worst;

@@ -134,7 +134,7 @@ static kt_status fill_force(const search *s, kt_error *error) {
 /* d(M a)/dy along the columns of E, and M. */
 static kt_status differentiate_force(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
-    kt_status status = kt_exact_is_possible(l) ? kt_exact_force_slopes(l, (size_t)s->dofs, l->free_velocity, error)
+    kt_status status = kt_exact_is_possible(l) ? kt_exact_force_derivatives(l, (size_t)s->dofs, l->free_velocity, error)
                                                : KT_ERROR_SINGULAR;
     if (status != KT_ERROR_SINGULAR)
         return status;
@@ -152,9 +152,10 @@ static kt_status fill_stiffness(const search *s, kt_error *error) {
     if (status != KT_OK)
         return status;
     for (size_t j = 0; j < n; j++) {
-        const double *slope = l->slope + j * l->size.f + 2 * nv, *slope_error = l->slope_error + j * l->size.f + 2 * nv;
+        const double *derivative = l->derivative + j * l->size.f + 2 * nv,
+                     *derivative_error = l->derivative_error + j * l->size.f + 2 * nv;
         for (size_t i = 0; i < nv; i++)
-            l->step[i] = fabs(slope[i]) > slope_error[i] ? -slope[i] : 0.0;
+            l->step[i] = fabs(derivative[i]) > derivative_error[i] ? -derivative[i] : 0.0;
         reduce_force(s, l->step, l->stiffness + j * n);
     }
     return KT_OK;

@@ -59,7 +59,8 @@ static void add_product_of_sizes(const double *matrix, size_t n, const double *x
     }
 }
 
-/* ---- neighbouring states ------------------------------------------------------------------------------------------ */
+/* ---- neighbouring states ------------------------------------------------------------------------------------------
+ * */
 
 /* The neighbouring state a few rounding errors away on one side (side: -1 or 1), into q and v. */
 static void perturb_state(kt_linearization *l, double side, bool rates) {
@@ -86,12 +87,12 @@ static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
 }
 
 /* The derivative along (dq, dv). */
-static void write_slope(kt_linearization *l, const double *dq, const double *dv, double *slope) {
+static void write_derivative(kt_linearization *l, const double *dq, const double *dv, double *derivative) {
     const size_t nv = l->size.v;
-    memset(slope, 0, nv * sizeof *slope);
-    add_product(l->by_position, nv, dq, slope);
+    memset(derivative, 0, nv * sizeof *derivative);
+    add_product(l->by_position, nv, dq, derivative);
     if (dv)
-        add_product(l->by_velocity, nv, dv, slope);
+        add_product(l->by_velocity, nv, dv, derivative);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
@@ -104,40 +105,41 @@ static double length_of(const kt_linearization *l, const double *x) {
     return length;
 }
 
-/* T for a direction along which the derivative is `slope`. */
-static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *slope,
+/* T for a direction along which the derivative is `derivative`. */
+static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *derivative,
                         double *term) {
     const size_t nv = l->size.v;
     const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
     const double moved = length_of(l, dq), changed = length_of(l, dv);
     memset(term, 0, nv * sizeof *term);
-    add_product_of_sizes(l->mass, nv, slope, term);
+    add_product_of_sizes(l->mass, nv, derivative, term);
     for (size_t k = 0; k < nv; k++) {
         const double inertia = l->mass[k * nv + k];
         term[k] += fmax(fabs(l->weight[k]), inertia * pull[k]) * moved + inertia * speed[k] * changed;
     }
 }
 
-static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *slope, double *error) {
+static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *derivative,
+                         double *error) {
     const size_t nv = l->size.v;
     double *term = l->step, *sum = l->behind;
-    write_terms(l, dq, dv, slope, term);
+    write_terms(l, dq, dv, derivative, term);
     memset(sum, 0, nv * sizeof *sum);
     add_product_of_sizes(l->by_force, nv, term, sum);
     add_product_of_sizes(l->by_position, nv, dq, sum);
     if (dv)
         add_product_of_sizes(l->by_velocity, nv, dv, sum);
     for (size_t i = 0; i < nv; i++)
-        error[i] += ROUNDING * (sum[i] + fabs(slope[i]));
+        error[i] += ROUNDING * (sum[i] + fabs(derivative[i]));
 }
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */
 
-/* slope <- mean of slope and second, error <- their difference. */
-static void average(const double *second, size_t n, double *slope, double *error) {
+/* derivative <- mean of derivative and second, error <- their difference. */
+static void average(const double *second, size_t n, double *derivative, double *error) {
     for (size_t i = 0; i < n; i++) {
-        error[i] = fabs(second[i] - slope[i]);
-        slope[i] = 0.5 * (slope[i] + second[i]);
+        error[i] = fabs(second[i] - derivative[i]);
+        derivative[i] = 0.5 * (derivative[i] + second[i]);
     }
 }
 
@@ -148,18 +150,18 @@ static void write_inputs(kt_linearization *l, bool is_second) {
         const double *column = l->by_force + (size_t)l->input_coordinate[k] * nv;
         double most = 0.0;
         if (!is_second) {
-            memcpy(l->input_slope + k * nv, column, nv * sizeof *column);
+            memcpy(l->input_derivative + k * nv, column, nv * sizeof *column);
             continue;
         }
-        average(column, nv, l->input_slope + k * nv, l->input_slope_error + k * nv);
+        average(column, nv, l->input_derivative + k * nv, l->input_derivative_error + k * nv);
         for (size_t i = 0; i < nv; i++)
             most = fmax(most, fabs(column[i]) / l->unit[i]);
         for (size_t i = 0; i < nv; i++)
-            l->input_slope_error[k * nv + i] += ROUNDING * most * l->unit[i];
+            l->input_derivative_error[k * nv + i] += ROUNDING * most * l->unit[i];
     }
 }
 
-kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error) {
+kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error) {
     const size_t nv = l->size.v, f = l->size.f;
     kt_status status = kt_dynamics_inverse(l->model, l->data, l->q0, l->v0, NULL, NULL, l->weight, error);
     for (int side = 0; side < 2; side++) {
@@ -170,38 +172,40 @@ kt_status kt_exact_slopes(kt_linearization *l, size_t count, const double *dq, c
         write_inputs(l, side == 1);
         for (size_t j = 0; j < count; j++) {
             const double *step = dq + j * nv, *change = dv ? dv + j * nv : NULL;
-            double *slope = l->slope + j * f + 2 * nv, *slope_error = l->slope_error + j * f + 2 * nv;
-            write_slope(l, step, change, side ? l->behind : slope);
+            double *derivative = l->derivative + j * f + 2 * nv,
+                   *derivative_error = l->derivative_error + j * f + 2 * nv;
+            write_derivative(l, step, change, side ? l->behind : derivative);
             if (side == 0)
                 continue;
-            average(l->behind, nv, slope, slope_error);
-            add_rounding(l, step, change, slope, slope_error);
+            average(l->behind, nv, derivative, derivative_error);
+            add_rounding(l, step, change, derivative, derivative_error);
         }
     }
     return KT_OK;
 }
 
-/* ---- forces at rest ----------------------------------------------------------------------------------------------- */
+/* ---- forces at rest -----------------------------------------------------------------------------------------------
+ * */
 
 /* Column j of -D_q times the directions, without terms below their rounding errors; on the second side the mean. */
-static void write_force_slope(kt_linearization *l, const double *d_q, const double *dq, bool is_second, double *slope,
-                              double *slope_error) {
+static void write_force_derivative(kt_linearization *l, const double *d_q, const double *dq, bool is_second,
+                                   double *derivative, double *derivative_error) {
     const size_t nv = l->size.v;
     const double *pull = l->floor + 2 * nv;
-    double *to = is_second ? l->behind : slope, moved;
+    double *to = is_second ? l->behind : derivative, moved;
     memset(to, 0, nv * sizeof *to);
     add_product(d_q, nv, dq, to);
     for (size_t i = 0; i < nv; i++)
         to[i] = -to[i];
     if (!is_second)
         return;
-    average(l->behind, nv, slope, slope_error);
+    average(l->behind, nv, derivative, derivative_error);
     moved = length_of(l, dq);
     for (size_t i = 0; i < nv; i++)
-        slope_error[i] += ROUNDING * (fabs(slope[i]) + pull[i] * moved);
+        derivative_error[i] += ROUNDING * (fabs(derivative[i]) + pull[i] * moved);
 }
 
-kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double *dq, kt_error *error) {
+kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const double *dq, kt_error *error) {
     const size_t nv = l->size.v, f = l->size.f;
     kt_linearized w;
     (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
@@ -211,8 +215,8 @@ kt_status kt_exact_force_slopes(kt_linearization *l, size_t count, const double 
         if (status != KT_OK)
             return status;
         for (size_t j = 0; j < count; j++)
-            write_force_slope(l, w.d_q, dq + j * nv, side == 1, l->slope + j * f + 2 * nv,
-                              l->slope_error + j * f + 2 * nv);
+            write_force_derivative(l, w.d_q, dq + j * nv, side == 1, l->derivative + j * f + 2 * nv,
+                                   l->derivative_error + j * f + 2 * nv);
     }
     memcpy(l->mass, w.mass, nv * nv * sizeof *l->mass);
     return KT_OK;

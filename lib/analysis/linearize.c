@@ -39,8 +39,8 @@ kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, 
         l->direction[nv + i] = dv ? dv[i] : 0.0;
         largest = fmax(largest, fmax(fabs(l->direction[i]), fabs(l->direction[nv + i])) / l->unit[i]);
     }
-    return kt_difference(l, FIRST * scale / largest, l->slope + column * l->size.f, l->slope_error + column * l->size.f,
-                         error);
+    return kt_difference(l, FIRST * scale / largest, l->derivative + column * l->size.f,
+                         l->derivative_error + column * l->size.f, error);
 }
 
 static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
@@ -66,8 +66,8 @@ static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, c
 static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, double factor) {
     const size_t f = l->size.f;
     for (size_t i = 0; i < f; i++) {
-        l->slope[j * f + i] -= factor * l->slope[c * f + i];
-        l->slope_error[j * f + i] += fabs(factor) * l->slope_error[c * f + i];
+        l->derivative[j * f + i] -= factor * l->derivative[c * f + i];
+        l->derivative_error[j * f + i] += fabs(factor) * l->derivative_error[c * f + i];
     }
     for (size_t i = 0; i < n; i++)
         l->overlap[j * n + i] -= factor * l->overlap[c * n + i];
@@ -78,12 +78,12 @@ static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, c
     const size_t n = (size_t)system->states, f = l->size.f;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
-            l->overlap[j * n + i] = l->slope[j * f + place_of(l, out, system, i)];
+            l->overlap[j * n + i] = l->derivative[j * f + place_of(l, out, system, i)];
     for (size_t c = n; c-- > 0;) {
         const double whole = l->overlap[c * n + c];
         for (size_t i = 0; i < f; i++) {
-            l->slope[c * f + i] /= whole;
-            l->slope_error[c * f + i] /= fabs(whole);
+            l->derivative[c * f + i] /= whole;
+            l->derivative_error[c * f + i] /= fabs(whole);
         }
         for (size_t i = 0; i < n; i++)
             l->overlap[c * n + i] /= whole;
@@ -123,7 +123,7 @@ static void write_exact_bases(const kt_linearization *l, const kt_system_arrays 
 /* Adds the rounding errors of velocity_change to a column. */
 static void add_velocity_errors(kt_linearization *l, const kt_linear_system *system, size_t j) {
     const size_t nv = l->size.v;
-    double *error = l->slope_error + j * l->size.f;
+    double *error = l->derivative_error + j * l->size.f;
     memset(error, 0, 2 * nv * sizeof *error);
     if (j >= (size_t)system->positions)
         return;
@@ -156,12 +156,12 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
  *
  *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
-                                       double *slope, double *slope_error, kt_error *error) {
+                                       double *derivative, double *derivative_error, kt_error *error) {
     const size_t nv = l->size.v;
     double length = 0.0;
     kt_status status = KT_OK;
-    memset(slope, 0, 3 * l->size.markers * sizeof *slope);
-    memset(slope_error, 0, 3 * l->size.markers * sizeof *slope_error);
+    memset(derivative, 0, 3 * l->size.markers * sizeof *derivative);
+    memset(derivative_error, 0, 3 * l->size.markers * sizeof *derivative_error);
     memset(l->direction, 0, nv * sizeof *l->direction);
     add_rotation_rate(l, dq, l->direction);
     for (size_t i = 0; i < nv; i++) {
@@ -169,7 +169,7 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
         l->direction[i] = dv[i] + 0.5 * l->direction[i];
     }
     for (int side = -1; side < 2 && length > 0.0 && speed > 0.0 && status == KT_OK; side += 2)
-        status = add_drifts(l, dq, side * speed / length, slope, slope_error, error);
+        status = add_drifts(l, dq, side * speed / length, derivative, derivative_error, error);
     if (status == KT_OK)
         status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
     for (size_t m = 0; m < l->size.markers && status == KT_OK; m++) {
@@ -178,12 +178,12 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
         for (size_t i = 0; i < 3; i++)
             for (size_t k = 0; k < nv; k++) {
                 const double x = l->jacobian[6 * k + 3 + i] * l->direction[k];
-                slope[3 * m + i] += x;
-                slope_error[3 * m + i] += fabs(x);
+                derivative[3 * m + i] += x;
+                derivative_error[3 * m + i] += fabs(x);
             }
     }
     for (size_t i = 0; i < 3 * l->size.markers; i++)
-        slope_error[i] *= 4.0 * DBL_EPSILON;
+        derivative_error[i] *= 4.0 * DBL_EPSILON;
     return status;
 }
 
@@ -193,20 +193,20 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
                                        kt_error *error) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f;
     write_exact_bases(l, out, system);
-    kt_status status = kt_exact_slopes(l, n, out->positions_of, out->velocities_of, error);
+    kt_status status = kt_exact_derivatives(l, n, out->positions_of, out->velocities_of, error);
     for (size_t j = 0; j < n && status == KT_OK; j++) {
         const double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
         add_velocity_errors(l, system, j);
         if (l->size.markers > 0)
-            status = differentiate_markers(l, dq, dv, system->speed, l->slope + j * f + 3 * nv,
-                                           l->slope_error + j * f + 3 * nv, error);
+            status = differentiate_markers(l, dq, dv, system->speed, l->derivative + j * f + 3 * nv,
+                                           l->derivative_error + j * f + 3 * nv, error);
     }
     for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
         for (size_t i = 0; i < n; i++) {
             const bool is_position = i < (size_t)system->positions;
             const size_t c = is_position ? 0 : (size_t)out->velocity_coordinate[i - (size_t)system->positions];
-            out->input[k * n + i] = is_position ? 0.0 : l->input_slope[k * nv + c];
-            out->input_error[k * n + i] = is_position ? 0.0 : l->input_slope_error[k * nv + c];
+            out->input[k * n + i] = is_position ? 0.0 : l->input_derivative[k * nv + c];
+            out->input_error[k * n + i] = is_position ? 0.0 : l->input_derivative_error[k * nv + c];
         }
     return status;
 }
@@ -224,7 +224,7 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
             continue;
         }
         memcpy(dq, l->free_position + j * nv, nv * sizeof *dq);
-        memcpy(dv, l->slope + j * f + nv, nv * sizeof *dv);
+        memcpy(dv, l->derivative + j * f + nv, nv * sizeof *dv);
         for (int k = 0; k < system->velocities; k++)
             dv[out->velocity_coordinate[k]] = 0.0;
     }
@@ -234,7 +234,7 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
     double *rate = l->direction;
     for (size_t j = 0; j < n; j++) {
-        const double *slope = l->slope + j * f, *error = l->slope_error + j * f;
+        const double *derivative = l->derivative + j * f, *error = l->derivative_error + j * f;
         memcpy(rate, out->velocities_of + j * nv, nv * sizeof *rate);
         add_rotation_rate(l, out->positions_of + j * nv, rate);
         for (size_t i = 0; i < positions; i++) {
@@ -244,7 +244,7 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
         }
         for (size_t i = positions; i < n; i++) {
             const size_t k = 2 * nv + (size_t)out->velocity_coordinate[i - positions];
-            out->state[j * n + i] = slope[k];
+            out->state[j * n + i] = derivative[k];
             out->state_error[j * n + i] = error[k];
         }
     }
@@ -255,7 +255,7 @@ static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
     for (size_t j = 0; j < n; j++)
         for (size_t k = 0; k < n; k++) {
-            const double overlap = l->slope_error[j * f + place_of(l, out, system, k)];
+            const double overlap = l->derivative_error[j * f + place_of(l, out, system, k)];
             for (size_t i = first; i < n && overlap > 0.0; i++)
                 out->state_error[j * n + i] += fabs(out->state[k * n + i]) * overlap;
         }
@@ -277,8 +277,8 @@ static void write_output(kt_linearization *l, const kt_system_arrays *out, const
                 const size_t place = j * rows + 6 * m + i;
                 out->output[place] = position;
                 out->output_error[place] = 4.0 * DBL_EPSILON * size;
-                out->output[place + 3] = l->slope[j * f + 3 * nv + 3 * m + i];
-                out->output_error[place + 3] = l->slope_error[j * f + 3 * nv + 3 * m + i];
+                out->output[place + 3] = l->derivative[j * f + 3 * nv + 3 * m + i];
+                out->output_error[place + 3] = l->derivative_error[j * f + 3 * nv + 3 * m + i];
             }
     }
 }

@@ -115,11 +115,11 @@ typedef struct approach {
     double t;
     const double *given;
     const bool *fixed;
-    double *q, *d, *way; /* way: the step of the linearised problem */
+    double *q, *d, *step; /* step: that of the linearised problem */
 } approach;
 
 /* Computes the step from q towards the nearest state; returns false if it cannot be computed. */
-static bool look_ahead(const approach *a) {
+static bool find_step(const approach *a) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
     kt_violation violation;
     if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
@@ -127,29 +127,29 @@ static bool look_ahead(const approach *a) {
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
     aim_nearest(a->model, a->data, a->d);
-    if (!kernels->least_step(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->way))
+    if (!kernels->least_step(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->step))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
-        a->way[k] = a->fixed[k] ? 0.0 : a->way[k] - a->d[k];
+        a->step[k] = a->fixed[k] ? 0.0 : a->step[k] - a->d[k];
     return true;
 }
 
 /* Takes the largest of the tried fractions of the step that brings q nearer to `given`; returns false if none does.
  * Close to the solution rounding errors hide the decrease of |d|, and the whole step is accepted. */
-static bool go(const approach *a, double part) {
+static bool line_search(const approach *a, double part) {
     const size_t nv = a->model->n.v;
-    double *near = a->data->near_q, *step = a->data->moved_v;
+    double *near = a->data->near_q, *part_of_step = a->data->moved_v;
     const double from = square(a->d, nv);
-    const bool close = square(a->way, nv) < 1e-10 * from;
+    const bool close = square(a->step, nv) < 1e-10 * from;
     for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
-            step[k] = ldexp(part, -i) * a->way[k];
-        kt_move(a->model, a->fixed, a->q, step, near);
+            part_of_step[k] = ldexp(part, -i) * a->step[k];
+        kt_move(a->model, a->fixed, a->q, part_of_step, near);
         const double gap = kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near);
         if (!kt_loops_are_closed(a->model, near, gap, KT_CLOSED_ASSEMBLED))
             continue;
-        kt_position_subtract(a->model, near, a->given, step);
-        if (!close && !(square(step, nv) < from))
+        kt_position_subtract(a->model, near, a->given, part_of_step);
+        if (!close && !(square(part_of_step, nv) < from))
             continue;
         memcpy(a->q, near, a->model->n.q * sizeof *near);
         return true;
@@ -158,33 +158,34 @@ static bool go(const approach *a, double part) {
 }
 
 /* The largest entry of the step, relative to its unit. */
-static double reach(const approach *a) {
+static double length_of(const approach *a) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++)
-        if (fabs(a->way[a->model->group_v[i]]) > most * a->model->unit[i])
-            most = fabs(a->way[a->model->group_v[i]]) / a->model->unit[i];
+        if (fabs(a->step[a->model->group_v[i]]) > most * a->model->unit[i])
+            most = fabs(a->step[a->model->group_v[i]]) / a->model->unit[i];
     return most;
 }
 
 /* Moves q, which is closed, to the nearest closed state to `given` in its neighbourhood. */
-static void come_nearer(const approach *a, double *before) {
+static void nearest_on_manifold(const approach *a, double *before) {
     const size_t nv = a->model->n.v;
     kt_iterations *taken = &a->data->iterations;
     double part = 1.0;
-    for (uint32_t i = 0; look_ahead(a); i++) {
-        const double most = reach(a);
+    for (uint32_t i = 0; find_step(a); i++) {
+        const double most = length_of(a);
         if (i) { /* the Barzilai-Borwein factor: the next step would vanish if the step kept changing at this rate */
             double change = 0.0;
             for (size_t k = 0; k < nv; k++)
-                change += before[k] * (before[k] - a->way[k]);
+                change += before[k] * (before[k] - a->step[k]);
             part = change > 0.0 ? fmin(fmax(part * square(before, nv) / change, 0.1), 10.0) : 1.0;
         }
-        memcpy(before, a->way, nv * sizeof *before);
+        memcpy(before, a->step, nv * sizeof *before);
         if (most * part > 0.2) /* the linearisation is not valid farther away */
             part = 0.2 / most;
         if (!(most > 1e-11))
             return;
-        if (i == KT_ASSEMBLY_STEPS_MAX || !go(a, part)) { /* the state is closed, but another one may be nearer */
+        if (i == KT_ASSEMBLY_STEPS_MAX ||
+            !line_search(a, part)) { /* the state is closed, but another one may be nearer */
             taken->capped++;
             return;
         }
@@ -203,11 +204,11 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .fixed = fixed,
                         .q = q,
                         .d = data->scratch_v,
-                        .way = data->scratch_v + lanes};
+                        .step = data->scratch_v + lanes};
     close_around_given(model, data, t, given, q, fixed);
     double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED)) {
-        come_nearer(&a, data->scratch_v + 2 * lanes);
+        nearest_on_manifold(&a, data->scratch_v + 2 * lanes);
         gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
         /* A larger gap that is nearly closed comes from given values with fewer digits, and is closed by changing
          * these, too, in their last digits. */

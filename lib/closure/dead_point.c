@@ -13,7 +13,7 @@ static bool is_dead(const kt_group_work *w, const double *missed) {
         most = fmax(most, fabs(missed[r]) / w->scale[r]);
         rate = fmax(rate, fabs(w->rate[r]) / w->scale[r]);
     }
-    return most > KT_DEAD_SHARE * rate;
+    return most > KT_DEAD_FRACTION * rate;
 }
 
 /* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations

@@ -185,7 +185,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
 
 /* Iterates until all groups are settled, those by fronts for `large` steps at most; q is finite and stays so. On return
  * the equations are those at q. */
-static void descend(const kt_model *model, kt_data *data, double t, const bool *held, int large, double *q) {
+static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
@@ -283,7 +283,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
             start_elsewhere(model, data, held, from, at, q);
         if (!begin(model, data, t, held, q))
             return (double)INFINITY;
-        descend(model, data, t, held,
+        iterate(model, data, t, held,
                 at > 0                       ? STEPS_ELSEWHERE
                 : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
                                              : STEPS_MOST,

@@ -7,9 +7,9 @@
  *
  * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
  * size s, which amplify the rounding errors of phi. A gap c in it makes the motion bend as one whose lengths are off by
- * c would (singular_crossing.c), so it is closed like the others, once they are, if it is above rounding and s above the root of
- * that: below, steps c / s would be longer than s, within which the equation is linear. There the direction is left out
- * until the motion has moved on, unless the gap exceeds the tolerance.
+ * c would (singular_crossing.c), so it is closed like the others, once they are, if it is above rounding and s above
+ * the root of that: below, steps c / s would be longer than s, within which the equation is linear. There the direction
+ * is left out until the motion has moved on, unless the gap exceeds the tolerance.
  */
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
@@ -21,8 +21,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The gap in a direction that is nearly lost which is left to rounding, and the velocity in it, relative to the largest;
- * the size of such a direction, relative to its usual size, above which more is closed: the root of the rounding level.
+/* The gap in a direction that is nearly lost which is left to rounding, and the velocity in it, relative to the
+ * largest; the size of such a direction, relative to its usual size, above which more is closed: the root of the
+ * rounding level.
  */
 #define LEFT_OPEN (4.0 * KT_CLOSED)
 #define LEFT_MOVING 1e-9
@@ -104,8 +105,8 @@ void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v
 
 /* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
  * the given speeds throughout. */
-static kt_closure push_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
-                                  kt_violation *violation) {
+static kt_closure project_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
+                                     kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     if (!kernels->prepare(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
@@ -136,13 +137,13 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
                                    kt_violation *violation) {
     if (violation->slip <= KT_CLOSED * violation->speed)
         return KT_CLOSURE_DONE;
-    const kt_closure closure = push_velocities(model, data, true, v, changed, violation);
+    const kt_closure closure = project_velocities(model, data, true, v, changed, violation);
     if (closure != KT_CLOSURE_DONE || !kt_is_near_singular(model, data))
         return closure;
     /* a velocity that is left in the direction becomes one along the path where that bends */
     const double s = smallest(model, data, KT_ROWS_ALL);
     const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : 0.1 * KT_CLOSED_STEP;
-    return violation->slip > open * violation->speed ? push_velocities(model, data, false, v, changed, violation)
+    return violation->slip > open * violation->speed ? project_velocities(model, data, false, v, changed, violation)
                                                      : closure;
 }
 
@@ -163,7 +164,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
         return KT_CLOSURE_DONE;
     /* In a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
      * remains here; what contradicts the drives remains at their own size. What is left above rounding has been through
-     * push_velocities, which tells whether there is such a direction. */
+     * project_velocities, which tells whether there is such a direction. */
     if (kt_is_near_singular(model, data))
         tolerance = fmax(tolerance, KT_CLOSED_ASSEMBLED);
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)

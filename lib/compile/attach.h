@@ -31,7 +31,7 @@
     X(int32_t, waiting, n->link, "children that are not taken yet, and loops that are open")                           \
     X(int32_t, slot, n->link, "of a link in the front")                                                                \
     X(int32_t, change, n->link + 1, "sums step by step")                                                               \
-    X(int32_t, opened, n->link + 1, "relations that begin at a step, minus those that end")                            \
+    X(int32_t, begun, n->link + 1, "relations that begin at a step, minus those that end")                             \
     X(int32_t, end, n->link, "first end of a loop on a link: 1 + 2 loop + end, 0: none")                               \
     X(int32_t, next_end, 2 * n->loop, "the next end on the same link")                                                 \
     X(int32_t, complete, n->loop, "step that completes a loop")                                                        \
@@ -72,11 +72,11 @@ void kt_paths_fill(kt_model *m);
  * the distance, so that nothing would be gained. Needs the paths. */
 bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin);
 
-/* Stores the length of the longest loop, once around, at the initial positions, and the rounding errors that the lengths
- * as given bring with them (closure/rounding.h). Points on the ground count by their distance from one origin common to
- * all loops for which kt_attach_find_origin finds one, that of the first such loop; as given, from the world's. If all
- * loops are shorter than rounding, as that of a hinge on a joint, the lengths as given count, or those of the tree; 1
- * if there are none. Needs the paths. */
+/* Stores the length of the longest loop, once around, at the initial positions, and the rounding errors that the
+ * lengths as given bring with them (closure/rounding.h). Points on the ground count by their distance from one origin
+ * common to all loops for which kt_attach_find_origin finds one, that of the first such loop; as given, from the
+ * world's. If all loops are shorter than rounding, as that of a hinge on a joint, the lengths as given count, or those
+ * of the tree; 1 if there are none. Needs the paths. */
 void kt_attach_measure_loops(const kt_attach *a, kt_model *m);
 
 /* Unites the sets of i and j. */

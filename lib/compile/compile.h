@@ -32,7 +32,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error);
  * if all equations were independent. */
 typedef struct kt_form_estimate {
     double front_flops, dense_flops;
-    bool has_few_equations, is_front4;
+    bool fits_delassus, is_front4;
 } kt_form_estimate;
 
 /* form.c: the form of a group before anything is known of it; whether it has fronts; the form of its damped steps. */
@@ -50,7 +50,7 @@ kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error);
 /* Gives the groups' matrices their places in the data (gather.c). */
 void kt_groups_place_matrices(kt_model *model);
 
-/* Determines from the ranks at which steps of fronts equations may be passed on, and how much
+/* Determines from the ranks at which steps of fronts equations may be delayed, and how much
  * memory the groups need then (front_order.c); kt_groups_place_matrices has to follow. */
 void kt_fronts_find_delays(kt_model *model);
 
@@ -67,9 +67,9 @@ void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
 void kt_link_add_inertia(kt_model *model, int32_t index);
 /* The part of a planar link that follows from the inertia of its link. */
-void kt_planar_link_weigh(kt_model *model, size_t place);
+void kt_planar_link_set_inertia(kt_model *model, size_t place);
 /* Gravity along the axes of a plane. */
-void kt_plane_weigh(const kt_model *model, kt_plane *plane);
+void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
 
 /* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);

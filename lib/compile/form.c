@@ -12,7 +12,8 @@
 #include <float.h>
 
 /* The ratio of operations below which fronts take less time than dense matrices, in the plane and in space. Fronts in
- * registers (reduction/front4.h) always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and 6.4.
+ * registers (reduction/front4.h) always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and
+ * 6.4.
  */
 #define WORTH_PLANAR 0.25
 #define WORTH_SPATIAL 0.125
@@ -34,10 +35,10 @@ void kt_form_begin(const kt_model *model, kt_group *group) {
 
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
     const double worth = kt_group_is_planar(model, group) ? WORTH_PLANAR : WORTH_SPATIAL;
-    const bool few = of->has_few_equations && may_be(model, KT_FORM_DELASSUS);
+    const bool delassus = of->fits_delassus && may_be(model, KT_FORM_DELASSUS);
     if (model->structure == KT_STRUCTURE_FRONTS)
         set(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
-    else if (of->front_flops < worth * of->dense_flops || few || (of->is_front4 && may_be(model, KT_FORM_FRONT4)))
+    else if (of->front_flops < worth * of->dense_flops || delassus || (of->is_front4 && may_be(model, KT_FORM_FRONT4)))
         set(group, KT_FORM_FRONT, KT_FORM_REASON_OPERATIONS);
     return kt_group_has_fronts(group);
 }
@@ -64,11 +65,11 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
 }
 
 void kt_form_choose_damped(const kt_model *model, kt_group *group) {
-    bool few = kt_group_has_fronts(group) && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
-               kt_delassus_count((size_t)group->v_count) <= group->front.count && may_be(model, KT_FORM_DELASSUS);
-    for (int i = 0; i < group->link_count && few; i++)
-        few = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
-    group->damped_form = few ? KT_FORM_DELASSUS : kt_group_has_fronts(group) ? KT_FORM_FRONT : KT_FORM_DENSE;
+    bool fits = kt_group_has_fronts(group) && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
+                kt_delassus_count((size_t)group->v_count) <= group->front.count && may_be(model, KT_FORM_DELASSUS);
+    for (int i = 0; i < group->link_count && fits; i++)
+        fits = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
+    group->damped_form = fits ? KT_FORM_DELASSUS : kt_group_has_fronts(group) ? KT_FORM_FRONT : KT_FORM_DENSE;
 }
 
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where rows may be

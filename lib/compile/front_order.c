@@ -2,9 +2,9 @@
  * is complete after each of them, and how much memory that needs.
  *
  * A link may be taken when its parent has been. It is then open until all its children have been taken and all loops
- * on it are complete; the front holds the accelerations of the open links as functions of its parameters. The cost
+ * on it are complete; the front holds the accelerations of the active links as functions of its parameters. The cost
  * grows with the cube of their number, so several orders are tried and compared by their operations: one that
- * keeps the number of open links low link by link, that of the model, and one by depth.
+ * keeps the number of active links low link by link, that of the model, and one by depth.
  */
 #include "compile/attach.h"
 #include "constraint/group.h"
@@ -19,7 +19,7 @@
 /* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0
  * us an evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical
  * joints; 5 rods in a plane 0.8 both. */
-#define FEW_COORDINATES 10
+#define DELASSUS_COORDINATES 10
 
 typedef struct planner {
     kt_attach *a;
@@ -123,15 +123,15 @@ static int32_t first_towards(const planner *p, int32_t link) {
 }
 
 typedef struct choice {
-    int32_t link, opens, waits, next; /* next: which of the open links it is next to */
+    int32_t link, activates, pending, next; /* next: which of the active links it is next to */
 } choice;
 
 static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
     if (is_taken(p, i) || !is_taken(p, p->m->link[i].parent))
         return;
-    const choice c = {.link = i, .opens = opening(p, i), .waits = p->a->waiting[i], .next = next};
+    const choice c = {.link = i, .activates = opening(p, i), .pending = p->a->waiting[i], .next = next};
     const int32_t order[][2] = {
-        {best->opens, c.opens}, {best->waits, c.waits}, {c.next, best->next}, {best->link, c.link}};
+        {best->activates, c.activates}, {best->pending, c.pending}, {c.next, best->next}, {best->link, c.link}};
     size_t k = 0;
     while (k + 1 < sizeof order / sizeof *order && order[k][0] == order[k][1])
         k++;
@@ -139,12 +139,13 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
         *best = c;
 }
 
-/* Of the links that are next to the open ones, that after which the fewest are open. If several are equal, that which
- * the fewest others wait for, then that next to the link opened last: where a row forks, one branch is ended before the
- * other is begun, and the open links are as many as there are forks above each other, not as there are branches. */
+/* Of the links that are next to the active ones, that after which the fewest are active. If several are equal, that
+ * which the fewest others need, then that next to the link activated last: where a row forks, one branch is ended
+ * before the other is begun, and the active links are as many as there are forks above each other, not as there are
+ * branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
-    int32_t open = 0, lowest = 0, *live = a->last_use;
+    int32_t active = 0, lowest = 0, *live = a->last_use;
     for (int l = 0; l < p->count; l++) {
         const int32_t i = p->link[l];
         a->step[i] = -1;
@@ -156,7 +157,7 @@ static void order_by_width(const planner *p) {
     }
     for (int32_t at = 0; at < p->count; at++) {
         choice best = {0};
-        for (int32_t n = 0; n < open; n++) {
+        for (int32_t n = 0; n < active; n++) {
             for (int32_t j = a->child[live[n]]; j; j = a->sibling[j])
                 consider(p, j, n, &best);
             for (int32_t e = a->end[live[n]]; e; e = a->next_end[e - 1]) {
@@ -170,12 +171,12 @@ static void order_by_width(const planner *p) {
             lowest += best.link ? 0 : 1;
         }
         take(p, best.link, at);
-        live[open++] = best.link;
+        live[active++] = best.link;
         int32_t kept = 0;
-        for (int32_t n = 0; n < open; n++)
+        for (int32_t n = 0; n < active; n++)
             if (a->waiting[live[n]] > 0)
                 live[kept++] = live[n];
-        open = kept;
+        active = kept;
     }
 }
 
@@ -188,7 +189,7 @@ static void measure_order(const planner *p, const int32_t *order) {
     kt_attach *a = p->a;
     for (int32_t l = 0; l < p->count; l++)
         a->step[order[l]] = l;
-    memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
+    memset(a->begun, 0, (size_t)(p->count + 1) * sizeof *a->begun);
     for (int i = 0; i < p->group->loop_count; i++) {
         const int32_t index = p->m->group_loop[p->group->loop + i];
         const kt_loop_record *loop = &p->m->loop[index];
@@ -203,8 +204,8 @@ static void measure_order(const planner *p, const int32_t *order) {
                 last = later(last, a->step[loop->link[k]]);
         a->complete[index] = last;
         if (loop->term_count) {
-            a->opened[first]++;
-            a->opened[last]--;
+            a->begun[first]++;
+            a->begun[last]--;
         }
     }
     for (int32_t l = p->count - 1; l >= 0; l--) {
@@ -225,7 +226,7 @@ static size_t equations_of(const planner *p, int32_t loop) {
     return (size_t)(flat ? p->m->planar_loop[loop].count : p->m->loop[loop].row_count);
 }
 
-/* The number of open links after each step, in a->change; the numbers of equations that complete loops add, in
+/* The number of active links after each step, in a->change; the numbers of equations that complete loops add, in
  * a->slot. */
 static void count_open(const planner *p) {
     kt_attach *a = p->a;
@@ -252,7 +253,7 @@ static double flops_of(const planner *p, const int32_t *order) {
     count_open(p);
     for (int32_t l = 0; l < p->count; l++) {
         n += kt_link_dofs(&p->m->link[order[l]]);
-        relations += p->a->opened[l];
+        relations += p->a->begun[l];
         const double k = fmin(p->a->slot[l], n), vectors = base * p->a->change[l] + relations;
         sum += STEP_FLOPS + 2.0 * n * base * (base + n) + k * n * (6.0 * n + 4.0 * vectors + 2.0 * k);
         n -= k;
@@ -273,7 +274,7 @@ static bool is_front4(const planner *p, const int32_t *order) {
     for (int32_t l = 0; l < p->count && fits; l++) {
         const int32_t rows = p->a->slot[l];
         params += kt_link_dofs(&p->m->link[order[l]]);
-        fits = params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && p->a->opened[l] == 0;
+        fits = params <= KT_FRONT4_PARAMS && rows <= KT_FRONT4_ROWS && rows <= params && p->a->begun[l] == 0;
         params = p->a->change[l] ? params - rows : 0;
     }
     return fits;
@@ -281,14 +282,15 @@ static bool is_front4(const planner *p, const int32_t *order) {
 
 /* Whether the group is solved by reduction/delassus.h (form.c), if all equations are independent, and this
  * takes less time than dense matrices. */
-static bool has_few_equations(const planner *p) {
+static bool fits_delassus(const planner *p) {
     size_t count = 0;
-    bool few = p->group->parent == 0 && p->group->v_count >= FEW_COORDINATES && p->group->loop_count <= KT_DELASSUS_MAX;
-    for (int i = 0; i < p->group->loop_count && few; i++)
+    bool fits =
+        p->group->parent == 0 && p->group->v_count >= DELASSUS_COORDINATES && p->group->loop_count <= KT_DELASSUS_MAX;
+    for (int i = 0; i < p->group->loop_count && fits; i++)
         count += equations_of(p, p->m->group_loop[p->group->loop + i]);
-    for (int l = 0; l < p->count && few; l++)
-        few = p->m->link[p->link[l]].motion != KT_MOTION_FREE;
-    return few && count <= KT_DELASSUS_MAX;
+    for (int l = 0; l < p->count && fits; l++)
+        fits = p->m->link[p->link[l]].motion != KT_MOTION_FREE;
+    return fits && count <= KT_DELASSUS_MAX;
 }
 
 static double dense_flops(const planner *p) {
@@ -301,21 +303,22 @@ static double dense_flops(const planner *p) {
 
 /* ---- the plan ---------------------------------------------------------------------------------------------------- */
 
-/* Sorts the group's loops and links by the steps that complete and release them, and gives each open link a slot. */
+/* Sorts the group's loops and links by the steps that complete them or use them last, and gives each active link a
+ * slot. */
 static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *order, int32_t first_loop) {
     kt_attach *a = p->a;
     kt_model *m = p->m;
     kt_front_step *step = m->front + plan->step;
     int32_t *vacant = a->order, vacancies = 0, left = plan->step, loop = first_loop;
     memset(a->change, 0, (size_t)(p->count + 1) * sizeof *a->change);
-    memset(a->opened, 0, (size_t)(p->count + 1) * sizeof *a->opened);
+    memset(a->begun, 0, (size_t)(p->count + 1) * sizeof *a->begun);
     for (int l = 0; l < p->count; l++)
         a->change[a->last_use[p->link[l]]]++;
     for (int i = 0; i < p->group->loop_count; i++)
-        a->opened[a->complete[m->group_loop[p->group->loop + i]]]++;
+        a->begun[a->complete[m->group_loop[p->group->loop + i]]]++;
     for (int32_t l = 0; l < p->count; l++) {
         step[l] = (kt_front_step){.link = order[l], .up = -1, .loop = loop, .last_use = left};
-        loop += a->opened[l];
+        loop += a->begun[l];
         left += a->change[l];
     }
     for (int i = 0; i < p->group->loop_count; i++) {
@@ -323,7 +326,7 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
         kt_front_step *at = &step[a->complete[index]];
         m->front_loop[at->loop + at->loop_count++] = index;
     }
-    for (int32_t l = 0; l < p->count; l++) { /* the links that leave, by their steps */
+    for (int32_t l = 0; l < p->count; l++) { /* the links, by the steps of their last use */
         kt_front_step *at = &step[a->last_use[order[l]]];
         m->front_last_use[at->last_use + at->last_use_count++] = order[l];
     }
@@ -399,14 +402,14 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
     plan->count = used + kt_front_running_count(plan);
 }
 
-/* Determines at which steps equations may be passed on: those after which one is complete that its step does not need
- * at generic positions. A group that cannot move there may have been seen in another assembly, and every step counts.
- * Returns whether there is such a step. */
+/* Determines at which steps equations may be delayed: those after which one is complete that its step does not need
+ * at generic positions. A group that cannot move there may have been sampled in another assembly, and every step
+ * counts. Returns whether there is such a step. */
 static bool find_delays(kt_model *m, const kt_group *group, int rows) {
     const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
     const int32_t *cap = m->front_cap + first;
     const bool rigid = group->rank[rows] == group->v_count;
-    bool waits = false, any = false;
+    bool delays = false, any = false;
     for (int32_t l = group->link_count - 1; l >= 0; l--) {
         const kt_front_step *step = &m->front[group->front.step + l];
         int32_t count = 0;
@@ -417,9 +420,9 @@ static bool find_delays(kt_model *m, const kt_group *group, int rows) {
                 count += slot >= 0 && slot < group->count[rows];
             }
         }
-        m->front_may_delay[first + (size_t)l] = waits;
-        any = any || (waits && count > 0);
-        waits = waits || count > cap[l] - (l ? cap[l - 1] : 0) || (count > 0 && rigid);
+        m->front_may_delay[first + (size_t)l] = delays;
+        any = any || (delays && count > 0);
+        delays = delays || count > cap[l] - (l ? cap[l - 1] : 0) || (count > 0 && rigid);
     }
     return any;
 }
@@ -455,7 +458,7 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
         }
         const kt_form_estimate estimate = {.front_flops = flops,
                                            .dense_flops = dense_flops(&p),
-                                           .has_few_equations = has_few_equations(&p),
+                                           .fits_delassus = fits_delassus(&p),
                                            .is_front4 = is_front4(&p, a->best)};
         if (!kt_form_is_front(m, group, &estimate))
             continue;

@@ -1,4 +1,4 @@
-/* What links weigh: the inertias of their bodies, in space and in their planes; and gravity in planes. */
+/* Inertias of links: those of their bodies, in space and in their planes; and gravity in planes. */
 #include "compile/compile.h"
 
 static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
@@ -13,7 +13,7 @@ void kt_link_load(kt_model *model, const kt_body_record *body) {
     link->mass += body->mass;
 }
 
-void kt_planar_link_weigh(kt_model *model, size_t place) {
+void kt_planar_link_set_inertia(kt_model *model, size_t place) {
     const kt_link *link = &model->link[model->n.spatial + place - 1];
     const kt_mat3 own = kt_mat3_transpose(kt_v4_mat3(model->planar_rest[place].axes));
     const kt_vec3 moment = kt_mat3_apply_transposed(own, link->moment);
@@ -35,10 +35,10 @@ void kt_link_add_inertia(kt_model *model, int32_t index) {
         if (model->body[b].link == index)
             kt_link_load(model, &model->body[b]);
     if ((size_t)index >= model->n.spatial && index > 0)
-        kt_planar_link_weigh(model, (size_t)index - model->n.spatial + 1);
+        kt_planar_link_set_inertia(model, (size_t)index - model->n.spatial + 1);
 }
 
-void kt_plane_weigh(const kt_model *model, kt_plane *plane) {
+void kt_plane_set_weights(const kt_model *model, kt_plane *plane) {
     const kt_vec3 g = kt_mat3_apply_transposed(plane->basis, kt_v4_vec3(model->gravity));
     plane->gravity[0] = g.x;
     plane->gravity[1] = g.y;

@@ -264,7 +264,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
     kt_planar_rest *rest = &m->planar_rest[place];
     rest->plane = plane;
     kt_v4_from_mat3(kt_mat3_transpose(own), rest->axes);
-    kt_planar_link_weigh(m, place);
+    kt_planar_link_set_inertia(m, place);
 }
 
 void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
@@ -273,7 +273,7 @@ void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
         const kt_link *link = &m->link[m->n.spatial + place - 1];
         const int32_t own = body[body[link->body].tree].plane;
         if (own != plane) {
-            kt_plane_weigh(m, &m->plane[own]);
+            kt_plane_set_weights(m, &m->plane[own]);
             m->plane[own].first = (int32_t)place;
         }
         plane = own;

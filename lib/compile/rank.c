@@ -20,26 +20,26 @@
 
 enum { SAMPLES = 7 };
 
-#define SHARE_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */
+#define FRACTION_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */
 
 /* The results of the samples: for each equation, whether it is alive (not void); for each group, whether any position
  * was closed, and its ranks. */
 typedef struct samples {
-    double *q;     /* three positions; the third of each group's links where its rank was found */
-    double *share; /* of the displacements, from which a group closes */
-    bool *alive, *seen;
+    double *q;        /* three positions; the third of each group's links where its rank was found */
+    double *fraction; /* of the displacements, from which a group closes */
+    bool *alive, *sampled;
     bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank; /* KT_ROWS_COUNT a group */
     int32_t *cap;  /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
     double *usual; /* likewise: the largest size of the last one */
 } samples;
 
-/* A step that moves the coordinates of groups by up to `size` and the group's share of their units. */
-static void scatter(const kt_model *model, double size, const double *share, size_t sample, double *step) {
+/* A step that moves the coordinates of groups by up to `size` and the group's fraction of their units. */
+static void scatter(const kt_model *model, double size, const double *fraction, size_t sample, double *step) {
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++)
         for (size_t i = (size_t)model->group[g].v, end = i + (size_t)model->group[g].v_count; i < end; i++)
-            step[model->group_v[i]] = share[g] * size * model->unit[i] * kt_generic(i + 131 * sample);
+            step[model->group_v[i]] = fraction[g] * size * model->unit[i] * kt_generic(i + 131 * sample);
 }
 
 /* The entries and residuals of a void equation, relative to its scale. */
@@ -179,7 +179,7 @@ static bool factor(const kt_model *model, kt_data *data, int rows) {
 
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
  * not close, which assembly reports later, and the given position is all that is known of them. */
-static void look_at(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
+static void sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     if (!kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation))
@@ -190,7 +190,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-            if (closed ? !kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) : found->seen[g])
+            if (closed ? !kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) : found->sampled[g])
                 continue;
             const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                                         &group->usual[rows]);
@@ -202,7 +202,7 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
                 continue;
             if (best)
                 keep_position(model, group, q, found->q + 2 * model->n.q);
-            found->seen[g] = true;
+            found->sampled[g] = true;
             if (kt_group_has_fronts(group))
                 note_alive_front(model, data, g, found->alive);
             else
@@ -216,27 +216,27 @@ static void look_at(kt_model *model, kt_data *data, const double *q, bool closed
 
 /* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long
  * chain small rotations add up to large gaps, from which hundreds of steps may not lead back. */
-static bool come_closer(const kt_model *model, kt_data *data, const double *q, double *share) {
+static bool shrink_displacements(const kt_model *model, kt_data *data, const double *q, double *fraction) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
         if (!kt_group_has_fronts(&model->group[g]) || kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) ||
-            share[g] < SHARE_LEAST)
+            fraction[g] < FRACTION_LEAST)
             continue;
-        share[g] *= 0.25;
+        fraction[g] *= 0.25;
         any = true;
     }
     return any;
 }
 
-/* Closes the loops from the base, displaced by up to `size` and each group's share of that. */
+/* Closes the loops from the base, displaced by up to `size` and each group's fraction of that. */
 static void take_sample(const kt_model *model, kt_data *data, double size, size_t sample, samples *found) {
     const double *base = found->q;
     double *q = found->q + model->n.q;
     do {
-        scatter(model, size, found->share, sample, data->delta);
+        scatter(model, size, found->fraction, sample, data->delta);
         kt_position_add(model, base, data->delta, q);
         (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_SAMPLE, q);
-    } while (come_closer(model, data, q, found->share));
+    } while (shrink_displacements(model, data, q, found->fraction));
 }
 
 static void find_ranks(kt_model *model, kt_data *data, samples *found) {
@@ -244,13 +244,13 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     double *base = found->q, *q = found->q + nq;
     memcpy(base, model->q0, nq * sizeof *base);
     for (size_t g = 0; g < model->n.group; g++)
-        found->share[g] = 1.0;
+        found->fraction[g] = 1.0;
     if (isfinite(kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, base)))
         for (size_t s = 0; s < SAMPLES; s++) {
             take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
-            look_at(model, data, q, true, found);
+            sample_groups(model, data, q, true, found);
         }
-    look_at(model, data, model->q0, false, found);
+    sample_groups(model, data, model->q0, false, found);
 }
 
 /* The least size that the largest direction counts as: KT_RANK_FLOOR of what it could be, or more where the rounding of
@@ -330,8 +330,8 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     kt_forms_choose(model);
 }
 
-/* Fronts choose among the equations of a step, and those which earlier ones have passed on. Without weights all are
- * passed on as far as they can be, so that equations that depend on each other are compared at the same step; those
+/* Fronts choose among the equations of a step, and those which earlier ones have delayed. Without weights all are
+ * delayed as far as they can be, so that equations that depend on each other are compared at the same step; those
  * chosen there get the weight. */
 static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
@@ -375,15 +375,15 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     samples found = {.q = malloc(3 * model->n.q * sizeof(double)),
-                     .share = malloc(model->n.group * sizeof(double)),
+                     .fraction = malloc(model->n.group * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
-                     .seen = calloc(model->n.group, sizeof(bool)),
+                     .sampled = calloc(model->n.group, sizeof(bool)),
                      .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t)),
                      .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
                      .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
-    if (!found.q || !found.share || !found.alive || !found.chosen || !found.seen || !found.rank || !found.cap ||
+    if (!found.q || !found.fraction || !found.alive || !found.chosen || !found.sampled || !found.rank || !found.cap ||
         !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
@@ -399,10 +399,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     free(found.usual);
     free(found.cap);
     free(found.rank);
-    free(found.seen);
+    free(found.sampled);
     free(found.chosen);
     free(found.alive);
-    free(found.share);
+    free(found.fraction);
     free(found.q);
     return status;
 }

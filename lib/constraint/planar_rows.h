@@ -79,7 +79,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
 /* The quantities that the rows of a loop share. */
 typedef struct kt_planar_relative {
     double d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
-    double seen[2];                  /* a2 - a1 - 2 w1 J u + w1^2 d */
+    double relative[2];              /* a2 - a1 - 2 w1 J u + w1^2 d */
     double w;                        /* w2 - w1 */
     const kt_planar_motion *first, *second;
 } kt_planar_relative;
@@ -93,8 +93,8 @@ KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat,
     }
     const double w1 = end[0].omega, twice = 2.0 * w1, ww = w1 * w1;
     const double ux = r->rate[0] + w1 * r->d[1], uy = r->rate[1] - w1 * r->d[0];
-    r->seen[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
-    r->seen[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
+    r->relative[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
+    r->relative[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
     r->w = end[1].omega - w1;
     r->first = &data->planar[flat->link[0]];
     r->second = &data->planar[flat->link[1]];
@@ -118,7 +118,7 @@ KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt
     kt_planar_rotate(r->first, row->e, w->force);
     w->moment = 0.0;
     return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
-                             .bias = w->force[0] * r->seen[0] + w->force[1] * r->seen[1]};
+                             .bias = w->force[0] * r->relative[0] + w->force[1] * r->relative[1]};
 }
 
 /* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */

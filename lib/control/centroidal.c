@@ -118,7 +118,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
         return;
     const composite *c = compose(model, data);
     kt_vec3 center;
-    const double mass = kt_mass_center(model, data, &center), share = mass > 0.0 ? 1.0 / mass : 0.0;
+    const double mass = kt_mass_center(model, data, &center), fraction = mass > 0.0 ? 1.0 / mass : 0.0;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         double all[6 * KT_DOF_MAX] = {0.0};
@@ -128,7 +128,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
         kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
         kt_dofs_visit(link, parent, axes, write_column, (void *)&to);
         for (int k = 0; k < 3 * kt_link_dofs(link); k++)
-            jacobian[3 * (size_t)link->v + (size_t)k] = share * all[6 * (k / 3) + 3 + k % 3];
+            jacobian[3 * (size_t)link->v + (size_t)k] = fraction * all[6 * (k / 3) + 3 + k % 3];
     }
 }
 

@@ -132,14 +132,14 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
     KT_REQUIRE(error, q || !inverse->model->n.q);
     const kt_model *model = inverse->model;
     kt_status status;
-    inverse->ready = false;
+    inverse->has_terms = false;
     if (KT_HAS_LOOPS && is_along(model))
         status = compute_along(inverse, t, q, error);
     else if (is_closed(model))
         status = compute_closed(inverse, data, t, q, error);
     else
         status = kt_inverse_compute(model, data, q, &inverse->of_tree, error);
-    inverse->ready = status == KT_OK;
+    inverse->has_terms = status == KT_OK;
     return status;
 }
 
@@ -167,7 +167,7 @@ void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
 
 kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error) {
     KT_REQUIRE(error, inverse);
-    if (!inverse->ready)
+    if (!inverse->has_terms)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
                             "it holds no terms: kt_mass_inverse_compute has not succeeded before");
     const kt_status status = kt_columns_check(inverse->model->n.v, columns, x, error);

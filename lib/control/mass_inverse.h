@@ -20,16 +20,16 @@
     X(double, column, s->rows * s->v, "M^-1 J'")                                                                       \
     X(double, task, s->rows * s->rows, "J M^-1 J', factored")                                                          \
     X(double, inertia, s->rows * s->rows, "its inverse")                                                               \
-    X(double, share, s->rows, "of what a row could be that the loops leave")                                           \
+    X(double, free_fraction, s->rows, "of what a row could be that the loops leave")                                   \
     X(double, unit, s->rows ? s->v : 0, "a large change of each coordinate")                                           \
     X(double, generic, s->rows ? s->v : 0, "a row of the same size as one of J; a row of X")
 
 struct kt_mass_inverse {
     void *owned; /* memory of kt_mass_inverse_create, or NULL */
     const kt_model *model;
-    bool ready; /* it holds terms */
-    int rows;   /* most of a Jacobian */
-    int dofs;   /* columns of Z */
+    bool has_terms; /* it holds terms */
+    int rows;       /* most of a Jacobian */
+    int dofs;       /* columns of Z */
     kt_inverse_terms of_tree;
     kt_kkt kkt;
     KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)

@@ -17,8 +17,8 @@
 
 /* ---- what is left of a row --------------------------------------------------------------------------------------- */
 
-/* The size of a row beside what one of a radian or of a length of the mechanism could have, whichever is less, at most 1:
- * the most that a coordinate moves the task while it moves by one unit. 0 up to rounding. */
+/* The size of a row beside what one of a radian or of a length of the mechanism could have, whichever is less, at most
+ * 1: the most that a coordinate moves the task while it moves by one unit. 0 up to rounding. */
 static double size_of(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const double could_be = fmin(1.0, kt_model_extent(w->model));
     double most = 0.0;
@@ -27,9 +27,9 @@ static double size_of(const kt_mass_inverse *w, int rows, int r, const double *j
     return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
 }
 
-/* With the basis Z of what loops leave: the largest entry of the row J_r Z beside the largest sum of the absolute values
- * of its terms. */
-static double share_of_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+/* With the basis Z of what loops leave: the largest entry of the row J_r Z beside the largest sum of the absolute
+ * values of its terms. */
+static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;
     for (int c = 0; c < w->dofs; c++) {
@@ -46,7 +46,7 @@ static double share_of_basis(const kt_mass_inverse *w, int rows, int r, const do
 }
 
 /* Without a basis: J_r M^-1 J_r' beside that of a row whose entries are as large, in other proportions; squares. */
-static double share_of_generic(kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+static double free_fraction_by_generic(kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;
     for (size_t i = 0; i < nv; i++)
@@ -70,9 +70,9 @@ static int factor(kt_mass_inverse *w, int rows, double *rcond) {
         const double whole = pivot;
         for (int k = 0; k < n; k++)
             pivot -= l[k * rows + n] * l[k * rows + n];
-        if (!(pivot > KT_TASK_RANK * whole) || w->share[n] == 0.0)
+        if (!(pivot > KT_TASK_RANK * whole) || w->free_fraction[n] == 0.0)
             return n;
-        *rcond = fmin(*rcond, w->share[n] * sqrt(pivot / whole));
+        *rcond = fmin(*rcond, w->free_fraction[n] * sqrt(pivot / whole));
         l[n * (rows + 1)] = sqrt(pivot);
         for (int i = n + 1; i < rows; i++) {
             for (int k = 0; k < n; k++)
@@ -99,9 +99,10 @@ static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
                 sum += jacobian[i * (size_t)rows + (size_t)r] * w->column[(size_t)c * nv + i];
             w->task[c * rows + r] = sum;
         }
-        w->share[c] = size_of(w, rows, c, jacobian);
+        w->free_fraction[c] = size_of(w, rows, c, jacobian);
         if (KT_HAS_LOOPS && w->model->n.group > 0)
-            w->share[c] *= w->kkt.data ? share_of_generic(w, rows, c, jacobian) : share_of_basis(w, rows, c, jacobian);
+            w->free_fraction[c] *= w->kkt.data ? free_fraction_by_generic(w, rows, c, jacobian)
+                                               : free_fraction_by_basis(w, rows, c, jacobian);
     }
 }
 
@@ -135,7 +136,7 @@ kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const doubl
     kt_mass_inverse *w = inverse;
     const size_t nv = w->model->n.v;
     double least;
-    if (!w->ready)
+    if (!w->has_terms)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
                             "it holds no terms: kt_mass_inverse_compute has not succeeded before");
     if (rows < 0 || rows > w->rows)

@@ -99,7 +99,7 @@ KT_INLINE void begin_front(const columns *k, size_t g, int c, front *o) {
     o->base = base_of(k, g, c);
 }
 
-KT_INLINE void go_to(const columns *k, front *o, int s) {
+KT_INLINE void begin_step(const columns *k, front *o, int s) {
     o->s = s;
     o->step = &o->f.step[s];
     o->count = &o->f.count[s];

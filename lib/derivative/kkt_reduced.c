@@ -9,7 +9,8 @@
 
 #include <string.h>
 
-/* ---- M x ---------------------------------------------------------------------------------------------------------- */
+/* ---- M x ----------------------------------------------------------------------------------------------------------
+ * */
 
 /* A of the link. */
 KT_INLINE void accelerate(const columns *k, size_t i, int c) {
@@ -65,7 +66,8 @@ static void apply_mass_to_columns(const columns *k) {
         (is_spatial(k, i) ? hand_down_spatial : hand_down_planar)(k, i);
 }
 
-/* ---- Z' x --------------------------------------------------------------------------------------------------------- */
+/* ---- Z' x ---------------------------------------------------------------------------------------------------------
+ * */
 
 /* The numbers of one group follow at `z`; returns their end. */
 static column8 *restrict_front(const columns *k, size_t g, column8 *z) {
@@ -73,7 +75,7 @@ static column8 *restrict_front(const columns *k, size_t g, column8 *z) {
     int params = 0;
     begin_front(k, g, 0, &o);
     for (int s = 0; s < o.f.group->link_count; s++) {
-        go_to(k, &o, s);
+        begin_step(k, &o, s);
         const int n = o.count->params, kept = o.count->kept, u = o.count->left - kept;
         for (int d = 0; d < n - params; d++)
             k->pull[params + d] = k->x[k->model->link[o.step->link].v + d];
@@ -111,7 +113,8 @@ static void restrict_columns(const columns *k) {
             *z++ = k->x[k->model->link[i].v + d];
 }
 
-/* ---- columns ------------------------------------------------------------------------------------------------------ */
+/* ---- columns ------------------------------------------------------------------------------------------------------
+ * */
 
 static void gather(const columns *k, size_t n, int lanes, const double *x) {
     clear(k->x, (int)n);

@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-/* ---- a group by fronts, to the ground ----------------------------------------------------------------------------- */
+/* ---- a group by fronts, to the ground -----------------------------------------------------------------------------
+ * */
 
 /* The known part of the link's acceleration, and slots of relations. */
 static void enter(const columns *k, front *o) {
@@ -152,7 +153,7 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
     begin_front(k, g, c, &o);
     clear(k->pull, o.base);
     for (int s = 0; s < o.f.group->link_count; s++) {
-        go_to(k, &o, s);
+        begin_step(k, &o, s);
         enter(k, &o);
         pull_link(k, &o, params);
         clear(o.found, o.count->params);
@@ -170,14 +171,15 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
         motion_of(k, (size_t)o.f.group->parent)[j] -= k->pull[j];
 }
 
-/* ---- and back ----------------------------------------------------------------------------------------------------- */
+/* ---- and back -----------------------------------------------------------------------------------------------------
+ * */
 
 KT_INLINE void ascend(const columns *k, size_t g, int c) {
     front o;
     begin_front(k, g, c, &o);
     memcpy(k->z, motion_of(k, (size_t)o.f.group->parent), (size_t)o.base * sizeof *k->z);
     for (int s = o.f.group->link_count - 1; s >= 0; s--) {
-        go_to(k, &o, s);
+        begin_step(k, &o, s);
         const kt_link *link = &k->model->link[o.step->link];
         const int dofs = kt_link_dofs(link), n = o.count->params;
         for (int i = 0; i < o.base + o.count->kept; i++) /* p = p0 + G p_t - G_A A */
@@ -187,7 +189,8 @@ KT_INLINE void ascend(const columns *k, size_t g, int c) {
     }
 }
 
-/* ---- a group by dense matrices ------------------------------------------------------------------------------------ */
+/* ---- a group by dense matrices ------------------------------------------------------------------------------------
+ * */
 
 /* f - F P in k->x, and P of the group on its parent. */
 KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
@@ -241,7 +244,8 @@ KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
             k->x[k->model->group_v[group->v + i]] -= splat(of.gain[j * of.m + i]) * a[j];
 }
 
-/* ---- all links ---------------------------------------------------------------------------------------------------- */
+/* ---- all links ----------------------------------------------------------------------------------------------------
+ * */
 
 KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];

@@ -189,10 +189,10 @@ static __attribute__((noinline)) kt_planar_carried kt_planar_pass_prismatic(cons
 }
 
 /* Adds the link's own inertia and bias wrench to what the next link has passed on in x, if it has. */
-KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool passed,
+KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool has_child,
                                  kt_planar_carried *x) {
     const kt_v2 h = kt_v2_across(kt_v2_load(m->first)), force = kt_v2_load(m->force), mass = kt_v2_splat(link->mass);
-    if (passed) {
+    if (has_child) {
         x->h += h;
         x->diagonal += mass;
         x->force += force;

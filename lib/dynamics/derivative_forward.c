@@ -188,7 +188,7 @@ KT_INLINE void load3(const kt_v8 *from, strip *x) {
     x[2] = load(&from[2], 0);
 }
 
-KT_INLINE void leave(kind is, const flow *x, kt_derivative_state *to) {
+KT_INLINE void store_state(kind is, const flow *x, kt_derivative_state *to) {
     if (is.q || is.unit) {
         store3(x->q, to->q);
         store3(x->q + 3, to->q + 3);
@@ -259,7 +259,7 @@ KT_INLINE size_t backward_pass(const columns *p, kind is) {
         if (parent != next) {
             if (parent) {
                 gather(is, &w->state[parent], &x);
-                leave(is, &x, &w->state[parent]);
+                store_state(is, &x, &w->state[parent]);
             }
             clear(is, &x);
         } else if (n <= p->low) {
@@ -318,7 +318,7 @@ KT_INLINE void accelerate(const columns *p, kind is, bool before, bool after, si
             respond(row, after, x->q, NULL, NULL, result(p, w->dtau, f), excess);
     }
     if (node->branches)
-        leave(is, x, &w->state[n]);
+        store_state(is, x, &w->state[n]);
 }
 
 KT_INLINE size_t forward_pass(const columns *p, kind is, size_t root, strip *excess) {

@@ -30,7 +30,7 @@ static inline void set_nodes(const kt_model *model, const kt_data *data, size_t 
 }
 
 /* The inertia, F and 2B of the link alone. */
-static inline void weigh(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
+static inline void apply_inertia(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
     const kt_v4 none = kt_v4_splat(0.0), w = m->omega;
     kt_articulated *r = &x->inertia;
     kt_articulated_rigid(link, m, &(kt_link_origin){.moment = none, .force = none},
@@ -88,7 +88,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         x->origin = px->origin + m->offset;
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
-        weigh(link, m, acceleration, x);
+        apply_inertia(link, m, acceleration, x);
         set_nodes(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, &first, w);
         x->last = (int32_t)w->nodes - 1;
     }

@@ -40,7 +40,7 @@ struct kt_mass_factor {
     const kt_model *model;
     const struct kt_factor_kernels *kernels; /* of the model's instruction set */
     bool is_short;                           /* no row is longer than KT_FACTOR_SHORT */
-    bool ready;                              /* it holds factors */
+    bool is_factored;                        /* it holds factors */
     KT_ARENA_DECLARE(KT_FACTOR_FIELDS)
 };
 

@@ -108,8 +108,8 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
     const kt_model *model = factor->model;
     take_mass(factor, mass);
     const size_t failed = factor->kernels->compute(factor);
-    factor->ready = failed == model->n.v;
-    if (factor->ready)
+    factor->is_factored = failed == model->n.v;
+    if (factor->is_factored)
         return KT_OK;
     const int body = kt_body_of_velocity(model, model->link_v[failed]);
     char where[KT_WHERE_SIZE];
@@ -132,7 +132,7 @@ static void apply_sorted(kt_mass_factor *f, kt_factor_call call, int columns, do
 }
 
 KT_INLINE kt_status apply(kt_mass_factor *f, kt_factor_call call, int columns, double *x, kt_error *error) {
-    if (!f || !f->ready)
+    if (!f || !f->is_factored)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "factor",
                             "it holds no factors: kt_mass_factor_compute has not succeeded before");
     const kt_status status = kt_columns_check(f->model->n.v, columns, x, error);

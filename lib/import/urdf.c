@@ -13,7 +13,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- what is left out ---------------------------------------------------------------------------------------------- */
+/* ---- what is left out ----------------------------------------------------------------------------------------------
+ * */
 
 /* Adds a note at the first place where something was counted, if it was. */
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
@@ -133,8 +134,8 @@ static void make_notes(kt_urdf *u, int root, kt_scene *scene) {
          "'inertia_check: accept'): %d",
          u->odd_links.count);
     note_odd_inertias(u);
-    note(u, &u->weighed, "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
-         u->weighed.count);
+    note(u, &u->by_density, "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
+         u->by_density.count);
     note(u, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
     note(u, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
     note(u, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d", u->shapes.count);

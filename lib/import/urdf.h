@@ -58,7 +58,7 @@ typedef struct kt_urdf {
                                                 limits, and that are left out */
     kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
     double worst_excess;                       /* of the first */
-    kt_left weighed;                           /* links with a mass by density */
+    kt_left by_density;                        /* links with a mass by density */
     kt_left undeclared, freed;                 /* the link `world`; links on it that move freely */
     kt_xml_late late;
     kt_body *bodies;
@@ -109,7 +109,8 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
 /* Gives each link the name of its body, or NULL where it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);
 
-/* ---- urdf_inertia.c: inertias that no body has -------------------------------------------------------------------- */
+/* ---- urdf_inertia.c: inertias that no body has --------------------------------------------------------------------
+ * */
 
 /* Judges the inertias of the rigid parts, as the options say; the bodies have been made. Sets inertia_check. */
 void kt_urdf_judge_inertias(kt_urdf *u);

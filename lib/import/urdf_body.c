@@ -112,12 +112,12 @@ static double volume_of(const kt_shape *shape) {
 }
 
 /* Mass and inertia of a link that has none, of the shape that is seen. */
-static void weigh(kt_urdf *u, const kt_element *link, kt_body *body) {
+static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
     if (!(u->options->density > 0.0) || kt_xml_child(link, "inertial") != NULL || body->shape.type == KT_SHAPE_NONE)
         return;
     body->mass = u->options->density * volume_of(&body->shape);
     body->com_of_shape = body->inertia_of_shape = true;
-    kt_urdf_count(&u->weighed, link);
+    kt_urdf_count(&u->by_density, link);
 }
 
 static void make_body(kt_urdf *u, int index, kt_body *body) {
@@ -127,7 +127,7 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     body->name = link->body;
     read_inertial(u->r, link->element, body);
     read_picture(u, link->element, body);
-    weigh(u, link->element, body);
+    set_mass_of_shape(u, link->element, body);
     if (j == NULL) {
         body->joint.type = u->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
         return;
@@ -206,7 +206,8 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     u->loop_elements[index] = kt_xml_child(j->element, "mimic");
 }
 
-/* ---- all of them ---------------------------------------------------------------------------------------------------- */
+/* ---- all of them ----------------------------------------------------------------------------------------------------
+ * */
 
 void kt_urdf_bodies(kt_urdf *u) {
     kt_description *d = u->description;

@@ -57,24 +57,24 @@ double kt_control_rejected(const kt_integrator *it, double error) {
  * the weighted norm. lambda is |f'| / |f|, from an Euler step of a hundredth of |y| / |f|, and at least |f| / |y|. (HNW
  * II.4 takes h^k max(|f|, |f'|) = 1/100, which depends on the unit of time: a motion ten thousand times faster then
  * begins with a step ten times too long, a slower one with one too short.) */
-static double first_guess(const kt_integrator *it, double h0, double size, double slope, double bend) {
+static double first_guess(const kt_integrator *it, double h0, double d0, double d1, double d2) {
     const double k = it->error_order;
-    double rate = bend / slope;
-    if (size > 0.0 && slope / size > rate)
-        rate = slope / size;
-    if (slope > 0.0 && rate > 0.0 && isfinite(slope) && isfinite(rate))
-        return kt_control_power(0.01 / slope, 1.0 / k) * kt_control_power(rate, (1.0 - k) / k);
-    if (bend > 0.0 && isfinite(bend))
-        return kt_control_power(0.01 / bend, 0.5); /* f = 0 here: err ~ |f'| h^2 */
+    double rate = d2 / d1;
+    if (d0 > 0.0 && d1 / d0 > rate)
+        rate = d1 / d0;
+    if (d1 > 0.0 && rate > 0.0 && isfinite(d1) && isfinite(rate))
+        return kt_control_power(0.01 / d1, 1.0 / k) * kt_control_power(rate, (1.0 - k) / k);
+    if (d2 > 0.0 && isfinite(d2))
+        return kt_control_power(0.01 / d2, 0.5); /* f = 0 here: err ~ |f'| h^2 */
     return h0;
 }
 
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result) {
     const size_t n = it->sizes.n;
     const double *f0 = it->k[0];
-    const double size = kt_scaled_norm(it, it->y, NULL), slope = kt_scaled_norm(it, f0, NULL);
-    const bool has_scale = size >= 1e-5 && slope >= 1e-5 && isfinite(slope);
-    double h0 = has_scale ? 0.01 * size / slope : 1e-6;
+    const double d0 = kt_scaled_norm(it, it->y, NULL), d1 = kt_scaled_norm(it, f0, NULL);
+    const bool has_scale = d0 >= 1e-5 && d1 >= 1e-5 && isfinite(d1);
+    double h0 = has_scale ? 0.01 * d0 / d1 : 1e-6;
     h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* half, so that rounding does not lead beyond the limit */
 
     /* Where f cannot be computed at that distance, a hundredth of it is tried, up to eight times in all. */
@@ -92,7 +92,7 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     if (reached != KT_TRY_PASSED)
         return h0;
 
-    const double bend = kt_scaled_norm(it, it->k[1], f0) / h0;
-    const double h1 = first_guess(it, h0, has_scale ? size : 0.0, slope, bend);
+    const double d2 = kt_scaled_norm(it, it->k[1], f0) / h0;
+    const double h1 = first_guess(it, h0, has_scale ? d0 : 0.0, d1, d2);
     return 100.0 * h0 < h1 ? 100.0 * h0 : h1;
 }

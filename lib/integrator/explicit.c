@@ -221,7 +221,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
 }
 
 /* The nonzero weights of the slopes at theta; returns their number. */
-static size_t weigh_slopes(const kt_integrator *it, double theta, kt_stage_term *terms) {
+static size_t write_stage_terms(const kt_integrator *it, double theta, kt_stage_term *terms) {
     const kt_method *m = it->table;
     const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
     size_t count = 0;
@@ -247,7 +247,7 @@ kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, k
     const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;
     kt_stage_term terms[KT_METHOD_STAGES_MAX];
-    const size_t count = weigh_slopes(it, theta, terms), n = it->sizes.n;
+    const size_t count = write_stage_terms(it, theta, terms), n = it->sizes.n;
     kt_combine(y_out, y0, it->memory.last_step, terms, count, it->k, n);
     for (size_t i = 0; i < n; i++)
         y_out[i] += part * (y1[i] - y0[i]);

@@ -132,7 +132,7 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* ---- before a try ------------------------------------------------------------------------------------------------ */
 
-/* With fixed steps components are weighed as if they were at least this part of the largest one, and of what a step
+/* With fixed steps components are scaled as if they were at least this part of the largest one, and of what a step
  * makes of them. */
 #define KT_SMALL_PART 1e-3
 

@@ -38,7 +38,8 @@ typedef struct extended {
     bool implicit; /* a is a whole matrix */
     int slots, thetas;
     long double a[SLOTS][SLOTS];
-    long double beta[SLOTS][SLOTS]; /* what a node with one child is weighed by: a, of a Rosenbrock method a + gamma */
+    long double beta[SLOTS]
+                    [SLOTS]; /* what a node with one child is multiplied by: a, of a Rosenbrock method a + gamma */
     weights b, e, e_low, dense[THETAS];
 } extended;
 
@@ -193,7 +194,7 @@ static int parent_of(const tree *t, int v) {
 
 /* Computes Phi, its absolute values and gamma, from the leaves to the root: each node multiplies A Phi(node) into its
  * parent. */
-static void weigh_tree(const extended *x, tree *t) {
+static void find_tree_weight(const extended *x, tree *t) {
     long double phi[NODES][SLOTS], size[NODES][SLOTS];
     int count[NODES], children[NODES] = {0};
     for (int v = 1; v < t->nodes; v++)
@@ -314,7 +315,7 @@ kt_status kt_method_check(const kt_method *method, kt_error *error) {
     for (int nodes = 1; status == KT_OK && nodes <= last; nodes++) {
         tree t = first_tree(nodes);
         do {
-            weigh_tree(&x, &t);
+            find_tree_weight(&x, &t);
             status = check_tree(&x, &t, error);
         } while (status == KT_OK && next_tree(&t));
     }

@@ -6,15 +6,17 @@
  *
  *     h rho = |g| / |d|,    g = f(Y_7) - f(Y_6) = J (Y_7 - Y_6),    d = (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
  *
- * which takes no evaluation. Two things look like this and are not bounded by stability, but by accuracy:
- *   - a corner of f within the step (friction that reverses, a rope that goes slack) turns the difference of slopes over
+ * which takes no evaluation. Two things resemble this and are not bounded by stability, but by accuracy:
+ *   - a corner of f within the step (friction that reverses, a rope that goes slack) turns the difference of slopes
+ * over
  *     that of states into any number. At its limit a mode that decays shows 3.3, one that rings while it decays some
  *     more from step to step, since q and v have one norm: a sign of stiffness is KT_STIFF_LEAST < h rho <
  *     KT_STIFF_MOST;
- *   - at loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over corners,
- *     and where a mode decays it is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum never less than 0.
- * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
- * Until a first sign is found, only every KT_WATCH_PERIOD-th step is looked at. The bounds are measured on the bundled
+ *   - at loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over
+ * corners,
+ *     and where a mode decays it is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum never less than
+ * 0. The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
+ * Until a first sign is found, only every KT_WATCH_PERIOD-th step is checked. The bounds are measured on the bundled
  * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to
  * 1 of the critical one.
  *
@@ -102,7 +104,7 @@ typedef struct watch {
     double signs;      /* signs for the other method, or their sum */
     double wanted;     /* so many of them it takes to leave dopri5 */
     double calm;       /* dopri5: steps since, that did not */
-    double unseen;     /* dopri5: steps since one was looked at */
+    double unchecked;  /* dopri5: steps since one was checked */
     double ringing;    /* dopri5: the sum of signs of a pair that rings; radau5: 1: it took over for these */
     double age;        /* radau5: steps since it took over */
     double radius;     /* radau5: rho of the Jacobian in use */
@@ -305,7 +307,7 @@ static void to_implicit(kt_integrator *it, bool rings) {
     it->memory.counts.switches++;
 }
 
-static void look_for_decay(watch *w, const difference *last) {
+static void test_decay(watch *w, const difference *last) {
     if (KT_STIFF_LEAST < last->rate && last->rate < KT_STIFF_MOST) {
         w->signs = fmax(0.0, w->signs + 1.0 - KT_DECAYING * (1.0 + last->cosine));
         w->calm = 0.0;
@@ -317,10 +319,10 @@ static void look_for_decay(watch *w, const difference *last) {
 static void watch_explicit(kt_integrator *it) {
     watch *w = watch_of(it);
     bool may_ring = false;
-    if (w->signs > 0.0 || (w->unseen += 1.0) >= KT_WATCH_PERIOD) {
+    if (w->signs > 0.0 || (w->unchecked += 1.0) >= KT_WATCH_PERIOD) {
         const difference last = last_difference(it);
-        w->unseen = 0.0;
-        look_for_decay(w, &last);
+        w->unchecked = 0.0;
+        test_decay(w, &last);
         may_ring = last.may_ring;
     }
     if (may_ring || w->ringing > 0.0)

@@ -2,7 +2,7 @@
  * whatever the step; L-stable, where moreover what decays infinitely fast is gone after a step.
  *
  * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum
- * principle; of a multistep method it holds for the largest root). Both are looked at point by point: the axis, and
+ * principle; of a multistep method it holds for the largest root). Both are tested point by point: the axis, and
  * arcs on the left, next to whose points a pole would show.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.

@@ -99,18 +99,18 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
     const kt_real f1 = -(1.0 + 2.0 * b) / (2.0 * half * b * one * one);
     const kt_real f2 = (3.0 + b * (9.0 + 8.0 * b)) / (8.0 * half * half * b * one * one * one);
     const kt_real size = kt_value(sine) < KT_AXIS_CLEARANCE ? kt_axis_gap(sine) / kt_sqrt(h2) : f0;
-    const kt_vector slope = -(kt_scale(h[0], end[0].axes[0]) + kt_scale(h[1], end[0].axes[1])); /* f x e */
-    const kt_vector bend = kt_cross(w, kt_cross(w, f));
-    const kt_real c1 = kt_dot(w, slope), c2 = kt_dot(e, bend);
+    const kt_vector f_cross_e = -(kt_scale(h[0], end[0].axes[0]) + kt_scale(h[1], end[0].axes[1])); /* f x e */
+    const kt_vector bias = kt_cross(w, kt_cross(w, f));
+    const kt_real c1 = kt_dot(w, f_cross_e), c2 = kt_dot(e, bias);
     for (int k = 0; k < 2; k++) {
         const kt_vector lever = kt_cross(f, side[k]);
-        const kt_vector m = kt_scale(f0, lever) + kt_scale(f1 * h[k], slope);
-        const kt_real bent =
-            f0 * kt_dot(side[k], bend) + 2.0 * f1 * c1 * kt_dot(w, lever) + (f2 * c1 * c1 + f1 * c2) * h[k];
+        const kt_vector m = kt_scale(f0, lever) + kt_scale(f1 * h[k], f_cross_e);
+        const kt_real drift =
+            f0 * kt_dot(side[k], bias) + 2.0 * f1 * c1 * kt_dot(w, lever) + (f2 * c1 * c1 + f1 * c2) * h[k];
         rows[k] = (kt_loop_row){.moment = m,
                                 .force = kt_vector_zero(),
                                 .residual = size * h[k],
-                                .drift = bent - kt_dot(m, r->turning),
+                                .drift = drift - kt_dot(m, r->turning),
                                 .holonomic = true};
     }
 }

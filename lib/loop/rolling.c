@@ -33,7 +33,7 @@ typedef struct contact {
     kt_vector t, rate; /* t, t' */
 } contact;
 
-static inline contact touch(const kt_loop_end *wheel, kt_vector n, kt_vector turning) {
+static inline contact find_contact(const kt_loop_end *wheel, kt_vector n, kt_vector turning) {
     const kt_vector a = wheel->axes[2], across = kt_cross(n, a), rate = kt_cross(turning, a);
     contact k;
     k.c = kt_dot(n, a);
@@ -50,16 +50,16 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
     const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
-    const contact at = touch(&end[0], n, turning);
+    const contact at = find_contact(&end[0], n, turning);
     const kt_vector point = r - kt_scale(rho, at.t);
     const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
-    const kt_vector bend = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
+    const kt_vector bias = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
                            kt_cross(w2, u + u + carried);
     const int count = loop->contact ? 3 : 2;
     for (int k = 0; k < count; k++) {
         const kt_vector direction = end[1].axes[k];
         rows[k] =
-            (kt_loop_row){.moment = kt_cross(direction, point), .force = -direction, .drift = kt_dot(direction, bend)};
+            (kt_loop_row){.moment = kt_cross(direction, point), .force = -direction, .drift = kt_dot(direction, bias)};
     }
     if (loop->contact) {
         rows[2].residual = kt_dot(n, r) - rho * at.s;

@@ -6,7 +6,7 @@
 #include "effect/effect.h"
 #include "kinetree/mechanism.h"
 
-/* kt_acceleration_evaluate without a look at its pointers: all but tau, external and error are given. */
+/* kt_acceleration_evaluate without a check of its pointers: all but tau, external and error are given. */
 KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, const double *tau, const kt_wrench *external, double *a,
                                              kt_error *error);

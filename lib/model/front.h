@@ -36,7 +36,7 @@ typedef struct kt_front_plan {
 } kt_front_plan;
 
 /* The number of components of an acceleration in space; in a plane there are half as many. The number of equations that
- * can be passed on at a time. */
+ * can be delayed at a time. */
 enum { KT_FRONT_SPACE = 6, KT_FRONT_DELAYED_MOST = 6 };
 
 /* The most that a step can have: parameters, the new ones included; equations that it closes; parameters that are kept;
@@ -57,9 +57,9 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
            n * (s->kept + base + more + 1);
 }
 
-/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is seen
- * of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is computed
- * on the way. */
+/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is
+ * coupled of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is
+ * computed on the way. */
 static inline size_t kt_front_vectors(const kt_front_plan *plan) {
     return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->delayed_most;
 }

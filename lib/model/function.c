@@ -124,7 +124,7 @@ static double secant(const double *row) {
 }
 
 /* The slope p at an end, from the interval h0 there and its neighbour h1, with the secants e0 and e1. */
-static double end_slope(double h0, double h1, double e0, double e1) {
+static double end_derivative(double h0, double h1, double e0, double e1) {
     const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
     if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
         return 0.0;
@@ -133,7 +133,7 @@ static double end_slope(double h0, double h1, double e0, double e1) {
 }
 
 /* Stores p_k in each row's B. */
-static void monotone_slopes(double *rows, int count) {
+static void monotone_derivatives(double *rows, int count) {
     double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     if (count == 2) {
         rows[ROW_B] = last[ROW_B] = secant(rows);
@@ -146,14 +146,14 @@ static void monotone_slopes(double *rows, int count) {
         row[ROW_B] = turns ? 0.0 : (w1 + w2) / (w1 / e0 + w2 / e1);
     }
     const double *second = rows + ROW_SIZE, *before = last - ROW_SIZE;
-    rows[ROW_B] =
-        end_slope(second[ROW_T] - rows[ROW_T], second[ROW_SIZE + ROW_T] - second[ROW_T], secant(rows), secant(second));
-    last[ROW_B] = end_slope(last[ROW_T] - before[ROW_T], before[ROW_T] - (before - ROW_SIZE)[ROW_T], secant(before),
-                            secant(before - ROW_SIZE));
+    rows[ROW_B] = end_derivative(second[ROW_T] - rows[ROW_T], second[ROW_SIZE + ROW_T] - second[ROW_T], secant(rows),
+                                 secant(second));
+    last[ROW_B] = end_derivative(last[ROW_T] - before[ROW_T], before[ROW_T] - (before - ROW_SIZE)[ROW_T],
+                                 secant(before), secant(before - ROW_SIZE));
 }
 
 static void compile_monotone(double *rows, int count) {
-    monotone_slopes(rows, count);
+    monotone_derivatives(rows, count);
     for (int k = 0; k + 1 < count; k++) {
         double *row = rows + (size_t)k * ROW_SIZE;
         const double h = row[ROW_SIZE + ROW_T] - row[ROW_T], e = secant(row);

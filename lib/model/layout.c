@@ -70,16 +70,16 @@ void kt_data_free(kt_data *data) { kt_arena_free(data); }
 kt_iterations kt_data_iterations(kt_data *data) {
     if (!data)
         return (kt_iterations){0, 0, 0, 0};
-    const kt_iterations none = {0, 0, 0, 0}, seen = data->iterations;
+    const kt_iterations none = {0, 0, 0, 0}, last = data->iterations;
     data->iterations = none;
-    return seen;
+    return last;
 }
 
 kt_crossings kt_data_crossings(kt_data *data) {
     const kt_crossings none = {0, 0, 0.0, 0.0};
     if (!data)
         return none;
-    const kt_crossings seen = data->crossings;
+    const kt_crossings last = data->crossings;
     data->crossings = none;
-    return seen;
+    return last;
 }

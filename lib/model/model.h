@@ -130,8 +130,8 @@ size_t kt_model_layout(void *memory, const kt_counts *n);
 /* Notes which data serve the model, whose counts are final. */
 void kt_model_seal(kt_model *model);
 
-/* A characteristic length of the mechanism, m: the longest distance from joint to joint or from joint to centre of mass;
- * 1 if there is none. O(links). */
+/* A characteristic length of the mechanism, m: the longest distance from joint to joint or from joint to centre of
+ * mass; 1 if there is none. O(links). */
 double kt_model_extent(const kt_model *model);
 
 /* Writes the size of a large change of each velocity coordinate (nv): a radian, or this length. O(links). */
@@ -202,12 +202,12 @@ typedef struct kt_front_motion {
 } kt_front_motion;
 
 /* What the last factorisation found at a step: parameters, the new ones included; equations, those that earlier steps
- * have passed on included; of them, independent ones; parameters afterwards, and of these those that are kept;
+ * have delayed included; of them, independent ones; parameters afterwards, and of these those that are kept;
  * reflectors that part these from the others; vectors in slots. */
 typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, reflectors, vectors;
     int32_t first;             /* the equations' place among the group's pivots */
-    int32_t received, delayed; /* equations passed on to this step, and by it */
+    int32_t received, delayed; /* equations delayed until this step, and by it */
     int32_t received_row[KT_FRONT_DELAYED_MOST], delayed_row[KT_FRONT_DELAYED_MOST]; /* which */
     double last; /* size of the last independent equation */
 } kt_front_count;
@@ -248,7 +248,7 @@ typedef struct kt_front_count {
     X(kt_front_count, front, n->front, "steps of the groups that are reduced by fronts, as last factored")             \
     X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
     X(int32_t, front_live, kt_where(n->front, n->front + n->loop + KT_FRONT_DELAYED_MOST),                             \
-      "slots in use: of links, of relations, passed on")                                                               \
+      "slots in use: of links, of relations, delayed")                                                                 \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \
     X(uint8_t, special_form, n->group, "0, or that a group is solved in its own form (reduction/kernel.h)")            \

@@ -51,7 +51,7 @@ kt_camera kt_camera_around(kt_vec3 vertical, double azimuth, double elevation) {
 
 /* The sum of squares of the lengths of rods, and of the distances of solids from the joints of their bodies, in the
  * picture. */
-static double spread(const kt_picture *picture, const kt_pose *poses, const kt_camera *camera) {
+static double extent(const kt_picture *picture, const kt_pose *poses, const kt_camera *camera) {
     double sum = 0.0;
     for (int i = 0; i < picture->solid_count; i++) {
         const kt_solid *solid = &picture->solids[i];
@@ -75,7 +75,7 @@ kt_chosen_view kt_camera_choose(const kt_picture *picture, const kt_pose *poses)
     double most = -1.0;
     for (int i = 0; i < 4; i++) {
         const kt_camera camera = kt_camera_around(vertical, azimuths[i] * degree, best.elevation);
-        const double found = spread(picture, poses, &camera);
+        const double found = extent(picture, poses, &camera);
         if (found > 1.3 * most) { /* the first one, unless another one is clearly better */
             most = found;
             best.camera = camera;

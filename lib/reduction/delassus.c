@@ -139,19 +139,19 @@ typedef struct wrenches {
     kt_v4 x[KT_FRONT_SPACE];
 } wrenches;
 
-/* What link i receives: from the link after it, if that is its child (`passed`), and what has been stored. */
-KT_INLINE void receive(const sweep *s, int32_t i, int components, bool passed, wrenches *p) {
+/* What link i receives: from the link after it, if that is its child (`from_child`), and what has been stored. */
+KT_INLINE void receive(const sweep *s, int32_t i, int components, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
     const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
     const kt_v4 *stored = s->d.load + KT_FRONT_SPACE * local;
-    for (int c = 0; c < components && !passed; c++)
+    for (int c = 0; c < components && !from_child; c++)
         p->x[c] = kt_v4_splat(0.0);
     for (int c = 0; c < components && has; c++)
         p->x[c] += stored[c];
 }
 
 /* To the origin of the parent: n += r x f. Wrenches that are not for the link before are stored. */
-KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool passed, wrenches *p) {
+KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool from_child, wrenches *p) {
     kt_v4 *x = p->x;
     const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
     if (components == KT_FRONT_SPACE / 2) {
@@ -161,7 +161,7 @@ KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool
         x[1] += rz * x[3] - rx * x[5];
         x[2] += rx * x[4] - ry * x[3];
     }
-    if (!passed && up != 0)
+    if (!from_child && up != 0)
         store(s, up, components, x);
 }
 
@@ -203,10 +203,10 @@ KT_INLINE kt_v4 unit_of(const sweep *s, int32_t local) {
 KT_INLINE void square_rows(const sweep *s, int components, bool units, kt_v4 *square) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     wrenches p;
-    bool passed = false;
+    bool from_child = false;
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
-        receive(s, i, components, passed, &p);
+        receive(s, i, components, from_child, &p);
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
             const int32_t local = s->model->link[i].local + c;
@@ -215,8 +215,8 @@ KT_INLINE void square_rows(const sweep *s, int components, bool units, kt_v4 *sq
             s->d.column[local] = row;
             add_square(row, 1.0, square);
         }
-        passed = l > 0 && up == link[l - 1];
-        pass_on(s, up, kt_front_offset(&s->f, i), components, passed, &p);
+        from_child = l > 0 && up == link[l - 1];
+        pass_on(s, up, kt_front_offset(&s->f, i), components, from_child, &p);
     }
 }
 
@@ -438,11 +438,11 @@ KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *t
     const int32_t *link = s->model->group_link + s->f.group->link;
     const kt_front_motion rest = {.alpha = kt_v4_splat(0.0), .linear = kt_v4_splat(0.0)};
     wrenches p;
-    bool passed = false;
+    bool from_child = false;
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
         const kt_front_motion *from = up ? motion_of(s, up) : &rest, *own = motion_of(s, i);
-        receive(s, i, components, passed, &p);
+        receive(s, i, components, from_child, &p);
         if (components == KT_FRONT_SPACE / 2)
             take_planar(s, i, from->linear + ground, &p, to);
         else if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
@@ -451,8 +451,8 @@ KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *t
             p = take_armature(s, i, own->alpha, own->linear + ground, p, to);
         else
             take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
-        passed = l > 0 && up == link[l - 1];
-        if (!passed && up != 0)
+        from_child = l > 0 && up == link[l - 1];
+        if (!from_child && up != 0)
             store(s, up, components, p.x);
     }
 }

@@ -108,7 +108,7 @@ KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulate
     return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
 }
 
-/* A link of a group of few equations is one of the tree: its inverse inertia is stored for delassus.c. */
+/* A link of a group in the form of Delassus is one of the tree: its inverse inertia is stored for delassus.c. */
 KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
                             double armature) {
     const kt_link *link = &model->link[i];
@@ -128,7 +128,7 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
     return first && !eliminate_whole(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
 }
 
-/* `context` is not NULL if groups of few equations are not eliminated. */
+/* `context` is not NULL if groups in the form of Delassus are not eliminated. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                    void *context) {
     const int32_t group = model->link[i].group;
@@ -185,7 +185,8 @@ KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, 
     respond_to(model, data, i, true, a);
 }
 
-/* Solves the groups of few equations, between the passes; returns the first link of one that cannot be solved, or 0. */
+/* Solves the groups in the form of Delassus, between the passes; returns the first link of one that cannot be solved,
+ * or 0. */
 static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
@@ -195,14 +196,14 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     return 0;
 }
 
-/* The same with groups of few equations, which delassus.h solves between the passes. */
+/* The same with groups in the form of Delassus, which delassus.h solves between the passes. */
 static size_t accelerate_delassus(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
     bool delassus = true;
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &delassus);
-    const size_t unsolved = failed ? failed : solve_delassus(model, data, end);
-    if (!unsolved)
+    const size_t singular = failed ? failed : solve_delassus(model, data, end);
+    if (!singular)
         kt_articulated_forward(model, data, end, respond_delassus, a);
-    return unsolved;
+    return singular;
 }
 
 static void respond_armature(const kt_model *model, kt_data *data, size_t i, double *a) {
@@ -218,10 +219,10 @@ static __attribute__((noinline)) size_t accelerate_armature(const kt_model *mode
                                                             size_t end, bool delassus, double *a) {
     const size_t failed =
         kt_articulated_backward(model, data, tau, end, eliminate_armature, delassus ? &delassus : NULL);
-    const size_t unsolved = failed || !delassus ? failed : solve_delassus(model, data, end);
-    if (!unsolved)
+    const size_t singular = failed || !delassus ? failed : solve_delassus(model, data, end);
+    if (!singular)
         kt_articulated_forward(model, data, end, respond_armature, a);
-    return unsolved;
+    return singular;
 }
 
 size_t KT_KERNEL(kt_spatial_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
@@ -266,10 +267,10 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
 
 bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
                                  bool delassus) {
-    const bool solved =
+    const bool special =
         delassus && model->group[g].form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
-    data->special_form[g] = solved ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
-    return solved || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
+    data->special_form[g] = special ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
+    return special || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
 
 static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -287,7 +288,8 @@ static size_t try_forward(const kt_model *model, kt_data *data, double t, const 
     return KT_KERNEL(kt_spatial_accelerate)(model, data, tau, end, delassus, a);
 }
 
-/* If groups of few equations cannot be solved by their own method, for whatever reason, the general one decides. */
+/* If groups in the form of Delassus cannot be solved by their own method, for whatever reason, the general one decides.
+ * */
 static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const double *tau, const kt_wrench *external, bool regular, double *a) {
     if (!regular && model->has_delassus && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
@@ -362,7 +364,7 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     return some;
 }
 
-/* Closes a group by its own form, if that is `solved`; otherwise factors it. */
+/* Closes a group by its own form, if that is `special`; otherwise factors it. */
 static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
     if (model->group[g].form == KT_FORM_DELASSUS) {
         KT_KERNEL(kt_delassus_least)(model, data, g, step);
@@ -466,13 +468,14 @@ static void basis(const kt_model *model, kt_data *data) {
     }
 }
 
-/* If the group is of few equations, `solved` says from here on that they alone have been measured. */
+/* If the group is in the form of Delassus, `special` says from here on that its few equations alone have been measured.
+ * */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     double size = 0.0;
-    const bool solved =
+    const bool special =
         model->group[g].damped_form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
-    data->special_form[g] = solved ? KT_SPECIAL_FORM_WHOLE : KT_SPECIAL_FORM_NONE;
-    return solved ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
+    data->special_form[g] = special ? KT_SPECIAL_FORM_WHOLE : KT_SPECIAL_FORM_NONE;
+    return special ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
 }
 
 bool KT_KERNEL(kt_damped_solve)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,

@@ -12,9 +12,9 @@
  * kt_spatial_clear: sets wrenches and the inertias from children to zero.
  * kt_spatial_motion: all of these, then external wrenches (may be NULL); the ground's acceleration is minus gravity.
  * kt_spatial_accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at
- *   which the inertia is singular, or 0. `delassus`: groups of few equations are solved by delassus.h, which has
+ *   which the inertia is singular, or 0. `delassus`: groups in the form of Delassus are solved by delassus.h, which has
  *   prepared them.
- * kt_group_prepare: as kt_group_factor; if `delassus`, groups of few equations are prepared for delassus.h
+ * kt_group_prepare: as kt_group_factor; if `delassus`, groups in the form of Delassus are prepared for delassus.h
  *   (data->special_form). Returns false if a number is not finite.
  * kt_groups_refactor: factors the groups in their special forms; returns false if there are none or a number is not
  *   finite.

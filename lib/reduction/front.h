@@ -83,7 +83,7 @@ typedef struct kt_front {
     const kt_front_plan *plan;
     const kt_front_step *step;
     kt_front_count *count;
-    const kt_front_count *delaying; /* the step whose passed equations are in slots, or NULL */
+    const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
     kt_group_work w;
     const bool *fixed;
     int32_t *live, live_count;            /* slots in use: links', then relations' */

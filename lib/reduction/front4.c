@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* An open link: T' and t. */
+/* An active link: T' and t. */
 typedef struct front4_link {
     kt_v4 motion[3];
     double constant[3];
@@ -38,7 +38,7 @@ KT_INLINE kt_v4 combine(kt_v4 a, const kt_v4 r[KT_FRONT4_PARAMS]) {
 }
 
 /* Adds the energy T' IA T of a link, and the forces -T' (IA t + bias). */
-KT_INLINE void weigh_link(front4 *s, const kt_planar_inertia *x, const front4_link *own) {
+KT_INLINE void apply_link_inertia(front4 *s, const kt_planar_inertia *x, const front4_link *own) {
     const double ta = own->constant[0], tb = own->constant[1], tc = own->constant[2];
     const kt_v4 a = own->motion[0], b = own->motion[1], c = own->motion[2];
     const kt_v4 j = kt_v4_splat(x->j), hx = kt_v4_splat(x->h[0]), hy = kt_v4_splat(x->h[1]);
@@ -82,7 +82,7 @@ KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const doub
     s->link[step->slot] = (front4_link){.motion = {a, b, c}, .constant = {ta, tb, tc}};
     s->open |= 1U << step->slot;
     if (tau) {
-        weigh_link(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
+        apply_link_inertia(s, &s->f.data->planar_inertia[k], &s->link[step->slot]);
         s->pull += kt_v4_splat(tau[link->v]) * own;
     }
     if (!tau || has_armature) {
@@ -159,7 +159,7 @@ KT_INLINE double factor(int rank, int n, kt_v4 *d, double *e, kt_front4_step *ou
     return second.length;
 }
 
-/* p = p0 + Z p2 in the open links and the energy; `left` parameters remain. */
+/* p = p0 + Z p2 in the active links and the energy; `left` parameters remain. */
 KT_INLINE void impose(front4 *s, const kt_front4_step *kept, int left) {
     const kt_v4 none = kt_v4_splat(0.0), *z = kept->basis, p = kept->particular;
     kt_v4 r[KT_FRONT4_PARAMS], product[KT_FRONT4_PARAMS], pull = none, size = none,

@@ -13,7 +13,7 @@
 
 #include "reduction/front.h"
 
-/* The most parameters, equations of a step and open links. */
+/* The most parameters, equations of a step and active links. */
 enum { KT_FRONT4_PARAMS = 4, KT_FRONT4_ROWS = 2, KT_FRONT4_SLOTS = 16 };
 
 /* What a step keeps for the backward pass, in the group's memory for fronts. */

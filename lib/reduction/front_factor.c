@@ -95,7 +95,7 @@ static int count_vectors(const kt_front *f) {
     return count;
 }
 
-/* A direction is small, and may be passed on, if others are preferred to its equation (KT_PREFERRED), and below these
+/* A direction is small, and may be delayed, if others are preferred to its equation (KT_PREFERRED), and below these
  * parts of its step's usual size, as small as an equation must be to be replaced, and of what its entries could be. */
 #define SMALL_OF_USUAL (1.0 / 16.0)
 #define SMALL_OF_REACH (1.0 / 16.0)
@@ -109,7 +109,7 @@ KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, dou
 }
 
 /* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small
- * directions are left and all can be passed on. *first is the squared size of the largest direction of all steps so
+ * directions are left and all can be delayed. *first is the squared size of the largest direction of all steps so
  * far. Returns the rank, or -1 if a number is not finite. */
 KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const double *usual, double *first) {
     const int n = d->m, k = d->k;
@@ -138,7 +138,7 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
     return rank;
 }
 
-/* Takes the equations that earlier steps have passed on, whose rows follow those of the step. */
+/* Takes the equations that earlier steps have delayed, whose rows follow those of the step. */
 KT_INLINE void take_delayed(kt_front *f, kt_front_count *count, int n, double *rows, int32_t *pivot) {
     for (int d = 0; f->delaying && d < f->delaying->delayed; d++) {
         const int32_t slot = kt_front_delayed(f, d);
@@ -209,7 +209,7 @@ static bool is_zero(const double *x, int n) {
 }
 
 /* Copies the vectors in slots that are not zero, one after the other; returns their number, or n if it is not less. */
-KT_INLINE int copy_seen(const kt_front *f, int n) {
+KT_INLINE int copy_coupled(const kt_front *f, int n) {
     const int end = kt_front_padded(n);
     int count = 0;
     for (int32_t l = 0; l < f->live_count; l++) {
@@ -228,7 +228,7 @@ KT_INLINE int copy_seen(const kt_front *f, int n) {
 }
 
 /* T' = Q [R; 0] of so many vectors, which are replaced by the reflectors of Q; their scales. Returns the rank. */
-KT_INLINE int factor_seen(const kt_front *f, int count, int n, double *scale) {
+KT_INLINE int factor_coupled(const kt_front *f, int count, int n, double *scale) {
     const int end = kt_front_padded(n);
     int rank = 0;
     for (int v = 0; v < count; v++) {
@@ -245,7 +245,7 @@ KT_INLINE int factor_seen(const kt_front *f, int count, int n, double *scale) {
     return rank;
 }
 
-/* Of n parameters, the last of Q'p are not seen. As few reflectors move these, the columns of Q, to the end. */
+/* Of n parameters, the last of Q'p are free. As few reflectors move these, the columns of Q, to the end. */
 KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, int n, const kt_front_factor *x) {
     const int end = kt_front_padded(n);
     for (int c = 0; c < n - rank; c++) {
@@ -264,13 +264,13 @@ KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, in
 
 /* Reflects the parameters such that all but the first of them, whose number is returned, change nothing that slots
  * hold. */
-KT_INLINE int keep_seen(const kt_front *f, kt_front_count *count, int s) {
-    const int n = count->left, vectors = copy_seen(f, n), end = kt_front_padded(n);
+KT_INLINE int keep_coupled(const kt_front *f, kt_front_count *count, int s) {
+    const int n = count->left, vectors = copy_coupled(f, n), end = kt_front_padded(n);
     double *scale = f->z;
     kt_front_factor x;
     if (vectors >= n)
         return n;
-    const int kept = factor_seen(f, vectors, n, scale);
+    const int kept = factor_coupled(f, vectors, n, scale);
     count->kept = kept;
     count->reflectors = kept < n - kept ? kept : n - kept;
     kt_front_factor_find(f, s, &x);
@@ -344,7 +344,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     at->pivots += count->rows - count->delayed;
     count->vectors = count_vectors(f);
     count->left = n - count->rank;
-    at->params = count->kept = keep_seen(f, count, s);
+    at->params = count->kept = keep_coupled(f, count, s);
     return true;
 }
 

@@ -1,4 +1,4 @@
-/* How a link moves and what it weighs, for fronts (front.h), in the plane or in space: accelerations (alpha, a) have
+/* Motion and inertia of a link, for fronts (front.h), in the plane or in space: accelerations (alpha, a) have
  * three or six components. */
 #ifndef KT_REDUCTION_FRONT_LINK_H
 #define KT_REDUCTION_FRONT_LINK_H

@@ -120,7 +120,7 @@ static void solve_multipliers(const kt_front_count *count, const kt_front_factor
     }
 }
 
-/* Before the step the slots hold the equations that it has taken, and not those that it has passed on. */
+/* Before the step the slots hold the equations that it has taken, and not those that it has delayed. */
 static void return_delayed(kt_front *f, const kt_front_count *count, const double *lambda) {
     for (int d = 0; d < count->delayed; d++)
         kt_front_release(f, kt_front_delayed(f, d));

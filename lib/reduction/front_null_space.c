@@ -32,6 +32,6 @@ void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t 
             p[i] = 0.0;
         for (int j = at->rank - 1; j >= 0; j--)
             kt_reflect(factor.rows + j * at->params, factor.scale[j], j, at->params, p);
-        n = kt_front_take_coordinates(&f, s, p, x) + 1; /* from here on what is not seen does not move */
+        n = kt_front_take_coordinates(&f, s, p, x) + 1; /* from here on free parameters do not move */
     }
 }

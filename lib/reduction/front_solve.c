@@ -126,8 +126,8 @@ KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inert
 
 /* Adds the energy of a link: T' IA T, and the forces -T' (IA t + bias). Parameters: the parent's acceleration if
  * `base`, then n. */
-KT_INLINE void weigh_link(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n,
-                          const double *constant) {
+KT_INLINE void apply_link_inertia(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n,
+                                  const double *constant) {
     const int c = f->components;
     double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
     kt_front_inertia(f, step->link, inertia, bias);
@@ -360,7 +360,7 @@ KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, cons
     const int dofs = f->count[s].params - first;
     extend_energy(f, base + first, dofs);
     if (aim->kind == KT_FRONT_DYNAMICS)
-        weigh_link(f, step, x->motion, base, f->count[s].params, kt_front_constant(f, s));
+        apply_link_inertia(f, step, x->motion, base, f->count[s].params, kt_front_constant(f, s));
     if (has_armature && aim->kind == KT_FRONT_DYNAMICS)
         add_armature(f, link, base + first);
     for (int d = 0; d < dofs; d++) {

@@ -4,8 +4,8 @@
 
 #include "reduction/method.h"
 
-/* data->special_form: groups of few equations (delassus.h) and of narrow fronts (front4.h) may be solved in their own
- * forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
+/* data->special_form: groups in the form of Delassus (delassus.h) and fronts in registers (front4.h) may be solved in
+ * their own forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
 enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
 static inline uint8_t kt_special_form_as(bool regular) {
     return regular ? KT_SPECIAL_FORM_REGULAR : KT_SPECIAL_FORM_WHOLE;

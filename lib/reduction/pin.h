@@ -96,8 +96,8 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
 /* Computes c_i and the drift. `first`: the number of links on the first end's path. */
 KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
     const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
-    const kt_v2 seen = (two->rate - one->rate) - w1 * kt_v2_across(d);
-    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(seen));
+    const kt_v2 relative = (two->rate - one->rate) - w1 * kt_v2_across(d);
+    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(relative));
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;

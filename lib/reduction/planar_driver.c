@@ -234,7 +234,8 @@ static __attribute__((noinline)) size_t backward_armature(const kt_model *model,
     return kt_planar_articulated_backward(model, data, plane, tau, eliminate_armature, c);
 }
 
-/* Solves the groups of few equations of a plane, between the passes; returns one that cannot be solved, or n.group. */
+/* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
+ * n.group. */
 static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -257,9 +258,9 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
                                   : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
-        const size_t unsolved = model->has_delassus ? solve_delassus(&c, plane) : model->n.group;
-        if (unsolved < model->n.group)
-            return (size_t)model->group_link[model->group[unsolved].link];
+        const size_t singular = model->has_delassus ? solve_delassus(&c, plane) : model->n.group;
+        if (singular < model->n.group)
+            return (size_t)model->group_link[model->group[singular].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);
     }
     return 0;

@@ -43,7 +43,7 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
 /* W = M, W Z, and the factors of Z' W Z; or W = 1, where all of them are left out. */
-static kt_status weigh_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
+static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (!mass)
         return KT_OK;
@@ -77,7 +77,7 @@ static kt_status factor(kt_projection_work *w, kt_rows rows, const double *q, bo
     if (!w->dense)
         return factor_along(w, rows, q, mass, error);
     const kt_status status = kt_jacobian_qr_factor(&w->qr, w->model, rows, w->jacobian, error);
-    return status == KT_OK ? weigh_basis(w, q, mass, error) : status;
+    return status == KT_OK ? apply_mass_to_basis(w, q, mass, error) : status;
 }
 
 static void solve_dense(const kt_projection_work *w, bool mass, const double *e, double *x) {
@@ -208,7 +208,7 @@ static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parame
 static void change(kt_projection_work *w, linear_step step, size_t columns, const double *x,
                    const kt_parameter_work *parameter, size_t first) {
     const size_t n = w->n, p = w->p;
-    kt_v8 *xi = w->strip, *dv = xi + n, *g = dv + n, *e = g + n;
+    kt_v8 *xi = w->columns, *dv = xi + n, *g = dv + n, *e = g + n;
     gather(columns, n, 2 * n, x, xi);
     memset(g, 0, (n + p) * sizeof *g);
     if (step.moves)
@@ -230,13 +230,13 @@ static void change(kt_projection_work *w, linear_step step, size_t columns, cons
 
 /* ---- iterations -------------------------------------------------------------------------------------------------- */
 
-static bool weighs(const kt_projection_work *w) { return w->model->metric == KT_METRIC_MASS; }
+static bool is_in_mass_metric(const kt_projection_work *w) { return w->model->metric == KT_METRIC_MASS; }
 
 /* The equations of positions at q, factored, and phi. */
 static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_status status =
         kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
-    return status == KT_OK ? factor(w, KT_ROWS_CLOSED, q, weighs(w), error) : status;
+    return status == KT_OK ? factor(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
 }
 
 /* Of the factors along the tree what data hold is lost to other evaluations. */
@@ -246,7 +246,7 @@ static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double 
 
 /* One iteration of the positions at q: x, and what its change needs. */
 static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_error *error) {
-    const bool mass = weighs(w);
+    const bool mass = is_in_mass_metric(w);
     kt_status status = factor_positions(w, q, error);
     if (status != KT_OK)
         return status;
@@ -326,9 +326,9 @@ static void change_velocities(kt_projection_work *w, size_t columns, double *x, 
 }
 
 /* The iterations that move positions. */
-static kt_status push_positions(kt_projection_work *w, size_t columns, double *x, kt_parameter_work *parameter,
-                                kt_error *error) {
-    const linear_step step = {.mass = weighs(w), .moves = true};
+static kt_status propagate_positions(kt_projection_work *w, size_t columns, double *x, kt_parameter_work *parameter,
+                                     kt_error *error) {
+    const linear_step step = {.mass = is_in_mass_metric(w), .moves = true};
     kt_status status = KT_OK;
     for (uint32_t i = 0; i < w->iterations && status == KT_OK; i++) {
         double *q = w->q + i * w->model->n.q;
@@ -347,9 +347,9 @@ static kt_status push_positions(kt_projection_work *w, size_t columns, double *x
 
 /* The last iteration only projects changes, as the equations J that are factored ask for: x, lambda and G are zero, and
  * -E = J. */
-static kt_status push_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
-                              kt_parameter_work *parameter, kt_error *error) {
-    const linear_step step = {.mass = weighs(w)};
+static kt_status propagate_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
+                                   kt_parameter_work *parameter, kt_error *error) {
+    const linear_step step = {.mass = is_in_mass_metric(w)};
     kt_status status = parameter ? kt_parameter_project(parameter, w->t, q, NULL, w->model->zero, error) : KT_OK;
     if (status == KT_OK && parameter)
         status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
@@ -374,11 +374,11 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
     const bool shared = w->dense && shares_equations(w->model);
     kt_status status = kt_projection_run(w, q, v, error);
     if (status == KT_OK)
-        status = push_positions(w, columns, x, parameter, error);
+        status = propagate_positions(w, columns, x, parameter, error);
     if (status == KT_OK)
         status = shared ? prepare_velocities(w, q, v, error) : factor_positions(w, q, error);
     if (status == KT_OK)
-        status = push_changes(w, q, columns, x, parameter, error);
+        status = propagate_changes(w, q, columns, x, parameter, error);
     if (status == KT_OK && !shared)
         status = prepare_velocities(w, q, v, error);
     if (status == KT_OK && parameter)

@@ -164,7 +164,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
     X(size_t, begin, 3 * (n + 1), "of sparse matrices")                                                                \
     X(int32_t, row, n *n + 2 * n * p, "likewise")                                                                      \
-    X(kt_v8, strip, 3 * n + p, "columns under way: xi, dv, right-hand sides")                                          \
+    X(kt_v8, columns, 3 * n + p, "columns under way: xi, dv, right-hand sides")                                        \
     X(double, moved, KT_LANES *n, "these right-hand sides, then dx")                                                   \
     X(double, closed, KT_LANES *p, "those of J")                                                                       \
     X(double, unit, n + p, "zeros, for kt_loop_matrices")                                                              \

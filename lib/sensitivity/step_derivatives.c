@@ -56,7 +56,7 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
 
 /* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start
  * xi and dv are unit vectors or zero, and the derivatives themselves are copied. */
-static void push(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
+static void propagate(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
     const double *q = w->stage + i * (nq + n), *dq = w->change_q, *dv = w->change_v + i * V * columns;
@@ -117,7 +117,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
         if (status != KT_OK)
             return status;
         combine(w, &products, kt_step_row(method, i), i, columns, w->change_v + i * V);
-        push(w, &products, i, columns);
+        propagate(w, &products, i, columns);
     }
     kt_step_finish(w);
     combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */

@@ -1,9 +1,10 @@
 /* Works of an energy balance where a step is long for them.
  *
  * The works W = (W_d, W_s) are quadratures of powers, W' = P(t, q, v), and a step's own rule integrates them with the
- * motion. The step is chosen for the motion alone: of a crank that a drive turns evenly, the motion is exact in a step of
- * a turn, and the power of its weight is not. So where the error that the method estimates of the works is large, the powers are integrated once more along the dense output of the step, from its start, panel by panel.
- * With P at the nodes x_j of a panel of length L (s in [-1, 1]),
+ * motion. The step is chosen for the motion alone: of a crank that a drive turns evenly, the motion is exact in a step
+ * of a turn, and the power of its weight is not. So where the error that the method estimates of the works is large,
+ * the powers are integrated once more along the dense output of the step, from its start, panel by panel. With P at the
+ * nodes x_j of a panel of length L (s in [-1, 1]),
  *
  *     b_m          = L / 4 sum_j w_j Q_m(x_j) P_j                     Kronrod's rule of 15 nodes
  *     W(s) - W(-1) = sum_m b_m (Q_{m+1} - Q_{m-1})(s)                 P in Legendre's polynomials Q_m, Q_{-1} = -1
@@ -11,8 +12,8 @@
  *     errors       = L / 2 |sum_j (w_j - g_j) P_j|                    of the whole: Gauss' rule of 7 of the nodes
  *                    2 (|b_11| + |b_12|)                              within it, for sums up to m = 12
  *
- * A panel whose errors exceed the tolerances is halved; where that does not help, the works stay those of the method. The
- * motion changes not one bit.
+ * A panel whose errors exceed the tolerances is halved; where that does not help, the works stay those of the method.
+ * The motion changes not one bit.
  *
  * Source: R. Piessens, E. de Doncker-Kapenga, C. W. Ueberhuber, D. K. Kahaner, QUADPACK, 1983.
  */
@@ -26,8 +27,8 @@
 enum { NODES = 15, HALVINGS = 20 };
 
 /* Estimates are those of the embedded formula, whose order is the lower one, so that errors are far below them. From
- * this number of tolerances on the works are integrated again: on the bundled scenes that is next to never, and doing it
- * from 1 on lets no balance close better than by a factor of four, for up to twice the evaluations. */
+ * this number of tolerances on the works are integrated again: on the bundled scenes that is next to never, and doing
+ * it from 1 on lets no balance close better than by a factor of four, for up to twice the evaluations. */
 static const double doubt = 100.0;
 
 static const double node[8] = {
@@ -80,7 +81,8 @@ static void expand(kt_work_panel *panel, const kt_power power[NODES]) {
 
 /* The larger of the two errors over the tolerances, of one of the works: `difference` of the two rules, `turned` the
  * integral of the power's magnitude. */
-static double weigh(const kt_simulation *simulation, double start, double turned, double difference, double tail) {
+static double error_over_tolerance(const kt_simulation *simulation, double start, double turned, double difference,
+                                   double tail) {
     const kt_integrator_options *o = &simulation->integrator->options;
     const double relative = fmax(o->relative_tolerance, 64.0 * DBL_EPSILON);
     return fmax(fabs(difference), 2.0 * tail) / kt_scale_of(o->absolute_tolerance, relative, start, turned);
@@ -96,10 +98,10 @@ static double error_of(const kt_simulation *simulation, const kt_work_panel *pan
         difference = work_add(difference, half * (kronrod[at] - gauss[at]), p);
         turned = work_add(turned, half * kronrod[at], size);
     }
-    return fmax(weigh(simulation, panel->start.dissipated, turned.dissipated, difference.dissipated,
-                      fabs(b[0].dissipated) + fabs(b[1].dissipated)),
-                weigh(simulation, panel->start.supplied, turned.supplied, difference.supplied,
-                      fabs(b[0].supplied) + fabs(b[1].supplied)));
+    return fmax(error_over_tolerance(simulation, panel->start.dissipated, turned.dissipated, difference.dissipated,
+                                     fabs(b[0].dissipated) + fabs(b[1].dissipated)),
+                error_over_tolerance(simulation, panel->start.supplied, turned.supplied, difference.supplied,
+                                     fabs(b[0].supplied) + fabs(b[1].supplied)));
 }
 
 static kt_work end_of(const kt_work_panel *panel) {

@@ -166,7 +166,7 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
 /* ---- of a record, where the step is fixed ------------------------------------------------------------------------ */
 
 /* Whether a stage of a step from t0 over h lies strictly between a and b. */
-static bool is_seen(const kt_method *method, double t0, double h, double a, double b) {
+static bool has_stage_between(const kt_method *method, double t0, double h, double a, double b) {
     for (int i = 0; i < method->stages; i++)
         if (a < t0 + method->c[i] * h && t0 + method->c[i] * h < b)
             return true;
@@ -194,7 +194,7 @@ static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, do
         *b = kt_curve_next_corner(curve, numbers, *a).time;
     } while (*b < t);
     return *a < t && *b < t1 && changes(curve, numbers, *a, *b) &&
-           !is_seen(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
+           !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
 }
 
 kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error) {

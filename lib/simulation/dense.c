@@ -1,14 +1,15 @@
 /* The state within the last step, from the method's dense output.
  *
  * The dense output uses the acceleration at the end of the step. At a dead point of drives that grows without bound, or
- * is what rounding makes of it, while the state itself is closed: the polynomial then leaves the motion by any distance.
- * Between the ends of a step a motion goes no farther than its velocities and its distance there tell,
+ * is what rounding makes of it, while the state itself is closed: the polynomial then leaves the motion by any
+ * distance. Between the ends of a step a motion goes no farther than its velocities and its distance there tell,
  *
- *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|),     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| / h)
+ *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|),     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| /
+ * h)
  *
- * and where a dense output does, or cannot be computed, that of the states alone takes its place: q cubic with v at both
- * ends (with quaternions linear), v and the works linear. Loops are closed, quaternions scaled to unit norm afterwards.
- * Only drives have dead points: without any nothing is asked.
+ * and where a dense output does, or cannot be computed, that of the states alone takes its place: q cubic with v at
+ * both ends (with quaternions linear), v and the works linear. Loops are closed, quaternions scaled to unit norm
+ * afterwards. Only drives have dead points: without any nothing is asked.
  */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
@@ -36,10 +37,10 @@ static bool is_between(const kt_simulation *simulation, const double *y) {
     const kt_integrator *it = simulation->integrator;
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
     const double *y0 = it->previous_y, *y1 = it->y, h = fabs(it->memory.last_step);
-    const double way = distance(y1, y0, nq), turn = distance(y1 + nq, y0 + nq, nv);
+    const double path = distance(y1, y0, nq), turn = distance(y1 + nq, y0 + nq, nv);
     const double speed = norm(y0 + nq, nv) + norm(y1 + nq, nv);
-    return distance(y, y0, nq) <= leeway * (way + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
-           distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + way / h) + rounding;
+    return distance(y, y0, nq) <= leeway * (path + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
+           distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + path / h) + rounding;
 }
 
 static void join_states(const kt_simulation *simulation, double t, double *y) {

@@ -29,7 +29,7 @@ bool kt_simulation_is_recoverable(kt_status status) {
 }
 
 /* Returns KT_OK if the loops can be closed later by the fraction `part` of that time. */
-static kt_status look_ahead(const kt_simulation *simulation, double part, kt_error *found) {
+static kt_status close_later(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
     char what[96];
@@ -47,8 +47,8 @@ static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error 
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;
     simulation->cached = KT_CACHED_NOTHING;
-    return (cause == KT_ERROR_CONSTRAINT || look_ahead(simulation, 0.1, found) != KT_OK) &&
-           look_ahead(simulation, 1.0, found) != KT_OK;
+    return (cause == KT_ERROR_CONSTRAINT || close_later(simulation, 0.1, found) != KT_OK) &&
+           close_later(simulation, 1.0, found) != KT_OK;
 }
 
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {

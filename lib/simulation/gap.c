@@ -11,9 +11,10 @@
  *
  * Where neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
  * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1, and is wrong by about what d and d' of the dense
- * output differ from it in the middle: where twice that is below the least coefficient, a half needs no look, otherwise
- * it is halved again, as it is while the bodies turn by more than a radian. At a boundary, d is where the effect acts at twice the depth that it has at the ends of the step, which the
- * stages next to them have seen; the depth of rounding does not count.
+ * output differ from it in the middle: where twice that is below the least coefficient, a half needs no evaluation,
+ * otherwise it is halved again, as it is while the bodies turn by more than a radian. At a boundary, d is where the
+ * effect acts at twice the depth that it has at the ends of the step, which the stages next to them have seen; the
+ * depth of rounding does not count.
  *
  * A step that went deeper in between is taken back and repeated up to the time that was found: its last stage sees the
  * effect, and the control of the error does the rest.
@@ -28,9 +29,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Halvings of a step, and looks into it for one effect, at most: where a path stays at a boundary for long no look
- * decides, and what is left is a touch of 1 / 4096 of the step. */
-enum { HALVINGS = 12, LOOKS = 64 };
+/* Halvings of a step, and evaluations within it for one effect, at most: where a path stays at a boundary for long none
+ * decides, and what is left is a contact of 1 / 4096 of the step. */
+enum { HALVINGS = 12, EVALUATIONS = 64 };
 
 /* Depths of this part of the path w h are rounding for a step; for a record, the error of its state. */
 static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
@@ -45,7 +46,7 @@ typedef struct search {
     kt_simulation *simulation;
     size_t k;
     double boundary, turn;
-    int looks;
+    int evaluations;
     double when; /* the first time found at which d < 0 */
 } search;
 
@@ -57,8 +58,8 @@ static bool is_out_of_reach(const search *s, const knot *a, const knot *b) {
     const double h = b->t - a->t, path = h * fmax(kt_vec3_norm(a->u), kt_vec3_norm(b->u));
     if (a->d + b->d >= 4.0 * path)
         return true;
-    const double bend = h * (kt_vec3_norm(kt_vec3_sub(b->u, a->u)) + s->turn * path);
-    return fmin(a->d, b->d) >= bend && a->d + b->d >= path / 16.0;
+    const double deviation = h * (kt_vec3_norm(kt_vec3_sub(b->u, a->u)) + s->turn * path);
+    return fmin(a->d, b->d) >= deviation && a->d + b->d >= path / 16.0;
 }
 
 /* The least Bernstein coefficient of the cubic from a to b. */
@@ -76,7 +77,7 @@ static double error_of_cubic(const search *s, const knot *a, const knot *m, cons
 }
 
 /* The gaps at a time within the step, to `gaps`. */
-static bool look(kt_simulation *simulation, double t, kt_gap *gaps) {
+static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
     kt_error ignored;
     const double *q = simulation->y;
     if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
@@ -89,12 +90,12 @@ static bool look(kt_simulation *simulation, double t, kt_gap *gaps) {
 /* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, where they are known, or NULL. */
 static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
-    if (is_out_of_reach(s, &a, &b) || halvings == 0 || s->looks == 0)
+    if (is_out_of_reach(s, &a, &b) || halvings == 0 || s->evaluations == 0)
         return false;
     const double t = a.t + 0.5 * (b.t - a.t);
     if (middle == NULL) {
-        s->looks--;
-        if (!look(simulation, t, simulation->gap_inside))
+        s->evaluations--;
+        if (!evaluate_gaps(simulation, t, simulation->gap_inside))
             return false; /* the slope at the end, which dense output needs, is that of the next step, which will say */
         middle = simulation->gap_inside;
     }
@@ -117,17 +118,17 @@ static search search_of(kt_simulation *simulation, size_t k, const kt_gap *begin
                     .k = k,
                     .boundary = 2.0 * seen + share * speed * h,
                     .turn = fmax(begin->turn, end->turn),
-                    .looks = LOOKS};
+                    .evaluations = EVALUATIONS};
 }
 
 /* ---- methods that do not see the end of a step ------------------------------------------------------------------- */
 
 /* Where no stage is at the end of a step (rkc4), forces that begin or end to act behind the last stage are seen by no
- * step: the next one begins with them. A step of such a method ends at the boundary that it crosses, to this part of the
- * path w h. */
+ * step: the next one begins with them. A step of such a method ends at the boundary that it crosses, to this part of
+ * the path w h. */
 static const double crossing_part = 1e-6;
 
-bool kt_simulation_sees_end(const kt_method *method) {
+bool kt_simulation_has_end_stage(const kt_method *method) {
     for (int i = 0; i < method->stages; i++)
         if (method->c[i] == 1.0)
             return true;
@@ -147,9 +148,10 @@ static bool crosses(search *s, const kt_gap *begin, const kt_gap *end, double t0
     const bool acts = acts_after(&a, 10.0 * close);
     if (acts == (b.d < 0.0) || fabs(b.d) <= close)
         return false;
-    for (s->looks = LOOKS; s->looks > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close); s->looks--) {
+    for (s->evaluations = EVALUATIONS; s->evaluations > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close);
+         s->evaluations--) {
         const double t = a.t + 0.5 * (b.t - a.t);
-        if (!look(s->simulation, t, s->simulation->gap_inside))
+        if (!evaluate_gaps(s->simulation, t, s->simulation->gap_inside))
             return false;
         const knot m = knot_of(s, t, &s->simulation->gap_inside[s->k]);
         *((m.d < 0.0) == acts ? &a : &b) = m;
@@ -188,22 +190,22 @@ static bool is_far(const kt_gap *a, const kt_gap *b, double h) {
 static bool leaps(kt_simulation *simulation, double *when) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator), middle = t0 + 0.5 * (t1 - t0);
-    bool looked = false;
+    bool evaluated = false;
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
         if (is_far(begin, end, t1 - t0))
             continue;
         search s = search_of(simulation, k, begin, end, t1 - t0, depth_of_rounding);
         const knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
-        if (simulation->ends_unseen && crosses(&s, begin, end, t0, t1)) {
+        if (simulation->lacks_end_stage && crosses(&s, begin, end, t0, t1)) {
             *when = s.when;
             return true;
         }
         if (is_out_of_reach(&s, &a, &b))
             continue;
-        if (!looked && !look(simulation, middle, simulation->gap_middle))
+        if (!evaluated && !evaluate_gaps(simulation, middle, simulation->gap_middle))
             return false;
-        looked = true;
+        evaluated = true;
         if (goes_deeper(&s, a, b, simulation->gap_middle, HALVINGS)) {
             *when = s.when;
             return true;
@@ -262,7 +264,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     const double t1 = kt_integrator_time(simulation->integrator);
     if (!(t0 < t && t < t1))
         return KT_OK;
-    simulation->cached = KT_CACHED_NOTHING; /* the data hold what is looked at here */
+    simulation->cached = KT_CACHED_NOTHING; /* the data hold what is evaluated here */
     kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, false, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)

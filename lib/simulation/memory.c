@@ -79,7 +79,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->state = size->user_nq + size->user_nv;
     size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
-    size->pushed = transformed ? (size_t)kt_model_body_count(model) : 0;
+    size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
     size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
@@ -161,8 +161,8 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Writes the initial state to `state` and y. It is the user model that is assembled, so that all simulations of it start from the
- * same state. */
+/* Writes the initial state to `state` and y. It is the user model that is assembled, so that all simulations of it
+ * start from the same state. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     double *q = simulation->state, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->user_model, q, v);
@@ -190,7 +190,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->corners.fixed = settings->run.step > 0.0 && kt_simulation_has_corners(settings->model);
     kt_simulation_forget_corners(simulation);
     simulation->watches_gaps = !(settings->run.step > 0.0) && simulation->size.gap > 0;
-    simulation->ends_unseen = KT_HAS_GAP && !kt_simulation_sees_end(settings->method);
+    simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
     simulation->gap_time = (double)NAN;
     find_quaternions(simulation);
     set_records(simulation, settings);

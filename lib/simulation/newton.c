@@ -148,7 +148,7 @@ static void divide_quaternion(kt_complex sigma, const double *w, vector d) {
     finish(sigma, turning_factor(sigma, w), 4, (vector){re, d.im != NULL ? im : NULL}, d);
 }
 
-static void half_cross(const double *z, const double *w, double *out) {
+static void half_cross_product(const double *z, const double *w, double *out) {
     out[0] = 0.5 * (z[1] * w[2] - z[2] * w[1]);
     out[1] = 0.5 * (z[2] * w[0] - z[0] * w[2]);
     out[2] = 0.5 * (z[0] * w[1] - z[1] * w[0]);
@@ -157,9 +157,9 @@ static void half_cross(const double *z, const double *w, double *out) {
 /* z becomes P S E z, three components. */
 static void divide_turn(kt_complex sigma, const double *w, vector z) {
     double re[3], im[3];
-    half_cross(z.re, w, re);
+    half_cross_product(z.re, w, re);
     if (z.im != NULL)
-        half_cross(z.im, w, im);
+        half_cross_product(z.im, w, im);
     finish(sigma, turning_factor(sigma, w), 3, (vector){re, z.im != NULL ? im : NULL}, z);
 }
 
@@ -373,19 +373,19 @@ static void solve_free(const kt_simulation *s, vector x) {
         kt_lu_solve(s->real, n, s->pivot, x.re);
 }
 
-/* r_v becomes x_v; `push` is P S r_q, and scratch afterwards. */
-static void solve_tree(const kt_simulation *s, vector push, vector r_v) {
+/* r_v becomes x_v; `velocity` is P S r_q, and scratch afterwards. */
+static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     const size_t nv = s->size.nv;
     const vector x = work_of(s, 1, r_v.im != NULL);
     clear(x, nv);
     add_product(s->mass, nv, nv, 1.0, r_v, x);
-    add_product(s->stiffness, nv, nv, -1.0, push, x);
+    add_product(s->stiffness, nv, nv, -1.0, velocity, x);
     solve_free(s, x);
     copy(r_v, x, nv);
 }
 
 /* The same with loops. */
-static void solve_loops(const kt_simulation *s, kt_complex sigma, vector push, vector r_v) {
+static void solve_loops(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, free = s->size.free;
     const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL);
     transposed_product(s->basis, nv, free, r_v, b); /* Z'r_v */
@@ -394,10 +394,10 @@ static void solve_loops(const kt_simulation *s, kt_complex sigma, vector push, v
     copy(c, r_v, nv);
     divide_tangents(s, sigma, c);
     for (size_t i = 0; i < nv; i++)
-        set(push, i, kt_complex_add(get(push, i), get(c, i)));
+        set(velocity, i, kt_complex_add(get(velocity, i), get(c, i)));
     clear(c, free);
     add_product(s->mass, free, free, 1.0, b, c);
-    add_product(s->stiffness, free, nv, -1.0, push, c);
+    add_product(s->stiffness, free, nv, -1.0, velocity, c);
     add_product(s->damping, free, nv, -1.0, r_v, c);
     solve_free(s, c);
     add_product(s->basis, nv, free, 1.0, c, r_v);
@@ -408,17 +408,17 @@ static int solve(double *re, double *im, void *user) {
     const kt_simulation *s = user;
     const bool complex = im != NULL;
     const kt_complex sigma = s->sigma[complex];
-    const vector r_q = {re, im}, r_v = at(r_q, s->size.nq), push = work_of(s, 0, complex);
+    const vector r_q = {re, im}, r_v = at(r_q, s->size.nq), velocity = work_of(s, 0, complex);
     const vector moved = work_of(s, 3, complex);
     copy(moved, r_q, s->size.nq);
     divide_positions(s, sigma, moved);
-    tangents_of(s, moved.re, push.re);
+    tangents_of(s, moved.re, velocity.re);
     if (complex)
-        tangents_of(s, moved.im, push.im);
+        tangents_of(s, moved.im, velocity.im);
     if (s->size.reduced)
-        solve_loops(s, sigma, push, r_v);
+        solve_loops(s, sigma, velocity, r_v);
     else
-        solve_tree(s, push, r_v);
+        solve_tree(s, velocity, r_v);
     add_rates(s, r_v.re, r_q.re);
     if (complex)
         add_rates(s, r_v.im, r_q.im);

@@ -79,7 +79,7 @@ static size_t front_loops(const kt_model *model) {
 }
 
 /* Loops whose accelerations follow from the articulated bodies and a matrix of at most four equations. */
-static size_t few_loops(const kt_model *model) {
+static size_t delassus_loops(const kt_model *model) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++)
         count += model->group[g].form == KT_FORM_DELASSUS ? (size_t)model->group[g].loop_count : 0;
@@ -87,7 +87,7 @@ static size_t few_loops(const kt_model *model) {
 }
 
 /* Why there are none, or fewer than there might be. */
-static const char *why_not_few(const kt_model *model) {
+static const char *why_not_delassus(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++)
         if (model->group[g].reason == KT_FORM_REASON_INEXACT)
             return "it would lose digits where heavy links hang on light ones";
@@ -115,8 +115,8 @@ static void add_dynamics(list *l, const kt_model *model) {
     add_or_drop(l, KT_PHASE_EVALUATION, "loops in planes", planar, "equations", no_loops);
     add_or_drop(l, KT_PHASE_EVALUATION, "loops reduced link by link", front_loops(model), "loops",
                 model->n.loop == 0 ? "no loops" : "dense matrices take less time");
-    add_or_drop(l, KT_PHASE_EVALUATION, "loops of few equations on many links", few_loops(model), "loops",
-                why_not_few(model));
+    add_or_drop(l, KT_PHASE_EVALUATION, "loops of few equations on many links", delassus_loops(model), "loops",
+                why_not_delassus(model));
     add_or_drop(l, KT_PHASE_EVALUATION, "LAPACK", large, "groups",
                 model->n.loop == 0 ? "no loops" : "no dense group of loops has 40 coordinates");
     add_or_drop(l, KT_PHASE_EVALUATION, "gravity", 0, "",

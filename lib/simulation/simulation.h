@@ -25,7 +25,7 @@ typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
     kt_input_flags now;  /* what the step that ended at the current time had */
     kt_input_flags next; /* what the next step will have */
-    bool waits;          /* `next` or a parameter was set since the last step */
+    bool pending;        /* `next` or a parameter was set since the last step */
     bool changed;        /* a parameter was */
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
@@ -81,7 +81,7 @@ typedef struct kt_work_panel {
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
     X(double, state, size->state, "q and v of the user model at the current time")                                     \
     X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
-    X(kt_wrench, pushed, size->pushed, "transformed: on the bodies of the model")                                      \
+    X(kt_wrench, body_wrench, size->body_wrench, "transformed: on the bodies of the model")                            \
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
@@ -116,7 +116,7 @@ typedef struct kt_simulation_sizes {
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv */
     size_t kept;         /* of these, those that a checkpoint holds */
-    size_t shown, pushed, free_reaction, user_data; /* 0 without a transformation */
+    size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
 struct kt_simulation {
@@ -138,10 +138,10 @@ struct kt_simulation {
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* of these two */
     kt_corners corners;
-    bool watches_gaps; /* adaptive steps do not leap over contacts and stops */
-    bool ends_unseen;  /* by a method without a stage at the end of its steps */
-    double gap_time;   /* of gap_begin; NaN: not known */
-    double step;       /* fixed, or 0 */
+    bool watches_gaps;    /* adaptive steps do not leap over contacts and stops */
+    bool lacks_end_stage; /* by a method without a stage at the end of its steps */
+    double gap_time;      /* of gap_begin; NaN: not known */
+    double step;          /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -266,7 +266,7 @@ void kt_simulation_forget_corners(kt_simulation *simulation);
  * the present time, before a step. The second, after it, returns false if nothing was leapt over; otherwise the step is
  * taken back, and *t_limit is where it is to end. The third refuses a record at t, whose state is in y, where such an
  * effect acts that the ends of the step have not seen. */
-bool kt_simulation_sees_end(const kt_method *method); /* whether a stage is at the end of each step */
+bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is at the end of each step */
 void kt_simulation_begin_gaps(kt_simulation *simulation);
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);

@@ -27,7 +27,7 @@ static bool inputs_differ(const kt_simulation *simulation) {
 
 kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
-    if (!simulation->memory.waits)
+    if (!simulation->memory.pending)
         return KT_OK;
     if (inputs_differ(simulation)) {
         /* The right-hand side jumps: slopes from before are not those of the next step. */
@@ -41,7 +41,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         kt_simulation_inputs_use(simulation);
         kt_simulation_forget_corners(simulation);
     }
-    simulation->memory.waits = simulation->memory.changed = false;
+    simulation->memory.pending = simulation->memory.changed = false;
     return KT_OK;
 }
 
@@ -58,7 +58,7 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
     const kt_status status = kt_parameter_set(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
-    simulation->memory.waits = simulation->memory.changed = true;
+    simulation->memory.pending = simulation->memory.changed = true;
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;
 }
@@ -80,7 +80,7 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
     else
         memset(simulation->torque_next, 0, nv * sizeof(double));
     simulation->memory.next.torque = torque != NULL;
-    simulation->memory.waits = true;
+    simulation->memory.pending = true;
     return KT_OK;
 }
 
@@ -103,7 +103,7 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
     else
         memset(simulation->wrench_next, 0, count * sizeof(kt_wrench));
     simulation->memory.next.wrenches = wrenches != NULL;
-    simulation->memory.waits = true;
+    simulation->memory.pending = true;
     return KT_OK;
 }
 
@@ -175,7 +175,7 @@ static kt_status step_by_gaps(kt_simulation *simulation, double t_limit, kt_erro
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
     simulation->cause.code = KT_OK;
-    kt_status status = simulation->memory.waits ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
+    kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
     if (status == KT_OK && simulation->corners.any) {
         status = kt_simulation_pass_corner(simulation, &from);
         kt_simulation_clip_step(simulation, &t_limit);

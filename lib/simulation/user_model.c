@@ -18,9 +18,9 @@ const double *kt_simulation_velocities(const kt_simulation *simulation) {
 
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
     const kt_transformation *by = simulation->transformation;
-    by->wrenches(by, q, *tau, *external, simulation->pushed);
+    by->wrenches(by, q, *tau, *external, simulation->body_wrench);
     *tau = NULL;
-    *external = simulation->pushed;
+    *external = simulation->body_wrench;
 }
 
 void kt_simulation_sync(kt_simulation *simulation) {
@@ -28,7 +28,7 @@ void kt_simulation_sync(kt_simulation *simulation) {
     const double *y = kt_integrator_state(simulation->integrator);
     const double ago = kt_integrator_time(simulation->integrator) - kt_integrator_previous_time(simulation->integrator);
     double *q = simulation->state, *v = q + simulation->size.user_nq;
-    by->gather(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
+    by->from_free(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
 }
 
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
@@ -42,7 +42,7 @@ void kt_simulation_export(kt_simulation *simulation, double t, const double *y, 
         return;
     double *to_q = simulation->shown, *to_v = to_q + size->user_nq, *to_a = to_v + size->user_nv;
     memcpy(to_q, simulation->state, size->state * sizeof(double));
-    by->gather(by, y, y + size->nq, a, t - kt_integrator_time(simulation->integrator), to_q, to_v, to_a);
+    by->from_free(by, y, y + size->nq, a, t - kt_integrator_time(simulation->integrator), to_q, to_v, to_a);
     *q = to_q;
     *v = to_v;
     *exported_a = a != NULL ? to_a : NULL;
@@ -55,7 +55,7 @@ kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const 
     kt_status status = kt_kinematics_update(simulation->user_model, simulation->user_data, q, v, NULL, error);
     if (status != KT_OK)
         return status;
-    by->spread(by, simulation->user_data, q, v, y, y + size->nq);
+    by->to_free(by, simulation->user_data, q, v, y, y + size->nq);
     return kt_state_project(simulation->model, simulation->data, t, y, y + size->nq, NULL, error);
 }
 

@@ -79,8 +79,8 @@ static void write_free(const kt_model *absolute, int body, kt_pose pose, kt_twis
 /* The formulation that a transformation is the first member of. */
 static const kt_absolute *formulation_of(const kt_transformation *self) { return (const kt_absolute *)self; }
 
-static void spread(const kt_transformation *self, const kt_data *data, const double *q, const double *v, double *free_q,
-                   double *free_v) {
+static void to_free(const kt_transformation *self, const kt_data *data, const double *q, const double *v,
+                    double *free_q, double *free_v) {
     const kt_absolute *of = formulation_of(self);
     const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
@@ -142,8 +142,8 @@ static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_join
         memcpy(a + at.v, second, (size_t)at.nv * sizeof *a);
 }
 
-static void gather(const kt_transformation *self, const double *free_q, const double *free_v, const double *free_a,
-                   double ago, double *q, double *v, double *a) {
+static void from_free(const kt_transformation *self, const double *free_q, const double *free_v, const double *free_a,
+                      double ago, double *q, double *v, double *a) {
     const kt_absolute *of = formulation_of(self);
     const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
@@ -234,5 +234,5 @@ static void convert_reactions(const kt_transformation *self, const double *free_
 }
 
 kt_transformation kt_absolute_transformation(const kt_model *model) {
-    return (kt_transformation){model, spread, gather, convert_wrenches, convert_reactions};
+    return (kt_transformation){model, to_free, from_free, convert_wrenches, convert_reactions};
 }

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double narrow = 1.02; /* ratio to which a stability limit is found */
+static const double limit_ratio = 1.02; /* ratio to which a stability limit is found */
 
 /* A curve under construction. */
 typedef struct kt_ladder {
@@ -102,7 +102,7 @@ static double step_of(const kt_ladder *ladder, double steps) { return ladder->st
 /* Finds the stability limit between a step that is usable and one that is not. */
 static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *error) {
     kt_status status = KT_OK;
-    while (bad > narrow * good && status == KT_OK) {
+    while (bad > limit_ratio * good && status == KT_OK) {
         kt_accuracy_point point;
         const double step = sqrt(good * bad);
         status = try_setting(ladder, step, &point, error);

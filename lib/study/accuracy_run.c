@@ -58,9 +58,9 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
 /* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
 static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_accuracy_guard *guard = user;
-    const bool looks = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
+    const bool is_due = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
     (void)rate;
-    if (guard->evaluations++ >= guard->most || (looks && kt_accuracy_now(guard->study) > guard->until)) {
+    if (guard->evaluations++ >= guard->most || (is_due && kt_accuracy_now(guard->study) > guard->until)) {
         guard->late = true;
         return -1;
     }

@@ -49,9 +49,9 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     const kt_method *method = explicit_method(outcome);
     const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
     const uint64_t steps = counts.steps;
-    if (method == NULL || record->time < (double)w->looks * outcome->run->duration / SAMPLES)
+    if (method == NULL || record->time < (double)w->estimates * outcome->run->duration / SAMPLES)
         return;
-    if (w->looks > 0 && steps > w->steps) {
+    if (w->estimates > 0 && steps > w->steps) {
         const double step = (record->time - w->time) / (double)(steps - w->steps);
         const bool all_explicit = counts.switches == w->switches && counts.switches % 2 == 0; /* auto begins explicit */
         const bool bounded = all_explicit && step * w->rate >= BOUNDED * limit_of(method);
@@ -60,7 +60,7 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
         if (bounded && w->rate > w->fastest)
             w->fastest = w->rate;
     }
-    w->looks = 1 + (int)(record->time / outcome->run->duration * SAMPLES + 1e-9); /* times are rounded */
+    w->estimates = 1 + (int)(record->time / outcome->run->duration * SAMPLES + 1e-9); /* times are rounded */
     w->time = record->time;
     w->steps = steps;
     w->switches = counts.switches;

@@ -84,7 +84,7 @@ double kt_clock(void);
 
 /* What kt_watch_stability has seen. */
 typedef struct kt_stability_watch {
-    int looks;             /* records at which the fastest mode was estimated */
+    int estimates;         /* records at which the fastest mode was estimated */
     int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
     double time, rate;     /* s, 1/s, at the last of them */
     uint64_t steps;        /* taken up to there */

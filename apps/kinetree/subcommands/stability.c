@@ -334,7 +334,7 @@ static int show(const kt_stability_subject *subject, const arguments *given) {
     return given->plot != NULL ? kt_stability_draw(subject, given->plot, given->dark) : KT_EXIT_DONE;
 }
 
-static int look_at(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
+static int analyse(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
     kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
     int code = choose_method(given->integrator, &run, model, &subject.by_rho, &subject.method);
@@ -387,7 +387,7 @@ int kt_command_stability(int argc, char **argv) {
     char *base = kt_base_name(argv[1]);
     code = kt_start_report(&scene, model);
     if (code == KT_EXIT_DONE)
-        code = look_at(&scene, model, base != NULL ? base : "scene", &given);
+        code = analyse(&scene, model, base != NULL ? base : "scene", &given);
     free(base);
     kt_model_free(model);
     kt_scene_free(&scene);

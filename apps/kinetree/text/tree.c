@@ -78,7 +78,7 @@ static void show_more(kt_drawing *d, const char *format, ...) {
 }
 
 /* Indents by one more level. */
-static void push(kt_drawing *d, const char *glyph) {
+static void append(kt_drawing *d, const char *glyph) {
     size_t length = strlen(glyph);
     if (d->silent || d->failed)
         return;
@@ -115,7 +115,7 @@ static void draw_run(kt_drawing *d, int body, bool is_last, int level) {
     bool is_abridged = length > RUN_MAX;
     for (int i = 0;; i++) {
         show_body(d, i > 0 || is_last ? d->glyphs->last : d->glyphs->branch, body);
-        push(d, i > 0 || is_last ? d->glyphs->none : d->glyphs->through);
+        append(d, i > 0 || is_last ? d->glyphs->none : d->glyphs->through);
         if (body == end)
             break;
         body = d->child[body];

@@ -83,7 +83,7 @@ static void list_effect_forces(kt_motion *motion) {
 }
 
 /* What there is to see, and the sizes of it, are taken from the first frame. */
-static int look_at_first(kt_motion *motion, const kt_data *data) {
+static int begin_picture(kt_motion *motion, const kt_data *data) {
     const int count = kt_model_body_count(motion->model);
     kt_pose *poses = malloc((size_t)count * sizeof *poses);
     kt_status status = KT_ERROR_MEMORY;
@@ -215,7 +215,7 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
     if (motion->is_loose)
         motion->count--;
     motion->is_loose = false;
-    if ((motion->picture == NULL && look_at_first(motion, record->data) != 0) || make_room(motion) != 0)
+    if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;
     put_poses(motion, record->data);
