@@ -59,8 +59,7 @@ static void add_product_of_sizes(const double *matrix, size_t n, const double *x
     }
 }
 
-/* ---- neighbouring states ------------------------------------------------------------------------------------------
- * */
+/* ---- neighbouring states ----------------------------------------------------------------------------------------- */
 
 /* The neighbouring state a few rounding errors away on one side (side: -1 or 1), into q and v. */
 static void perturb_state(kt_linearization *l, double side, bool rates) {
@@ -105,7 +104,7 @@ static double length_of(const kt_linearization *l, const double *x) {
     return length;
 }
 
-/* T for a direction along which the derivative is `derivative`. */
+/* T for a direction along which the probe has this derivative. */
 static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *derivative,
                         double *term) {
     const size_t nv = l->size.v;
@@ -184,8 +183,7 @@ kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *
     return KT_OK;
 }
 
-/* ---- forces at rest -----------------------------------------------------------------------------------------------
- * */
+/* ---- forces at rest ---------------------------------------------------------------------------------------------- */
 
 /* Column j of -D_q times the directions, without terms below their rounding errors; on the second side the mean. */
 static void write_force_derivative(kt_linearization *l, const double *d_q, const double *dq, bool is_second,

@@ -9,8 +9,7 @@
 
 #include <string.h>
 
-/* ---- M x ----------------------------------------------------------------------------------------------------------
- * */
+/* ---- M x --------------------------------------------------------------------------------------------------------- */
 
 /* A of the link. */
 KT_INLINE void accelerate(const columns *k, size_t i, int c) {
@@ -66,8 +65,7 @@ static void apply_mass_to_columns(const columns *k) {
         (is_spatial(k, i) ? hand_down_spatial : hand_down_planar)(k, i);
 }
 
-/* ---- Z' x ---------------------------------------------------------------------------------------------------------
- * */
+/* ---- Z' x -------------------------------------------------------------------------------------------------------- */
 
 /* The numbers of one group follow at `z`; returns their end. */
 static column8 *restrict_front(const columns *k, size_t g, column8 *z) {
@@ -113,8 +111,7 @@ static void restrict_columns(const columns *k) {
             *z++ = k->x[k->model->link[i].v + d];
 }
 
-/* ---- columns ------------------------------------------------------------------------------------------------------
- * */
+/* ---- columns ----------------------------------------------------------------------------------------------------- */
 
 static void gather(const columns *k, size_t n, int lanes, const double *x) {
     clear(k->x, (int)n);

@@ -4,8 +4,7 @@
 
 #include <string.h>
 
-/* ---- a group by fronts, to the ground -----------------------------------------------------------------------------
- * */
+/* ---- a group by fronts, to the ground ---------------------------------------------------------------------------- */
 
 /* The known part of the link's acceleration, and slots of relations. */
 static void enter(const columns *k, front *o) {
@@ -171,8 +170,7 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
         motion_of(k, (size_t)o.f.group->parent)[j] -= k->pull[j];
 }
 
-/* ---- and back -----------------------------------------------------------------------------------------------------
- * */
+/* ---- and back ---------------------------------------------------------------------------------------------------- */
 
 KT_INLINE void ascend(const columns *k, size_t g, int c) {
     front o;
@@ -189,8 +187,7 @@ KT_INLINE void ascend(const columns *k, size_t g, int c) {
     }
 }
 
-/* ---- a group by dense matrices ------------------------------------------------------------------------------------
- * */
+/* ---- a group by dense matrices ----------------------------------------------------------------------------------- */
 
 /* f - F P in k->x, and P of the group on its parent. */
 KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
@@ -244,8 +241,7 @@ KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
             k->x[k->model->group_v[group->v + i]] -= splat(of.gain[j * of.m + i]) * a[j];
 }
 
-/* ---- all links ----------------------------------------------------------------------------------------------------
- * */
+/* ---- all links --------------------------------------------------------------------------------------------------- */
 
 KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];

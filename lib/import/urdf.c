@@ -13,8 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- what is left out ----------------------------------------------------------------------------------------------
- * */
+/* ---- what is left out -------------------------------------------------------------------------------------------- */
 
 /* Adds a note at the first place where something was counted, if it was. */
 static void note(kt_urdf *u, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);

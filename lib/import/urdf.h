@@ -109,8 +109,7 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
 /* Gives each link the name of its body, or NULL where it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);
 
-/* ---- urdf_inertia.c: inertias that no body has --------------------------------------------------------------------
- * */
+/* ---- urdf_inertia.c: inertias that no body has ------------------------------------------------------------------- */
 
 /* Judges the inertias of the rigid parts, as the options say; the bodies have been made. Sets inertia_check. */
 void kt_urdf_judge_inertias(kt_urdf *u);

@@ -206,8 +206,7 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     u->loop_elements[index] = kt_xml_child(j->element, "mimic");
 }
 
-/* ---- all of them ----------------------------------------------------------------------------------------------------
- * */
+/* ---- all of them ------------------------------------------------------------------------------------------------- */
 
 void kt_urdf_bodies(kt_urdf *u) {
     kt_description *d = u->description;
