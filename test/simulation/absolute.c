@@ -356,7 +356,7 @@ static int keep_and_poison(const kt_record *record, void *user) {
     memset(simulation->y, 0xA5, size->n * sizeof(double));
     memset(simulation->a, 0xA5, size->nv * sizeof(double));
     memset(simulation->shown, 0xA5, size->shown * sizeof(double));
-    memset(simulation->pushed, 0xA5, size->pushed * sizeof(kt_wrench));
+    memset(simulation->body_wrench, 0xA5, size->body_wrench * sizeof(kt_wrench));
     return result;
 }
 

@@ -21,12 +21,12 @@ static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data 
     kt_error e = {0};
     if (!kt_tree_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e))
         return false;
-    to->spread(to, g->tree.data, g->q, g->v, q, v);
+    to->to_free(to, g->tree.data, g->q, g->v, q, v);
     to->wrenches(to, q, g->tau, g->external, push);
     if (!kt_tree_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e))
         return false;
     memcpy(seen_q, g->q, sizeof seen_q);
-    to->gather(to, q, v, free_a, 0.0, seen_q, seen_v, a);
+    to->from_free(to, q, v, free_a, 0.0, seen_q, seen_v, a);
     *largest = kt_tree_largest(free_a, kt_model_nv(absolute));
     return !tangle_was_near_singular(absolute, data);
 }

@@ -42,7 +42,7 @@ static bool pair_move(pair *p, kt_random *random) {
     kt_tree_state_draw(&p->tree, random, &p->state);
     if (!kt_tree_forward(&p->tree, &p->state, p->state.a) || !kt_tree_kinematics(&p->tree, &p->state))
         return false;
-    p->to->spread(p->to, p->tree.data, p->state.q, p->state.v, p->q, p->v);
+    p->to->to_free(p->to, p->tree.data, p->state.q, p->state.v, p->q, p->v);
     p->to->wrenches(p->to, p->q, p->state.tau, p->state.external, p->push);
     return true;
 }
@@ -81,7 +81,7 @@ KT_TEST(accelerations_are_those_of_the_recursion) {
                          kt_acceleration_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, p.a, &e), &e)) {
             const double scale = kt_tree_largest(p.state.a, p.tree.nv);
             memcpy(q, p.state.q, sizeof q);
-            p.to->gather(p.to, p.q, p.v, p.a, 0.0, q, v, a);
+            p.to->from_free(p.to, p.q, p.v, p.a, 0.0, q, v, a);
             for (int i = 0; i < p.tree.nv; i++)
                 kt_worst_near(&error, a[i] / scale, p.state.a[i] / scale, 2.5e-12, "tree %d, coordinate %d", n, i);
         }
@@ -149,8 +149,8 @@ KT_TEST(coordinates_come_back_from_the_free_bodies) {
             kt_tree_state_draw(&p.tree, &random, &p.state);
             wind(&p.tree, p.state.q, q, &random);
             (void)kt_tree_kinematics(&p.tree, &p.state);
-            p.to->spread(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
-            p.to->gather(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
+            p.to->to_free(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
+            p.to->from_free(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
             for (int i = 0; i < p.tree.nq; i++)
                 kt_worst_near(&position, q[i], p.state.q[i], 2e-14, "tree %d, %d", n, i);
             for (int i = 0; i < p.tree.nv; i++)
