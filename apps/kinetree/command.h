@@ -95,7 +95,7 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
 
 /* Reads a robot in URDF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf and where
  * standard input begins with '<'. Prints what the scene has left out. */
-int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene);
+int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);

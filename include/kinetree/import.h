@@ -1,7 +1,7 @@
 /* Mechanisms that other programs have described, read into a scene. Part of libkinetree-scene.
  *
  *     kt_scene scene;
- *     status = kt_urdf_read("arm.urdf", NULL, &scene, NULL, NULL, &error);
+ *     status = kt_robot_read("arm.urdf", NULL, &scene, NULL, NULL, &error);
  *     for (int i = 0; status == KT_OK && i < scene.note_count; i++)
  *         printf("%s: %s\n", scene.notes[i].where, scene.notes[i].what);
  *
@@ -19,23 +19,26 @@ extern "C" {
 
 /* Which inertias of links are taken over that break the triangle inequality of principal moments, or have a negative
  * one. Links that fixed joints connect are judged together: their inertia as one rigid part. */
-typedef enum kt_urdf_inertia {
-    KT_URDF_INERTIA_WARN = 0, /* those of rigid parts that break it by up to 10 %: they are told */
-    KT_URDF_INERTIA_STRICT,   /* none: rigid parts have inertias of bodies */
-    KT_URDF_INERTIA_ACCEPT,   /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
-} kt_urdf_inertia;
+typedef enum kt_robot_inertia {
+    KT_ROBOT_INERTIA_WARN = 0, /* those of rigid parts that break it by up to 10 %: they are told */
+    KT_ROBOT_INERTIA_STRICT,   /* none: rigid parts have inertias of bodies */
+    KT_ROBOT_INERTIA_ACCEPT,   /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
+} kt_robot_inertia;
 
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
-typedef struct kt_urdf_options {
+typedef struct kt_robot_options {
     bool floating;           /* the root link moves freely; default: it is fixed to the world */
     double stop_stiffness;   /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
     double stop_damping;     /* N m s/rad, or N s/m: damping of these stops, >= 0 */
-    kt_urdf_inertia inertia; /* which inertias are accepted */
-    double density;          /* kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
-} kt_urdf_options;
+    kt_robot_inertia inertia; /* which inertias are accepted */
+    double density;          /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
+    const char *keyframe;    /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
+} kt_robot_options;
 
-/* Reads a robot in the Unified Robot Description Format (the XML of ROS' package `urdf`) from a file (`path`), or from
- * `size` bytes of text (`path` is then only its name in messages; NULL: "scene").
+/* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
+ * "scene"; it cannot include other files): in the Unified Robot Description Format (the XML of ROS' package `urdf`,
+ * <robot>) or in MJCF (that of MuJoCo, <mujoco>).
+ * URDF:
  *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
  *     become '_'. A root link named `world` without inertia, declared or not, is the world; any other root is fixed to
  *     it, or `floating`. On a root `world`, `floating` frees the links that are fixed to it.
@@ -46,15 +49,25 @@ typedef struct kt_urdf_options {
  *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
  *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
  *     where a link has an inertia that no body has, but options->inertia accepts it.
- * All else is left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators.
- * scene->notes tells it, each kind once, with the number and the place of the first. Faults are reported as
- * kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released with
+ *   - Left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators.
+ * MJCF:
+ *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
+ *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.
+ *     Positions are MuJoCo's. A body without joints is fixed, or `floating` if it is the world's.
+ *   - Masses and inertias are those of <inertial>, else of the geoms; then come the settings of <compiler>.
+ *   - stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects, equalities loops (which are exact,
+ *     not soft), named sites markers.
+ *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
+ *     sensors, cameras, polynomials of equalities beyond the linear term.
+ *   - <include> reads files within the folder of `path` alone.
+ * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults are
+ * reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released with
  * kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to the
- * size of the file. */
-KT_API KT_CHECKED kt_status kt_urdf_read(const char *path, const kt_urdf_options *options, kt_scene *scene,
+ * size of the files, and of what replicates make of them. */
+KT_API KT_CHECKED kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene,
                                          kt_scene_report *report, void *user, kt_error *error);
-KT_API KT_CHECKED kt_status kt_urdf_parse(const char *path, const char *text, size_t size,
-                                          const kt_urdf_options *options, kt_scene *scene, kt_scene_report *report,
+KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, size_t size,
+                                          const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
                                           void *user, kt_error *error);
 
 #ifdef __cplusplus

@@ -2,9 +2,7 @@
 #ifndef KT_IMPORT_URDF_H
 #define KT_IMPORT_URDF_H
 
-#include "kinetree/import.h"
-
-#include "import/xml.h"
+#include "import/robot.h"
 
 /* The kinds of joints. A scalar one has one coordinate, which may have limits, damping and friction. */
 typedef struct kt_urdf_kind {
@@ -28,30 +26,21 @@ typedef struct kt_urdf_link {
     const kt_element *element;
     const char *body; /* its name in the scene; NULL: it is the world */
     int carrier;      /* the joint that has it as child; -1: none */
-    int namesakes;    /* links whose bodies would have its body's name, and have a number added to theirs */
 } kt_urdf_link;
 
-/* What is left out, or changed, how often, and where first. */
-typedef struct kt_left {
-    const char *what;
-    const kt_element *first;
-    int count;
-} kt_left;
-
-enum { LEFT_MOST = 24 /* kinds of what is not known */, NOTES = 20 };
-enum { LINKS = 0, JOINTS = 1, BODIES = 2 }; /* scopes of names */
+enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
 
 typedef struct kt_urdf {
     kt_reader *r;
-    const kt_urdf_options *options;
+    const kt_robot_options *options;
     const kt_element *robot;
     const char *path;
-    kt_urdf_link *links; /* and one more, for the namesakes of the world */
+    kt_urdf_link *links;
     kt_urdf_joint *joints;
     int link_count, joint_count;
     kt_names names;
-    kt_left left[LEFT_MOST];
-    int left_count;
+    kt_namer namer; /* of bodies */
+    kt_unknown unknown;
     kt_left meshes, shapes, contacts, limits, rates, starts, renamed;
     kt_left sizeless, disordered;            /* shapes; limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
@@ -67,18 +56,12 @@ typedef struct kt_urdf {
     const kt_element **body_elements, **loop_elements, **effect_elements; /* that they come from */
     int *body_links;                                                      /* links of bodies */
     kt_description *description;
-    kt_scene_note *notes;
-    int note_count;
 } kt_urdf;
 
 /* ---- urdf_attribute.c: faults, counts, numbers ------------------------------------------------------------------- */
 
 /* Reports a fault at an element: "joint 'elbow': limit: " and the format. Returns false. */
 bool kt_urdf_fault(kt_reader *r, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
-
-/* Count what is left out: of a kind, or by the name of what this reader does not know. */
-void kt_urdf_count(kt_left *left, const kt_element *e);
-void kt_urdf_count_unknown(kt_urdf *u, const char *what, const kt_element *e);
 
 /* Reads an attribute of one or three numbers; without it, or where e is NULL, values stay as they are. Returns whether
  * there were numbers; what is no number is reported. */

@@ -1,9 +1,8 @@
 /* Attributes of URDF: numbers, and what to say where they are none. */
 #include "import/urdf.h"
 
-#include <math.h>
 #include <stdarg.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- faults and notes -------------------------------------------------------------------------------------------- */
@@ -31,40 +30,7 @@ bool kt_urdf_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
     return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column, "%s%s", where.text, what);
 }
 
-void kt_urdf_count(kt_left *left, const kt_element *e) {
-    if (left->count++ == 0)
-        left->first = e;
-}
-
-/* Counts what this file does not know, by its name; beyond LEFT_MOST names with the last. */
-void kt_urdf_count_unknown(kt_urdf *u, const char *what, const kt_element *e) {
-    int i = 0;
-    while (i < u->left_count && strcmp(u->left[i].what, what) != 0)
-        i++;
-    if (i == LEFT_MOST)
-        i--;
-    if (i == u->left_count)
-        u->left[u->left_count++].what = i == LEFT_MOST - 1 ? "others" : what;
-    kt_urdf_count(&u->left[i], e);
-}
-
 /* ---- attributes -------------------------------------------------------------------------------------------------- */
-
-static const char SPACE[] = " \t\r\n";
-
-/* Numbers in decimal, apart by blanks; false unless there are exactly `count`, all finite. */
-static bool parse_numbers(const char *text, int count, double *values) {
-    if (text[strspn(text, "+-.0123456789eE \t\r\n")] != '\0')
-        return false; /* neither nan nor hexadecimal digits */
-    for (int i = 0; i < count; i++) {
-        char *end;
-        values[i] = strtod(text, &end);
-        if (end == text || !isfinite(values[i]) || (*end != '\0' && strchr(SPACE, *end) == NULL))
-            return false;
-        text = end;
-    }
-    return text[strspn(text, SPACE)] == '\0';
-}
 
 /* Reads an attribute of numbers; without it, values stay as they are. Returns whether there are numbers now. */
 bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values) {
@@ -72,7 +38,7 @@ bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int co
     const char *text = e != NULL ? kt_xml_attribute(e, name) : NULL;
     if (text == NULL)
         return false;
-    if (!parse_numbers(text, count, read))
+    if (kt_parse_numbers(text, count, read) != count)
         return kt_urdf_fault(r, e, "%s: expected %s, found '%.60s'", name, count == 1 ? "a number" : "three numbers",
                              text);
     memcpy(values, read, (size_t)count * sizeof *values);

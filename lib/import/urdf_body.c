@@ -85,17 +85,17 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
     for (int k = 0; k < 2; k++)
         for (const kt_element *e = kt_xml_child(link, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
             if (k == 1)
-                kt_urdf_count(&u->contacts, e);
+                kt_left_count(&u->contacts, e);
             kt_shape shape = body->shape;
             if (body->shape.type == KT_SHAPE_NONE && read_shape(u->r, e, &shape)) {
                 if (has_size(&shape))
                     body->shape = shape;
                 else
-                    kt_urdf_count(&u->sizeless, e);
+                    kt_left_count(&u->sizeless, e);
                 continue;
             }
             if (k == 0)
-                kt_urdf_count(kt_xml_child(e, "geometry") != NULL &&
+                kt_left_count(kt_xml_child(e, "geometry") != NULL &&
                                       kt_xml_child(kt_xml_child(e, "geometry"), "mesh") != NULL
                                   ? &u->meshes
                                   : &u->shapes,
@@ -117,7 +117,7 @@ static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body)
         return;
     body->mass = u->options->density * volume_of(&body->shape);
     body->com_of_shape = body->inertia_of_shape = true;
-    kt_urdf_count(&u->by_density, link);
+    kt_left_count(&u->by_density, link);
 }
 
 static void make_body(kt_urdf *u, int index, kt_body *body) {
@@ -141,7 +141,7 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     body->joint.type = j->kind->type;
     if (u->options->floating && j->kind->type == KT_JOINT_FIXED && body->parent == NULL) {
         body->joint.type = KT_JOINT_FREE;
-        kt_urdf_count(&u->freed, link->element);
+        kt_left_count(&u->freed, link->element);
     }
     if (j->kind->type != KT_JOINT_FIXED && j->kind->type != KT_JOINT_FREE)
         body->joint.axis = kt_urdf_vector(u->r, kt_xml_child(j->element, "axis"), "xyz", kt_vec3_make(1.0, 0.0, 0.0));
@@ -167,7 +167,7 @@ static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
     (void)kt_urdf_numbers(u->r, dynamics, "friction", 1, &friction);
     if (!j->kind->is_scalar) {
         if (damping != 0.0 || friction != 0.0)
-            kt_urdf_count_unknown(u, "dynamics", dynamics);
+            kt_unknown_count(&u->unknown, "dynamics", dynamics);
         return;
     }
     if (damping != 0.0)

@@ -152,8 +152,8 @@ static double oddness(kt_sym3 inertia, kt_vec3 *moments) {
 }
 
 static bool accepts(const kt_urdf *u, double odd) {
-    const kt_urdf_inertia how = u->options->inertia;
-    return odd <= 0.0 || how == KT_URDF_INERTIA_ACCEPT || (how == KT_URDF_INERTIA_WARN && odd <= excess_most);
+    const kt_robot_inertia how = u->options->inertia;
+    return odd <= 0.0 || how == KT_ROBOT_INERTIA_ACCEPT || (how == KT_ROBOT_INERTIA_WARN && odd <= excess_most);
 }
 
 static void refuse(kt_urdf *u, const kt_element *e, kt_vec3 m, double odd) {
@@ -179,7 +179,7 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
         refuse(u, e, moments, odd);
         return;
     }
-    kt_urdf_count(odd > 0.0 ? &u->odd_inertias : &u->odd_links, e);
+    kt_left_count(odd > 0.0 ? &u->odd_inertias : &u->odd_links, e);
     u->worst_excess = fmax(u->worst_excess, odd);
     if (own > KT_INERTIA_EXCESS_MAX)
         u->description->inertia_check = KT_INERTIA_ACCEPT;
@@ -198,7 +198,7 @@ void kt_urdf_judge_inertias(kt_urdf *u) {
         if (!(own > 0.0))
             continue;
         if (largest(u->bodies[b].inertia) <= DBL_EPSILON * largest(part_of(&p, b)->inertia)) {
-            kt_urdf_count(&u->nothings, u->links[u->body_links[b]].element);
+            kt_left_count(&u->nothings, u->links[u->body_links[b]].element);
             u->bodies[b].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         } else {
             judge(&p, b, own, moments);

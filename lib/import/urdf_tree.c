@@ -49,12 +49,12 @@ static void count_strange(kt_urdf *u, const kt_element *e) {
     while (i < most && strcmp(known[i][0], e->name) != 0)
         i++;
     if (i == most) {
-        kt_urdf_count_unknown(u, e->name, e);
+        kt_unknown_count(&u->unknown, e->name, e);
         return;
     }
     for (const char *const *a = e->attributes; *a != NULL; a += 2)
         if (!has_word(known[i][1], *a))
-            kt_urdf_count_unknown(u, *a, e);
+            kt_unknown_count(&u->unknown, *a, e);
     if (strcmp(e->name, "material") != 0)
         for (const kt_element *child = e->first; child != NULL; child = child->next)
             count_strange(u, child);
@@ -126,7 +126,7 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     if (limit == NULL)
         return;
     if (kt_xml_attribute(limit, "effort") != NULL || kt_xml_attribute(limit, "velocity") != NULL)
-        kt_urdf_count(&u->rates, limit);
+        kt_left_count(&u->rates, limit);
     const bool has_lower = kt_urdf_numbers(u->r, limit, "lower", 1, &lower);
     const bool has_upper = kt_urdf_numbers(u->r, limit, "upper", 1, &upper);
     const bool is_faulty = (!has_lower && kt_xml_attribute(limit, "lower") != NULL) ||
@@ -137,13 +137,13 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
         (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g; exchange them, or leave --stops out", lower,
                             upper);
     if (lower > upper) {
-        kt_urdf_count(&u->disordered, limit);
+        kt_left_count(&u->disordered, limit);
         return;
     }
     j->lower = lower;
     j->upper = upper;
     j->start = fmin(fmax(0.0, lower), upper);
-    kt_urdf_count(&u->limits, limit);
+    kt_left_count(&u->limits, limit);
 }
 
 static void read_joint(kt_urdf *u, int index) {
@@ -182,7 +182,7 @@ static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
     if (kind == NULL || u->joints[other].child < 0)
         return;
     if (j->kind->type == KT_JOINT_FIXED || kind->type == KT_JOINT_FIXED)
-        kt_urdf_count(&u->fixed_mimics, e);
+        kt_left_count(&u->fixed_mimics, e);
     else if (!j->kind->is_scalar || !kind->is_scalar)
         (void)kt_urdf_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
     else
@@ -193,9 +193,9 @@ static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
 static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
     j->start = j->multiplier * u->joints[j->master].start + j->offset;
     if (j->start != 0.0)
-        kt_urdf_count(&u->followers, j->element);
+        kt_left_count(&u->followers, j->element);
     if (j->start < j->lower || j->start > j->upper)
-        kt_urdf_count(&u->beyond, j->element);
+        kt_left_count(&u->beyond, j->element);
 }
 
 void kt_urdf_follow(kt_urdf *u) {
@@ -223,7 +223,7 @@ void kt_urdf_follow(kt_urdf *u) {
             if (j->master >= 0)
                 place_follower(u, j);
             else if (j->start != 0.0)
-                kt_urdf_count(&u->starts, kt_xml_child(j->element, "limit"));
+                kt_left_count(&u->starts, kt_xml_child(j->element, "limit"));
         }
     }
 }
@@ -247,7 +247,7 @@ static void declare_world(kt_urdf *u) {
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
         u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1};
-        kt_urdf_count(&u->undeclared, parent);
+        kt_left_count(&u->undeclared, parent);
     }
 }
 
@@ -260,11 +260,11 @@ bool kt_urdf_collect(kt_urdf *u) {
         count_strange(u, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
-    const size_t names = 2 * links + joints + 1;
+    const size_t names = links + joints + 1;
     void *memory = kt_pool_take(pool, 1, kt_names_size(names));
     u->links = kt_pool_take(pool, links + 2, sizeof *u->links);
     u->joints = kt_pool_take(pool, joints + 1, sizeof *u->joints);
-    if (memory == NULL || u->links == NULL || u->joints == NULL)
+    if (memory == NULL || u->links == NULL || u->joints == NULL || !kt_namer_init(&u->namer, u->r, u->link_count + 1))
         return kt_reader_out_of_memory(u->r);
     kt_names_init(&u->names, names, memory);
     u->link_count = u->joint_count = 0;
@@ -305,37 +305,14 @@ int kt_urdf_root(kt_urdf *u) {
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */
 
-/* Gives a link its body's name. Returns the link that has the name already, or -1 if it was free; the link beyond the
- * last stands for the world. */
-static int claim_name(kt_urdf *u, const char *name, int index) {
-    return strcmp(name, "world") == 0 ? u->link_count : kt_names_add(&u->names, BODIES, name, index);
-}
-
-/* A link's name with '_' in place of what a scene's names cannot have, and a number where that is taken. */
+/* A link's name as a body has it; "" of one without a name, which has been reported. */
 static const char *make_name(kt_urdf *u, int index) {
     const char *link = kt_xml_attribute(u->links[index].element, "name");
-    const size_t length = link != NULL ? strlen(link) : 0;
-    char *name = kt_pool_take(&u->r->keep, length + 16, 1);
-    if (name == NULL)
-        (void)kt_reader_out_of_memory(u->r);
-    if (name == NULL || length == 0)
-        return "";                                        /* without a name, which has been reported */
-    size_t at = link[0] >= '0' && link[0] <= '9' ? 1 : 0; /* '7th' becomes '_7th' */
-    name[0] = '_';
-    memcpy(name + at, link, length);
-    for (size_t i = 0; i < at + length; i++) {
-        const char test[] = {'_', name[i], '\0'};
-        if (!kt_name_is_valid(i == 0 ? test + 1 : test))
-            name[i] = '_';
-    }
-    at += length;
-    const int owner = claim_name(u, name, index);
-    if (owner >= 0) /* numbers go on where those of the last namesake ended: each is tried once */
-        do
-            (void)snprintf(name + at, 16, "_%d", ++u->links[owner].namesakes + 1);
-        while (claim_name(u, name, index) >= 0);
+    if (link == NULL || *link == '\0')
+        return "";
+    const char *name = kt_namer_make(&u->namer, link);
     if (strcmp(name, link) != 0)
-        kt_urdf_count(&u->renamed, u->links[index].element);
+        kt_left_count(&u->renamed, u->links[index].element);
     return name;
 }
 

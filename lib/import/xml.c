@@ -3,6 +3,8 @@
 
 #include <expat.h>
 #include <limits.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 typedef struct kt_xml {
@@ -10,6 +12,10 @@ typedef struct kt_xml {
     XML_Parser parser;
     kt_element *at, *root;
     int depth;
+    const char *file; /* of an included file: its name, and the element that includes it */
+    const kt_element *include;
+    char *text; /* since the last tag */
+    size_t text_size, text_room;
 } kt_xml;
 
 static uint32_t line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
@@ -17,6 +23,24 @@ static uint32_t column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentCo
 
 /* Ends the reading after a fault or for want of memory. */
 static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
+
+bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) {
+    char what[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    if (e->included == NULL)
+        return kt_fault_put(reader, KT_ERROR_SCENE, e->line, e->column, "%s", what);
+    return kt_fault_put(reader, KT_ERROR_SCENE, e->included->line, e->included->column, "%.200s:%u:%u: %s", e->file,
+                        (unsigned)e->line, (unsigned)e->column, what);
+}
+
+/* The place that the parser has reached, as an element. */
+static kt_element here(const kt_xml *x) {
+    return (kt_element){
+        .line = line_of(x->parser), .column = column_of(x->parser), .file = x->file, .included = x->include};
+}
 
 static const char *keep_text(kt_xml *x, const char *text) {
     const char *copy = kt_pool_text(&x->reader->scratch, text, strlen(text));
@@ -50,12 +74,12 @@ static void hang_below(kt_element *parent, kt_element *element) {
 
 static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **attributes) {
     kt_xml *x = user;
-    const uint32_t line = line_of(x->parser), column = column_of(x->parser);
+    const kt_element place = here(x);
+    x->text_size = 0;
     if (x->reader->out_of_memory)
         return;
     if (++x->depth > KT_XML_DEPTH_MAX) {
-        (void)kt_fault_put(x->reader, KT_ERROR_SCENE, line, column, "elements are nested more than %d deep",
-                           (int)KT_XML_DEPTH_MAX);
+        (void)kt_xml_fault(x->reader, &place, "elements are nested more than %d deep", (int)KT_XML_DEPTH_MAX);
         stop(x);
         return;
     }
@@ -66,8 +90,10 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
         return;
     }
     element->name = keep_text(x, name);
-    element->line = line;
-    element->column = column;
+    element->line = place.line;
+    element->column = place.column;
+    element->file = place.file;
+    element->included = place.included;
     if (x->at != NULL)
         hang_below(x->at, element);
     else
@@ -75,12 +101,52 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
     x->at = element;
 }
 
+/* The text since the last tag, without blanks around it. */
+static void keep_leaf(kt_xml *x) {
+    static const char space[] = " \t\r\n";
+    size_t from = 0, to = x->text_size;
+    while (from < to && memchr(space, x->text[from], 4) != NULL)
+        from++;
+    while (to > from && memchr(space, x->text[to - 1], 4) != NULL)
+        to--;
+    if (from == to)
+        return;
+    x->at->text = kt_pool_text(&x->reader->scratch, x->text + from, to - from);
+    if (x->at->text == NULL)
+        (void)kt_reader_out_of_memory(x->reader);
+}
+
 static void XMLCALL end(void *user, const XML_Char *name) {
     kt_xml *x = user;
     (void)name;
     x->depth--;
-    if (x->at != NULL)
-        x->at = x->at->parent;
+    if (x->at == NULL)
+        return;
+    if (x->at->first == NULL)
+        keep_leaf(x);
+    x->text_size = 0;
+    x->at = x->at->parent;
+}
+
+static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
+    kt_xml *x = user;
+    const size_t size = x->text_size + (size_t)length;
+    if (x->reader->out_of_memory)
+        return;
+    if (size > x->text_room) {
+        char *more = kt_pool_take(&x->reader->scratch, 2 * size, 1);
+        if (more == NULL) {
+            (void)kt_reader_out_of_memory(x->reader);
+            stop(x);
+            return;
+        }
+        if (x->text_size > 0)
+            memcpy(more, x->text, x->text_size);
+        x->text = more;
+        x->text_room = 2 * size;
+    }
+    memcpy(x->text + x->text_size, text, (size_t)length);
+    x->text_size = size;
 }
 
 static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
@@ -90,8 +156,8 @@ static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char
     (void)system;
     (void)public;
     (void)internal;
-    (void)kt_fault_put(x->reader, KT_ERROR_SCENE, line_of(x->parser), column_of(x->parser),
-                       "a document type (<!DOCTYPE ...>) is not read; leave it out");
+    const kt_element place = here(x);
+    (void)kt_xml_fault(x->reader, &place, "a document type (<!DOCTYPE ...>) is not read; leave it out");
     stop(x);
 }
 
@@ -134,26 +200,39 @@ static const char *take_late_away(kt_reader *reader, const char *text, size_t si
     return copy;
 }
 
-bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
-    text = take_late_away(reader, text, size, late);
-    if (text == NULL)
+static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
+    kt_reader *reader = x->reader;
+    x->parser = XML_ParserCreate(NULL);
+    if (x->parser == NULL)
         return kt_reader_out_of_memory(reader);
-    kt_xml x = {.reader = reader, .parser = XML_ParserCreate(NULL)};
-    if (x.parser == NULL)
-        return kt_reader_out_of_memory(reader);
-    XML_SetUserData(x.parser, &x);
-    XML_SetElementHandler(x.parser, start, end);
-    XML_SetStartDoctypeDeclHandler(x.parser, refuse_type);
-    const bool done = XML_Parse(x.parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
-    const enum XML_Error code = XML_GetErrorCode(x.parser);
+    XML_SetUserData(x->parser, x);
+    XML_SetElementHandler(x->parser, start, end);
+    XML_SetCharacterDataHandler(x->parser, add_text);
+    XML_SetStartDoctypeDeclHandler(x->parser, refuse_type);
+    const bool done = XML_Parse(x->parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
+    const enum XML_Error code = XML_GetErrorCode(x->parser);
+    const kt_element place = here(x);
     if (!done && code == XML_ERROR_NO_MEMORY)
         (void)kt_reader_out_of_memory(reader);
     else if (!done && code != XML_ERROR_ABORTED)
-        (void)kt_fault_put(reader, KT_ERROR_SCENE, line_of(x.parser), column_of(x.parser),
-                           "this is no well-formed XML: %s", XML_ErrorString(code));
-    XML_ParserFree(x.parser);
-    *root = x.root;
+        (void)kt_xml_fault(reader, &place, "this is no well-formed XML: %s", XML_ErrorString(code));
+    XML_ParserFree(x->parser);
+    *root = x->root;
     return done && !reader->out_of_memory;
+}
+
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
+    kt_xml x = {.reader = reader};
+    text = take_late_away(reader, text, size, late);
+    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
+}
+
+bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
+                           const kt_element *include, kt_element **root) {
+    kt_xml x = {.reader = reader, .file = file, .include = include->included != NULL ? include->included : include};
+    kt_xml_late late;
+    text = take_late_away(reader, text, size, &late);
+    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
 }
 
 const char *kt_xml_attribute(const kt_element *element, const char *name) {

@@ -4,12 +4,17 @@
 
 #include "scene/reader.h"
 
-/* Children are chained by `next`. Text between tags is not kept. */
+/* Children are chained by `next`. Text is kept of elements that have nothing else. */
 typedef struct kt_element {
     const char *name;
     const char *const *attributes; /* name, value, name, value, ..., NULL */
+    const char *text;              /* without the blanks around it; NULL: none */
     struct kt_element *first, *last, *next, *parent;
     uint32_t line, column; /* of its tag, from 1, in characters */
+    int number;            /* for the format's reader; 0 */
+
+    const char *file;                  /* where it stands, if another file includes that; NULL: in the file itself */
+    const struct kt_element *included; /* then the element that includes it, in the file itself */
 } kt_element;
 
 /* What stands before the root and is accepted nevertheless: an XML declaration that is not at the very beginning. */
@@ -17,11 +22,18 @@ typedef struct kt_xml_late {
     uint32_t line, column; /* 0: there is none */
 } kt_xml_late;
 
-enum { KT_XML_DEPTH_MAX = 64 /* elements within one another */ };
+enum { KT_XML_DEPTH_MAX = 256 /* elements within one another */ };
 
 /* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A
  * document type is refused: with entities of its own, a small file can stand for a large one. */
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late);
+
+/* The same for a file that an element of another includes. */
+bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
+                           const kt_element *include, kt_element **root);
+
+/* Puts a fault at an element, or in the file that includes it. Returns false. */
+bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
 
 /* The value of an attribute, and the first child or the next sibling of a name; NULL if there is none. */
 const char *kt_xml_attribute(const kt_element *element, const char *name);

@@ -66,9 +66,9 @@ static void write_and_read(kt_scene *scene) {
 #ifdef FUZZ_URDF
 static kt_status read_robot(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
                             void *user, kt_error *error) {
-    static const kt_urdf_options options = {.floating = true, .stop_stiffness = 1e4, .stop_damping = 1.0};
+    static const kt_robot_options options = {.floating = true, .stop_stiffness = 1e4, .stop_damping = 1.0};
     const bool is_odd = size % 2 != 0;
-    return kt_urdf_parse(path, text, size, is_odd ? &options : NULL, scene, report, user, error);
+    return kt_robot_parse(path, text, size, is_odd ? &options : NULL, scene, report, user, error);
 }
 #define READ read_robot
 #else

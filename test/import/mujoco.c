@@ -38,7 +38,7 @@ static bool load(robots *r) {
     kt_error error = {0};
     char said[1000] = "";
     memset(r, 0, sizeof *r);
-    if (kt_urdf_read(ARM, NULL, &r->scene, NULL, NULL, &error) != KT_OK ||
+    if (kt_robot_read(ARM, NULL, &r->scene, NULL, NULL, &error) != KT_OK ||
         kt_model_compile(&r->scene.description, NULL, &r->model, &error) != KT_OK ||
         kt_data_create(r->model, &r->data, &error) != KT_OK) {
         kt_note("%s: %s", error.where, error.message);

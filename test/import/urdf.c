@@ -17,14 +17,14 @@
 static kt_collected faults;
 
 /* Reads a text that begins with a <robot>. */
-static kt_status parse(const char *text, const kt_urdf_options *options, kt_scene *scene) {
+static kt_status parse(const char *text, const kt_robot_options *options, kt_scene *scene) {
     kt_error error = {0};
     memset(&faults, 0, sizeof faults);
     (void)snprintf(faults.path, sizeof faults.path, "r.urdf");
-    return kt_urdf_parse("r.urdf", text, strlen(text), options, scene, kt_collect, &faults, &error);
+    return kt_robot_parse("r.urdf", text, strlen(text), options, scene, kt_collect, &faults, &error);
 }
 
-static bool parse_right(const char *text, const kt_urdf_options *options, kt_scene *scene) {
+static bool parse_right(const char *text, const kt_robot_options *options, kt_scene *scene) {
     const kt_status status = parse(text, options, scene);
     if (status != KT_OK)
         kt_note("%s", faults.text);
@@ -90,7 +90,7 @@ KT_TEST(inertia_is_turned_to_the_axes_of_the_link) {
     "<child link='b'/>" limit "</joint>" rest "</robot>"
 
 KT_TEST(limits_become_stops_where_a_stiffness_is_given) {
-    const kt_urdf_options options = {.stop_stiffness = 1e4, .stop_damping = 5.0};
+    const kt_robot_options options = {.stop_stiffness = 1e4, .stop_damping = 5.0};
     kt_scene scene;
     if (!parse_right(PAIR("<limit lower='-2' upper='-0.5' effort='1' velocity='1'/>", ""), &options, &scene))
         return;
@@ -177,7 +177,7 @@ KT_TEST(mimic_joint_is_a_coupling) {
 }
 
 KT_TEST(root_is_the_world_or_fixed_or_free) {
-    const kt_urdf_options floats = {.floating = true};
+    const kt_robot_options floats = {.floating = true};
     kt_scene scene;
     if (parse_right("<robot name='r'><link name='base'>" MASS "</link></robot>", NULL, &scene)) {
         kt_check_equal_int("fixed", find_body(&scene, "base")->joint.type, KT_JOINT_FIXED);
@@ -335,7 +335,7 @@ KT_TEST(notes_have_the_whole_path) {
         strcat(path, "folder/");
     strcat(path, "r.urdf");
     static const char text[] = "<robot name='r'><link name='a'/></robot>";
-    if (!kt_check_equal_int("status", kt_urdf_parse(path, text, strlen(text), NULL, &scene, NULL, NULL, &error), KT_OK))
+    if (!kt_check_equal_int("status", kt_robot_parse(path, text, strlen(text), NULL, &scene, NULL, NULL, &error), KT_OK))
         return;
     strcat(path, ":1:17");
     kt_check_text("where", scene.notes[0].where, path);
@@ -353,12 +353,12 @@ KT_TEST(nesting_ends_at_a_depth) {
 }
 
 KT_TEST(stops_of_negative_or_endless_stiffness_are_refused) {
-    const kt_urdf_options wrong[] = {
+    const kt_robot_options wrong[] = {
         {.stop_stiffness = -1.0}, {.stop_stiffness = (double)INFINITY}, {.stop_damping = (double)NAN}};
     kt_error error;
     kt_scene scene;
     for (int i = 0; i < 3; i++)
-        kt_check_equal_int("status", kt_urdf_parse("r", "<robot/>", 8, &wrong[i], &scene, NULL, NULL, &error),
+        kt_check_equal_int("status", kt_robot_parse("r", "<robot/>", 8, &wrong[i], &scene, NULL, NULL, &error),
                            KT_ERROR_ARGUMENT);
 }
 
@@ -367,7 +367,7 @@ KT_TEST(stops_of_negative_or_endless_stiffness_are_refused) {
 KT_TEST(robot_that_is_written_as_a_scene_reads_back_the_same) {
     kt_scene robot, again;
     kt_error error = {0};
-    if (kt_urdf_read(ARM, NULL, &robot, NULL, NULL, &error) != KT_OK) {
+    if (kt_robot_read(ARM, NULL, &robot, NULL, NULL, &error) != KT_OK) {
         kt_note("%s: %s", error.where, error.message);
         kt_check_true("it is read", false);
         return;
@@ -524,7 +524,7 @@ KT_TEST(links_fixed_to_each_other_in_a_circle_are_refused) {
         kt_scene scene;
         kt_error error = {0};
         kt_check_true("refused",
-                      kt_urdf_parse("r.urdf", robots[k], strlen(robots[k]), NULL, &scene, NULL, NULL, &error) != KT_OK);
+                      kt_robot_parse("r.urdf", robots[k], strlen(robots[k]), NULL, &scene, NULL, NULL, &error) != KT_OK);
         kt_check_true("in words", error.message[0] != '\0');
         kt_note("%s: %s", error.where, error.message);
     }
@@ -556,7 +556,7 @@ KT_TEST(what_is_fixed_follows_nothing) {
 
 KT_TEST(shapes_without_a_size_and_limits_without_order_are_told) {
     kt_scene scene;
-    const kt_urdf_options stops = {.stop_stiffness = 1.0};
+    const kt_robot_options stops = {.stop_stiffness = 1.0};
     static const char text[] =
         "<robot name='r'><link name='base'><visual><geometry><box size='0 0 0'/></geometry></visual><visual><geometry>"
         "<sphere radius='0.2'/></geometry></visual></link>" LINK("a")
@@ -594,7 +594,7 @@ KT_TEST(declaration_may_follow_blanks_and_comments) {
                                             "<origin xyz='1 2 3'/></joint></robot>"
 
 KT_TEST(world_need_not_be_declared_and_frees_what_is_fixed_to_it) {
-    const kt_urdf_options floating = {.floating = true};
+    const kt_robot_options floating = {.floating = true};
     static const char *const texts[] = {ON_WORLD("<link name='world'/>", "fixed"), ON_WORLD("", "fixed")};
     kt_scene scene;
     for (int i = 0; i < 2; i++) {
@@ -647,7 +647,7 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         for (int how = 0; how < 3; how++) {
-            const kt_urdf_options options = {.inertia = (kt_urdf_inertia)how};
+            const kt_robot_options options = {.inertia = (kt_robot_inertia)how};
             kt_scene scene;
             const kt_status status = parse(table[i].text, &options, &scene);
             kt_note("case %d, %d: %s", (int)i, how, status == KT_OK ? "read" : faults.text);
@@ -675,7 +675,7 @@ KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
         /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >= 0.4. */
         const double d = 0.1 * tenths, x = 0.4, y = -0.2 + 0.5 * d * d, z = 0.2 + 0.5 * d * d;
         const bool is_body = y >= 0.0 && x <= y + z && z <= x + y + 1e-12;
-        const kt_urdf_options strict = {.inertia = KT_URDF_INERTIA_STRICT};
+        const kt_robot_options strict = {.inertia = KT_ROBOT_INERTIA_STRICT};
         char text[1000];
         kt_scene scene;
         (void)snprintf(
@@ -698,7 +698,7 @@ KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
 
 /* A box of 0.1 x 0.2 x 0.3 m at 1000 kg/m^3; a link with <inertial>, or without a shape, keeps its mass. */
 KT_TEST(masses_come_from_shapes_and_a_density) {
-    const kt_urdf_options options = {.density = 1000.0};
+    const kt_robot_options options = {.density = 1000.0};
     kt_scene scene;
     if (!parse_right("<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 0.15'/><geometry>"
                      "<box size='0.1 0.2 0.3'/></geometry></visual></link>" LINK("b") HINGE("ja", "base", "a", "")

@@ -24,7 +24,7 @@ int main(void) {{
     return reached[0] == NULL || puts(kt_version()) < 0;
 }}
 """
-REACHED = {"study": ["kt_modes_evaluate", "kt_constraint_formulation_create"], "scene": ["kt_modes_evaluate", "kt_urdf_read", "kt_scene_read"]}
+REACHED = {"study": ["kt_modes_evaluate", "kt_constraint_formulation_create"], "scene": ["kt_modes_evaluate", "kt_robot_read", "kt_scene_read"]}
 
 
 def program_of(package):

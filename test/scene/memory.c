@@ -237,7 +237,7 @@ static kt_status parse_robot(void *user) {
     kt_scene scene, rest = kt_scene_default();
     kt_error error = {KT_OK, "", ""};
     memcpy(&scene, &rest, sizeof scene);
-    const kt_status status = kt_urdf_parse("x", text, strlen(text), NULL, &scene, NULL, NULL, &error);
+    const kt_status status = kt_robot_parse("x", text, strlen(text), NULL, &scene, NULL, NULL, &error);
     if (status == KT_OK)
         kt_scene_free(&scene);
     else

@@ -103,7 +103,7 @@ static int refuse_settings(const char *path, const kt_settings *settings) {
     return KT_EXIT_USAGE;
 }
 
-static int read_any(const char *path, bool is_robot, const kt_urdf_options *options, const kt_settings *settings,
+static int read_any(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
                                   .setting_count = settings != NULL ? settings->count : 0};
@@ -124,13 +124,13 @@ static int read_any(const char *path, bool is_robot, const kt_urdf_options *opti
             free(text);
             return KT_EXIT_USAGE;
         }
-        status = is_robot ? kt_urdf_parse(name, text, size, options, scene, report, &reported, &error)
+        status = is_robot ? kt_robot_parse(name, text, size, options, scene, report, &reported, &error)
                           : kt_scene_parse_with(name, text, size, &how, scene, report, &reported, &error);
         free(text);
     } else if (is_robot && refuse_settings(path, settings) >= 0) {
         return KT_EXIT_USAGE;
     } else if (is_robot) {
-        status = kt_urdf_read(path, options, scene, report, &reported, &error);
+        status = kt_robot_read(path, options, scene, report, &reported, &error);
     } else {
         status = kt_scene_read_with(path, &how, scene, report, &reported, &error);
     }
@@ -147,7 +147,7 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
     return read_any(path, is_urdf_name(path), NULL, settings, scene);
 }
 
-int kt_read_robot(const char *path, const kt_urdf_options *options, kt_scene *scene) {
+int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene) {
     return read_any(path, true, options, NULL, scene);
 }
 

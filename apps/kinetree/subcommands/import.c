@@ -48,7 +48,7 @@ const kt_usage kt_usage_import = {
 
 /* Returns the choice of a word; -1 after printing what is wrong. */
 static int choose_inertia(const char *word) {
-    static const char *const words[] = {"warn", "strict", "accept"}; /* as kt_urdf_inertia */
+    static const char *const words[] = {"warn", "strict", "accept"}; /* as kt_robot_inertia */
     for (int i = 0; i < 3; i++)
         if (word == NULL || strcmp(word, words[i]) == 0)
             return i;
@@ -73,10 +73,10 @@ int kt_command_import(int argc, char **argv) {
     code = kt_check_files("import", uses, 2);
     if (code >= 0)
         return code;
-    const kt_urdf_options how = {.floating = a.floating,
+    const kt_robot_options how = {.floating = a.floating,
                                  .stop_stiffness = a.stops,
                                  .stop_damping = a.stop_damping,
-                                 .inertia = (kt_urdf_inertia)inertia,
+                                 .inertia = (kt_robot_inertia)inertia,
                                  .density = a.density};
     kt_scene scene;
     kt_error error = {0};

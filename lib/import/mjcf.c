@@ -1,0 +1,227 @@
+/* Models in MJCF, the XML of MuJoCo: bodies, joints and equalities to a description.
+ *
+ * In this order: files that it includes; the compiler's settings and the default classes, which decide what all other
+ * attributes mean; replicates; bodies, joints and masses; the start; then what the scene has of them.
+ */
+#include "import/mjcf.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- settings ---------------------------------------------------------------------------------------------------- */
+
+static void read_sequence(kt_mjcf *m, const kt_element *e) {
+    const char *text = kt_xml_attribute(e, "eulerseq");
+    if (text == NULL)
+        return;
+    if (strlen(text) == 3 && strspn(text, "xyzXYZ") == 3)
+        memcpy(m->settings.sequence, text, 4);
+    else
+        (void)kt_mjcf_fault(m, e, "eulerseq: expected three of x, y, z, X, Y, Z, found '%.40s'", text);
+}
+
+static void read_compiler(kt_mjcf *m, const kt_element *e) {
+    static const char *const angles[] = {"degree", "radian", NULL}, *const coordinates[] = {"local", NULL};
+    static const char *const from_geoms[] = {"false", "true", "auto", NULL};
+    kt_mjcf_settings *s = &m->settings;
+    double groups[2] = {s->group_first, s->group_last};
+    if (kt_mjcf_choice(m, e, NULL, "angle", angles, s->angle == 1.0) == 1)
+        s->angle = 1.0;
+    else
+        s->angle = 3.14159265358979323846 / 180.0;
+    (void)kt_mjcf_choice(m, e, NULL, "coordinate", coordinates, 0);
+    read_sequence(m, e);
+    s->autolimits = kt_mjcf_flag(m, e, NULL, "autolimits", s->autolimits);
+    s->total_mass = kt_mjcf_number(m, e, NULL, "settotalmass", s->total_mass);
+    s->balance = kt_mjcf_flag(m, e, NULL, "balanceinertia", s->balance);
+    s->mass_least = kt_mjcf_number(m, e, NULL, "boundmass", s->mass_least);
+    s->least = kt_mjcf_number(m, e, NULL, "boundinertia", s->least);
+    s->from_geom = (kt_mjcf_from_geom)kt_mjcf_choice(m, e, NULL, "inertiafromgeom", from_geoms, (int)s->from_geom);
+    (void)kt_mjcf_numbers(m, e, NULL, "inertiagrouprange", 2, 2, groups);
+    s->group_first = groups[0];
+    s->group_last = groups[1];
+    s->exact_meshes = kt_mjcf_flag(m, e, NULL, "exactmeshinertia", s->exact_meshes);
+    s->strip_path = kt_mjcf_flag(m, e, NULL, "strippath", s->strip_path);
+    const char *folder = kt_xml_attribute(e, "meshdir");
+    folder = folder != NULL ? folder : kt_xml_attribute(e, "assetdir");
+    s->mesh_folder = folder != NULL ? folder : s->mesh_folder;
+}
+
+static void read_settings(kt_mjcf *m) {
+    m->settings = (kt_mjcf_settings){.angle = 3.14159265358979323846 / 180.0,
+                                     .sequence = "xyz",
+                                     .autolimits = true,
+                                     .from_geom = KT_MJCF_AUTO,
+                                     .group_last = 5.0};
+    for (const kt_element *e = kt_xml_child(m->root, "compiler"); e != NULL; e = kt_xml_next(e, "compiler"))
+        read_compiler(m, e);
+}
+
+/* Gravity, and what of <option> is a medium. */
+static void read_options(kt_mjcf *m) {
+    m->gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
+        const kt_element *flag = kt_xml_child(e, "flag");
+        const char *gravity = flag != NULL ? kt_xml_attribute(flag, "gravity") : NULL;
+        m->gravity = kt_mjcf_vector(m, e, NULL, "gravity", m->gravity);
+        if (gravity != NULL && strcmp(gravity, "disable") == 0)
+            m->gravity = kt_vec3_make(0.0, 0.0, 0.0);
+        if (kt_mjcf_number(m, e, NULL, "density", 0.0) != 0.0 || kt_mjcf_number(m, e, NULL, "viscosity", 0.0) != 0.0)
+            kt_left_count(&m->fluid, e);
+    }
+}
+
+/* ---- notes --------------------------------------------------------------------------------------------------------- */
+
+static void note_masses(kt_notes *n, const kt_mjcf *m) {
+    kt_note_put(n, &m->weighed, "bodies whose mass and inertia are those of their geoms: %d", m->weighed.count);
+    kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
+                m->bounded.count);
+    kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",
+                m->balanced.count);
+}
+
+static void note_bodies(kt_notes *n, const kt_mjcf *m) {
+    kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
+    kt_note_put(n, &m->fixed_bodies, "bodies that are fixed to the world (--floating lets them move): %d",
+                m->fixed_bodies.count);
+    kt_note_put(n, &m->freed, "bodies fixed to the world that move freely, by --floating: %d", m->freed.count);
+    kt_note_put(n, &m->several,
+                "joints beside others of a body, each on a body of its own without mass, which has the joint's name: %d",
+                m->several.count);
+    kt_note_put(n, &m->offsets,
+                "joints beside the origin of their body, on a body of their own, which has the joint's name: %d",
+                m->offsets.count);
+    kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
+    if (m->source->options->keyframe == NULL)
+        kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);
+}
+
+static void note_forces(kt_notes *n, const kt_mjcf *m) {
+    kt_note_put(n, &m->soft, "soft equalities, which are exact loops in the scene: %d", m->soft.count);
+    kt_note_put(n, &m->inactive, "equalities that are not active, left out: %d", m->inactive.count);
+    kt_note_put(n, &m->tied, "fixed tendons of several joints, each a body without mass that a coupling moves: %d",
+                m->tied.count);
+    kt_note_put(n, &m->friction, "frictionless stiction is smooth here: 'frictionloss' became joint_friction: %d",
+                m->friction.count);
+    kt_note_put(n, &m->motors, "motors, whose torque is that of the control at the start (0 without --keyframe): %d",
+                m->motors.count);
+    kt_note_put(n, &m->servos, "servos, whose target is that of the control at the start (0 without --keyframe): %d",
+                m->servos.count);
+    if (m->source->options->stop_stiffness == 0.0)
+        kt_note_put(n, &m->limits, "limits of position that are left out (--stops makes effects of them): %d",
+                    m->limits.count);
+    kt_note_put(n, &m->lost_limits, "limits of ball joints that are left out: %d", m->lost_limits.count);
+    kt_note_put(n, &m->fluid, "forces of a medium (density, viscosity) that are left out");
+}
+
+static void make_notes(const kt_mjcf *m, kt_scene *scene) {
+    kt_phrase forces = {.length = 0}, unknown = {.length = 0};
+    kt_notes n;
+    if (!kt_notes_begin(&n, m->r, m->source->path))
+        return;
+    note_bodies(&n, m);
+    note_masses(&n, m);
+    note_forces(&n, m);
+    kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
+                m->unnamed_sites.count);
+    kt_note_put(&n, &m->meshes, "meshes that are left out of pictures: %d", m->meshes.count);
+    kt_note_put(&n, &m->pictures, "geoms that are left out of pictures, since a body has one shape: %d",
+                m->pictures.count);
+    kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
+                m->contacts.count);
+    kt_unknown_list(&m->forces, &forces);
+    if (m->forces.count > 0)
+        kt_note_put(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
+    kt_unknown_list(&m->unknown, &unknown);
+    if (m->unknown.count > 0)
+        kt_note_put(&n, &m->unknown.left[0],
+                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
+                    unknown.text);
+    scene->notes = n.notes;
+    scene->note_count = n.count;
+}
+
+/* ---- the scene ----------------------------------------------------------------------------------------------------- */
+
+static bool is_done(const kt_mjcf *m) { return m->r->out_of_memory || m->r->fault_count > 0; }
+
+static bool init_names(kt_mjcf *m) {
+    const size_t count = (size_t)m->elements + 2;
+    void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
+    if (memory == NULL)
+        return kt_reader_out_of_memory(m->r);
+    kt_names_init(&m->names, count, memory);
+    return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
+           kt_namer_init(&m->loops_named, m->r, m->elements + 2) &&
+           kt_namer_init(&m->effects_named, m->r, m->elements + 2);
+}
+
+/* The faults that the description's own check finds, at the element that each comes from. */
+static void take_fault(void *user, const kt_place *place, const kt_error *error) {
+    const kt_mjcf *m = user;
+    const kt_list *lists[] = {[KT_ITEM_BODY] = &m->body_elements,
+                              [KT_ITEM_LOOP] = &m->loop_elements,
+                              [KT_ITEM_EFFECT] = &m->effect_elements};
+    const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
+    const kt_element *e =
+        is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : m->root;
+    const kt_element *at = e->included != NULL ? e->included : e;
+    (void)kt_fault_put(m->r, error->code, at->line, at->column, "%s%s%s", error->where,
+                       error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+static void fill_description(kt_mjcf *m, kt_description *d) {
+    static const kt_inertia_limit limits[] = {KT_INERTIA_WARN, KT_INERTIA_STRICT, KT_INERTIA_ACCEPT};
+    const char *model = kt_xml_attribute(m->root, "model");
+    d->bodies = m->scene_bodies.items;
+    d->body_count = m->scene_bodies.count;
+    d->loops = m->scene_loops.items;
+    d->loop_count = m->scene_loops.count;
+    d->effects = m->scene_effects.items;
+    d->effect_count = m->scene_effects.count;
+    d->gravity = m->gravity;
+    d->inertia_check = limits[m->source->options->inertia];
+    d->name = model != NULL ? kt_pool_text(&m->r->keep, model, strlen(model)) : NULL;
+    if (model != NULL && d->name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+}
+
+/* What decides what attributes mean, and replicates. */
+static bool prepare(kt_mjcf *m) {
+    kt_mjcf_expand(m);
+    read_settings(m);
+    if (is_done(m))
+        return false;
+    kt_mjcf_replicate(m);
+    if (is_done(m) || !init_names(m))
+        return false;
+    kt_mjcf_classes(m);
+    read_options(m);
+    kt_mjcf_count_strange(m);
+    return !is_done(m);
+}
+
+void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
+    kt_mjcf m = {.r = r, .source = source, .root = (kt_element *)source->root};
+    kt_error error;
+    if (!prepare(&m))
+        return;
+    kt_mjcf_collect(&m);
+    if (is_done(&m))
+        return;
+    kt_mjcf_start(&m);
+    kt_mjcf_make_bodies(&m);
+    kt_mjcf_passive(&m);
+    kt_mjcf_make_tendons(&m);
+    kt_mjcf_actuators(&m);
+    kt_mjcf_equalities(&m);
+    if (is_done(&m))
+        return;
+    fill_description(&m, &scene->description);
+    if (!r->out_of_memory && kt_description_check(&scene->description, take_fault, &m, &error) == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(r);
+    if (!is_done(&m) && kt_marks_make(r, source->path, scene, m.body_elements.items, m.loop_elements.items))
+        make_notes(&m, scene);
+}

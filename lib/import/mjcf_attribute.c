@@ -1,0 +1,385 @@
+/* Attributes of MJCF: default classes, numbers, words, orientations, names. */
+#include "import/mjcf.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+/* "body 'thigh': joint 'knee': ": the nearest body around an element, and the element. */
+static void add_context(kt_phrase *phrase, const kt_element *e) {
+    const kt_element *body = e->parent;
+    while (body != NULL && strcmp(body->name, "body") != 0)
+        body = body->parent;
+    const kt_element *path[] = {body, e};
+    for (int i = 0; i < 2; i++) {
+        if (path[i] == NULL || path[i]->parent == NULL)
+            continue;
+        const char *name = kt_xml_attribute(path[i], "name");
+        kt_phrase_add(phrase, "%s%s%s: ", path[i]->name, name != NULL ? " " : "",
+                      name != NULL ? kt_name_quote(name).text : "");
+    }
+}
+
+bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) {
+    kt_phrase where = {.length = 0};
+    char what[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    add_context(&where, e);
+    return kt_xml_fault(m->r, e, "%s%s", where.text, what);
+}
+
+/* ---- default classes --------------------------------------------------------------------------------------------- */
+
+enum { MAIN = -1, NONE = -2 };
+
+static kt_mjcf_class *class_at(const kt_mjcf *m, int i) { return (kt_mjcf_class *)m->classes.items + i; }
+
+static void add_class(kt_mjcf *m, const kt_element *e, int outer) {
+    const char *name = kt_xml_attribute(e, "class");
+    const int index = m->classes.count;
+    const bool is_main = outer == NONE;
+    kt_mjcf_class *to = kt_list_add(m->r, &m->r->scratch, &m->classes, sizeof *to);
+    if (to == NULL)
+        return;
+    *to = (kt_mjcf_class){.name = name, .element = e, .outer = is_main ? (m->main >= 0 ? m->main : NONE) : outer};
+    if (is_main)
+        m->main = index;
+    else if (name == NULL)
+        (void)kt_mjcf_fault(m, e, "the attribute 'class' is missing");
+    for (const kt_element *child = kt_xml_child(e, "default"); child != NULL; child = kt_xml_next(child, "default"))
+        add_class(m, child, is_main ? MAIN : index);
+}
+
+/* The number of a class that an attribute names; that of `around` without one. */
+static int class_of(kt_mjcf *m, const kt_element *e, const char *attribute, int around) {
+    const char *name = kt_xml_attribute(e, attribute);
+    if (name == NULL)
+        return around;
+    const int found = kt_names_find(&m->names, KT_MJCF_CLASSES, name);
+    if (found >= 0)
+        return found;
+    if (strcmp(name, "main") == 0)
+        return MAIN;
+    (void)kt_mjcf_fault(m, e, "%s %s does not exist", attribute, kt_name_quote(name).text);
+    return around;
+}
+
+/* Gives elements their classes: their own, else the childclass of what is around them. */
+static void number_elements(kt_mjcf *m, kt_element *within, int around) {
+    for (kt_element *e = within->first; e != NULL; e = e->next) {
+        if (strcmp(e->name, "default") == 0)
+            continue;
+        e->number = class_of(m, e, "class", around);
+        number_elements(m, e, class_of(m, e, "childclass", around));
+    }
+}
+
+void kt_mjcf_classes(kt_mjcf *m) {
+    m->main = NONE;
+    for (const kt_element *e = kt_xml_child(m->root, "default"); e != NULL; e = kt_xml_next(e, "default"))
+        add_class(m, e, NONE);
+    for (int i = 0; i < m->classes.count; i++) {
+        const char *name = class_at(m, i)->name;
+        const bool is_main = class_at(m, i)->outer == NONE || class_at(m, i)->element->parent == m->root;
+        if (name == NULL)
+            continue;
+        const int other = kt_names_add(&m->names, KT_MJCF_CLASSES, name, is_main ? m->main : i);
+        if (other >= 0 && !is_main)
+            (void)kt_mjcf_fault(m, class_at(m, i)->element, "class %s stands in line %u, too", kt_name_quote(name).text,
+                                (unsigned)class_at(m, other)->element->line);
+    }
+    number_elements(m, m->root, MAIN);
+}
+
+const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number) {
+    const int c = *number == MAIN ? m->main : *number;
+    if (c == NONE)
+        return NULL;
+    *number = class_at(m, c)->outer;
+    return class_at(m, c)->element;
+}
+
+const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name) {
+    const char *value = kt_xml_attribute(e, name);
+    int class = e->number;
+    while (value == NULL && tag != NULL) {
+        const kt_element *defaults = kt_mjcf_class_element(m, &class);
+        if (defaults == NULL)
+            break;
+        for (const kt_element *d = kt_xml_child(defaults, tag); d != NULL; d = kt_xml_next(d, tag)) {
+            const char *here = kt_xml_attribute(d, name);
+            value = here != NULL ? here : value;
+        }
+    }
+    return value;
+}
+
+/* ---- numbers and words ------------------------------------------------------------------------------------------- */
+
+int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
+                    double *values) {
+    double read[16];
+    const char *text = kt_mjcf_text(m, e, tag, name);
+    const int room = most < 16 ? most : 16;
+    if (text == NULL)
+        return 0;
+    const int count = kt_parse_numbers(text, room, read);
+    if (count < least) {
+        if (least == most)
+            (void)kt_mjcf_fault(m, e, "%s: expected %d number%s, found '%.60s'", name, least, least > 1 ? "s" : "", text);
+        else
+            (void)kt_mjcf_fault(m, e, "%s: expected %d to %d numbers, found '%.60s'", name, least, most, text);
+        return 0;
+    }
+    memcpy(values, read, (size_t)count * sizeof *values);
+    return count;
+}
+
+double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard) {
+    (void)kt_mjcf_numbers(m, e, tag, name, 1, 1, &standard);
+    return standard;
+}
+
+kt_vec3 kt_mjcf_vector(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, kt_vec3 standard) {
+    double v[3] = {standard.x, standard.y, standard.z};
+    (void)kt_mjcf_numbers(m, e, tag, name, 3, 3, v);
+    return kt_vec3_make(v[0], v[1], v[2]);
+}
+
+int kt_mjcf_choice(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, const char *const *words,
+                   int standard) {
+    const char *text = kt_mjcf_text(m, e, tag, name);
+    kt_phrase all = {.length = 0};
+    if (text == NULL)
+        return standard;
+    for (int i = 0; words[i] != NULL; i++) {
+        if (strcmp(words[i], text) == 0)
+            return i;
+        kt_phrase_add(&all, "%s%s", i > 0 ? ", " : "", words[i]);
+    }
+    (void)kt_mjcf_fault(m, e, "%s: there is no '%.40s'; it is one of %s", name, text, all.text);
+    return standard;
+}
+
+bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, bool standard) {
+    static const char *const words[] = {"false", "true", NULL};
+    return kt_mjcf_choice(m, e, tag, name, words, standard) == 1;
+}
+
+bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const char *limited, const char *range) {
+    static const char *const words[] = {"false", "true", "auto", NULL};
+    const int choice = kt_mjcf_choice(m, e, tag, limited, words, 2);
+    return choice == 1 || (choice == 2 && m->settings.autolimits && kt_mjcf_text(m, e, tag, range) != NULL);
+}
+
+/* ---- orientations ------------------------------------------------------------------------------------------------ */
+
+static bool is_zero(kt_vec3 v) { return !(kt_vec3_norm_wide(v) > 0.0); }
+
+static kt_mat3 of_columns(kt_vec3 x, kt_vec3 y, kt_vec3 z) {
+    kt_mat3 r;
+    r.x = x;
+    r.y = y;
+    r.z = z;
+    return r;
+}
+
+/* x along the first, y in the plane of both. */
+static kt_mat3 from_xyaxes(kt_mjcf *m, const kt_element *e, const double v[6]) {
+    const kt_vec3 a = kt_vec3_make(v[0], v[1], v[2]), b = kt_vec3_make(v[3], v[4], v[5]);
+    const kt_vec3 x = is_zero(a) ? a : kt_vec3_normalize(a);
+    const kt_vec3 across = kt_vec3_sub(b, kt_vec3_scale(kt_vec3_dot(x, b), x));
+    if (is_zero(a) || is_zero(across)) {
+        (void)kt_mjcf_fault(m, e, "xyaxes: the two axes are zero or parallel");
+        return kt_mat3_identity();
+    }
+    const kt_vec3 y = kt_vec3_normalize(across);
+    return of_columns(x, y, kt_vec3_cross(x, y));
+}
+
+/* The least rotation that takes z to an axis. */
+static kt_mat3 from_zaxis(kt_vec3 axis) {
+    const kt_vec3 z = kt_vec3_make(0.0, 0.0, 1.0), a = kt_vec3_normalize(axis), n = kt_vec3_cross(z, a);
+    const double sine = kt_vec3_norm(n), angle = atan2(sine, a.z);
+    if (sine == 0.0)
+        return a.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
+    return kt_matrix_from_euler_vector(kt_vec3_scale(angle / sine, n));
+}
+
+/* Small letters: about carried axes, on the right; capital ones: about fixed axes, on the left. */
+static kt_mat3 from_euler(const kt_mjcf *m, const double angles[3]) {
+    kt_mat3 r = kt_mat3_identity();
+    for (int i = 0; i < 3; i++) {
+        const char c = m->settings.sequence[i];
+        const bool is_fixed = c >= 'X' && c <= 'Z';
+        const kt_mat3 one = kt_matrix_about(is_fixed ? c - 'X' : c - 'x', m->settings.angle * angles[i]);
+        r = is_fixed ? kt_mat3_multiply(one, r) : kt_mat3_multiply(r, one);
+    }
+    return r;
+}
+
+static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
+    double v[6];
+    kt_mat3 r = kt_mat3_identity();
+    if (kt_mjcf_numbers(m, e, tag, "quat", 4, 4, v) == 4) {
+        const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
+        if (kt_quat_norm_squared(q) > 0.0 && isfinite(kt_quat_norm_squared(q)))
+            r = kt_matrix_from_quat(kt_quat_normalize(q));
+        else
+            (void)kt_mjcf_fault(m, e, "quat: the norm is zero or too large");
+    }
+    if (kt_mjcf_numbers(m, e, tag, "axisangle", 4, 4, v) == 4) {
+        const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
+        if (is_zero(axis))
+            (void)kt_mjcf_fault(m, e, "axisangle: the axis is zero");
+        else
+            r = kt_matrix_from_euler_vector(kt_vec3_scale(m->settings.angle * v[3], kt_vec3_normalize(axis)));
+    }
+    if (kt_mjcf_numbers(m, e, tag, "xyaxes", 6, 6, v) == 6)
+        r = from_xyaxes(m, e, v);
+    if (kt_mjcf_numbers(m, e, tag, "zaxis", 3, 3, v) == 3) {
+        if (is_zero(kt_vec3_make(v[0], v[1], v[2])))
+            (void)kt_mjcf_fault(m, e, "zaxis: the axis is zero");
+        else
+            r = from_zaxis(kt_vec3_make(v[0], v[1], v[2]));
+    }
+    if (kt_mjcf_numbers(m, e, tag, "euler", 3, 3, v) == 3)
+        r = from_euler(m, v);
+    return r;
+}
+
+/* The middle of `fromto`, with z along it. */
+static bool from_ends(kt_mjcf *m, const kt_element *e, const char *tag, kt_pose *pose) {
+    double v[6];
+    if (kt_mjcf_numbers(m, e, tag, "fromto", 6, 6, v) != 6)
+        return false;
+    const kt_vec3 a = kt_vec3_make(v[0], v[1], v[2]), b = kt_vec3_make(v[3], v[4], v[5]);
+    if (is_zero(kt_vec3_sub(a, b)))
+        return kt_mjcf_fault(m, e, "fromto: the two points coincide");
+    pose->position = kt_vec3_scale(0.5, kt_vec3_add(a, b));
+    pose->rotation = from_zaxis(kt_vec3_sub(b, a));
+    return true;
+}
+
+kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag) {
+    kt_pose pose = kt_pose_identity();
+    if (tag != NULL && from_ends(m, e, tag, &pose))
+        return pose;
+    pose.position = kt_mjcf_vector(m, e, tag, "pos", pose.position);
+    pose.rotation = orientation(m, e, tag);
+    return pose;
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index) {
+    const char *name = kt_xml_attribute(e, "name");
+    if (name != NULL && *name != '\0' && kt_names_add(&m->names, scope, name, index) >= 0)
+        (void)kt_mjcf_fault(m, e, "there is another %s of this name; each needs one of its own", e->name);
+}
+
+int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int scope) {
+    const char *name = kt_xml_attribute(e, attribute);
+    if (name == NULL) {
+        (void)kt_mjcf_fault(m, e, "the attribute '%s' is missing", attribute);
+        return -1;
+    }
+    const int found = kt_names_find(&m->names, scope, name);
+    if (found < 0)
+        (void)kt_mjcf_fault(m, e, "%s %s does not exist", attribute, kt_name_quote(name).text);
+    return found;
+}
+
+const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last) {
+    if (last != NULL && last->next != NULL)
+        return last->next;
+    const kt_element *s = last == NULL ? kt_xml_child(m->root, section) : kt_xml_next(last->parent, section);
+    while (s != NULL && s->first == NULL)
+        s = kt_xml_next(s, section);
+    return s != NULL ? s->first : NULL;
+}
+
+/* ---- what is not known ------------------------------------------------------------------------------------------- */
+
+/* What is read, or has nothing to do with the motion of bodies (how they look, sizes of MuJoCo's memory, parameters of
+ * its solver for contacts). Elements that are not here are left out, and told. */
+static const char *const known[][2] = {
+    {"mujoco", " model "},
+    {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
+                 "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
+                 "usethread discardvisual fusestatic "},
+    {"default", " class "},
+    {"worldbody", " childclass "},
+    {"body", " name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp user "},
+    {"frame", " name childclass pos quat axisangle xyaxes zaxis euler "},
+    {"inertial", " pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia "},
+    {"joint", " name class type group pos axis stiffness range limited solreflimit solimplimit solreffriction "
+              "solimpfriction margin ref springref armature damping frictionloss user joint1 joint2 polycoef active "
+              "solref solimp joint coef "},
+    {"freejoint", " name group align "},
+    {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
+             "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
+             "shellinertia user "},
+    {"site", " name class type group material rgba size fromto pos quat axisangle xyaxes zaxis euler user "},
+    {"fixed", " name class group limited range solreflimit solimplimit solreffriction solimpfriction margin "
+              "frictionloss springlength stiffness damping armature width material rgba user "},
+    {"tendon", " name class limited range solreflimit solimplimit solreffriction solimpfriction margin frictionloss "
+               "springlength stiffness damping armature width material rgba active tendon1 tendon2 polycoef solref "
+               "solimp group "},
+    {"connect", " name class active solref solimp body1 body2 anchor site1 site2 "},
+    {"weld", " name class active solref solimp body1 body2 relpose anchor torquescale site1 site2 "},
+    {"equality", " active solref solimp "},
+    {"motor", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group user "},
+    {"position", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kp "
+                 "kv user "},
+    {"velocity", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "
+                 "user "},
+    {"damper", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "
+               "user "},
+    {"general", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group "
+                "gaintype biastype dyntype gainprm biasprm user "},
+    {"actuator", " "},
+    {"asset", " "},
+    {"mesh", " name class file scale refpos refquat vertex face inertia "},
+    {"option", " gravity "},
+    {"keyframe", " "},
+    {"key", " name time qpos qvel act ctrl mpos mquat "},
+};
+
+static bool has_word(const char *words, const char *word) {
+    const size_t length = strlen(word);
+    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+/* Sections that are about looks, memory or measurements alone, and are counted as a whole. */
+static bool is_apart(const kt_element *e) {
+    static const char words[] = " visual statistic size custom sensor contact extension deformable material texture ";
+    return has_word(words, e->name);
+}
+
+static void count_strange(kt_mjcf *m, const kt_element *e) {
+    size_t i = 0;
+    const size_t most = sizeof known / sizeof *known;
+    while (i < most && strcmp(known[i][0], e->name) != 0)
+        i++;
+    if (i == most || is_apart(e)) {
+        kt_unknown_count(&m->unknown, e->name, e);
+        return;
+    }
+    for (const char *const *a = e->attributes; *a != NULL; a += 2)
+        if (!has_word(known[i][1], *a))
+            kt_unknown_count(&m->unknown, *a, e);
+    for (const kt_element *child = e->first; child != NULL; child = child->next)
+        count_strange(m, child);
+}
+
+void kt_mjcf_count_strange(kt_mjcf *m) { count_strange(m, m->root); }

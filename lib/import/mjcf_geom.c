@@ -1,0 +1,286 @@
+/* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms.
+ *
+ * Of a solid of uniform density, with half sizes a, b, c, radius r and half length h:
+ *   sphere     V = 4/3 pi r^3           I/m = 2/5 r^2
+ *   box        V = 8 a b c              Ix/m = (b^2 + c^2) / 3
+ *   ellipsoid  V = 4/3 pi a b c         Ix/m = (b^2 + c^2) / 5
+ *   cylinder   V = 2 pi r^2 h           Ix/m = (3 r^2 + 4 h^2) / 12, Iz/m = r^2 / 2
+ *   capsule    a cylinder, and two half spheres whose centroids lie 3/8 r beyond its ends
+ */
+#include "import/mjcf.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+typedef enum geom_type { PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF } geom_type;
+static const char *const geom_words[] = {"plane",    "hfield", "sphere", "capsule", "ellipsoid",
+                                         "cylinder", "box",    "mesh",   "sdf",     NULL};
+
+/* A geom: its solid, where it stands in the body, and what it weighs. */
+typedef struct geom {
+    geom_type type;
+    double size[3]; /* half sizes; radius, half length */
+    kt_pose pose;
+    double mass;
+    kt_vec3 com;     /* body frame */
+    kt_sym3 inertia; /* about com, body axes */
+} geom;
+
+/* ---- solids ------------------------------------------------------------------------------------------------------ */
+
+/* How many numbers of `size` a type has, without and with `fromto`. */
+static int sizes_of(geom_type type, bool has_ends) {
+    const bool is_round = type == SPHERE || ((type == CAPSULE || type == CYLINDER) && has_ends);
+    const bool is_long = type == CAPSULE || type == CYLINDER;
+    if (is_round || ((type == BOX || type == ELLIPSOID) && has_ends))
+        return 1;
+    return is_long ? 2 : type == BOX || type == ELLIPSOID ? 3 : 0;
+}
+
+static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
+    double ends[6];
+    const bool has_ends = kt_mjcf_text(m, e, "geom", "fromto") != NULL;
+    const int need = sizes_of(g->type, has_ends);
+    const int count = kt_mjcf_numbers(m, e, "geom", "size", 1, 3, g->size);
+    for (int i = 0; i < need; i++)
+        if (i >= count || !(g->size[i] > 0.0)) {
+            (void)kt_mjcf_fault(m, e, "size: a %s needs %d number%s above zero", geom_words[g->type], need,
+                                need > 1 ? "s" : "");
+            g->size[0] = g->size[1] = g->size[2] = 1.0;
+            return;
+        }
+    if (!has_ends || need != 1 || kt_mjcf_numbers(m, e, "geom", "fromto", 6, 6, ends) != 6)
+        return;
+    const double half =
+        0.5 * kt_vec3_norm(kt_vec3_make(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]));
+    g->size[1] = g->size[2] = half;
+    if (g->type == BOX || g->type == ELLIPSOID)
+        g->size[1] = g->size[0];
+}
+
+static double volume_of(const geom *g) {
+    const double a = g->size[0], b = g->size[1], c = g->size[2];
+    switch (g->type) {
+    case SPHERE: return 4.0 / 3.0 * pi * a * a * a;
+    case CAPSULE: return 2.0 * pi * a * a * b + 4.0 / 3.0 * pi * a * a * a;
+    case ELLIPSOID: return 4.0 / 3.0 * pi * a * b * c;
+    case CYLINDER: return 2.0 * pi * a * a * b;
+    case BOX: return 8.0 * a * b * c;
+    default: return 0.0;
+    }
+}
+
+/* The moments of a capsule of mass 1. Of its two half spheres: 2/5 m r^2 about the axis, and across it, with the
+ * centroids at h + 3/8 r, 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
+static kt_vec3 capsule_moments(double r, double h) {
+    const double ends = 2.0 * r / (2.0 * r + 3.0 * h), barrel = 1.0 - ends;
+    const double across = barrel * (3.0 * r * r + 4.0 * h * h) / 12.0 + ends * (0.4 * r * r + h * h + 0.75 * h * r);
+    return kt_vec3_make(across, across, barrel * r * r / 2.0 + ends * 0.4 * r * r);
+}
+
+static kt_vec3 moments_of(const geom *g) {
+    const double a = g->size[0], b = g->size[1], c = g->size[2];
+    const double across = (3.0 * a * a + 4.0 * b * b) / 12.0;
+    switch (g->type) {
+    case SPHERE: return kt_vec3_make(0.4 * a * a, 0.4 * a * a, 0.4 * a * a);
+    case CAPSULE: return capsule_moments(a, b);
+    case ELLIPSOID: return kt_vec3_make((b * b + c * c) / 5.0, (a * a + c * c) / 5.0, (a * a + b * b) / 5.0);
+    case CYLINDER: return kt_vec3_make(across, across, 0.5 * a * a);
+    case BOX: return kt_vec3_make((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0);
+    default: return kt_vec3_make(0.0, 0.0, 0.0);
+    }
+}
+
+/* ---- geoms --------------------------------------------------------------------------------------------------------- */
+
+/* The mass that a geom gives to its body. */
+static void weigh(kt_mjcf *m, const kt_element *e, geom *g) {
+    const double volume = volume_of(g), group = kt_mjcf_number(m, e, "geom", "group", 0.0);
+    double mass = volume * kt_mjcf_number(m, e, "geom", "density", 1000.0);
+    (void)kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass);
+    if (group < m->settings.group_first || group > m->settings.group_last || !(volume > 0.0))
+        mass = 0.0;
+    if (mass < 0.0)
+        (void)kt_mjcf_fault(m, e, "the mass is below zero");
+    const kt_vec3 moments = kt_vec3_scale(mass, moments_of(g));
+    g->mass = mass;
+    g->com = g->pose.position;
+    g->inertia =
+        kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
+}
+
+static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
+    geom g = {.type = (geom_type)kt_mjcf_choice(m, e, "geom", "type", geom_words, SPHERE)};
+    g.pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom"));
+    g.com = g.pose.position;
+    if (kt_mjcf_text(m, e, "geom", "mesh") != NULL)
+        g.type = MESH;
+    if (sizes_of(g.type, false) > 0)
+        read_size(m, e, &g);
+    weigh(m, e, &g);
+    return g;
+}
+
+/* Adds a mass to the mass, first moment and inertia about the body's origin. */
+static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const geom g = read_geom(m, e, frame);
+    b->mass += g.mass;
+    b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
+    b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
+}
+
+/* Mass, com and inertia of all geoms: summed about the origin, and taken back to the centre of mass. */
+static void weigh_geoms(kt_mjcf *m, int body) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    b->mass = 0.0;
+    b->com = kt_vec3_make(0.0, 0.0, 0.0);
+    b->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
+    if (!(b->mass > 0.0)) {
+        b->com = kt_vec3_make(0.0, 0.0, 0.0);
+        return;
+    }
+    b->com = kt_vec3_scale(1.0 / b->mass, b->com);
+    b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
+    kt_left_count(&m->weighed, b->element);
+}
+
+/* ---- pictures ------------------------------------------------------------------------------------------------------ */
+
+static void picture_of(const geom *g, kt_shape *shape) {
+    shape->at = g->pose.position;
+    shape->rotation = g->type == SPHERE ? shape->rotation : kt_rotation_of_matrix(g->pose.rotation);
+    shape->radius = g->size[0];
+    shape->type = g->type == SPHERE ? KT_SHAPE_SPHERE : KT_SHAPE_CYLINDER;
+    if (g->type == BOX) {
+        shape->type = KT_SHAPE_BOX;
+        shape->radius = 0.0;
+        shape->size = kt_vec3_scale(2.0, kt_vec3_make(g->size[0], g->size[1], g->size[2]));
+    } else if (shape->type == KT_SHAPE_CYLINDER) {
+        shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
+        shape->length = 2.0 * g->size[1];
+    }
+}
+
+/* The picture of a body is the first solid of its geoms that a scene has; a capsule is drawn as a cylinder. */
+static void add_picture(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
+        kt_left_count(&m->contacts, e);
+    const geom g = read_geom(m, e, frame);
+    const bool is_drawn = g.type == SPHERE || g.type == CAPSULE || g.type == CYLINDER || g.type == BOX;
+    if (g.type == MESH)
+        kt_left_count(&m->meshes, e);
+    else if (body == 0 || !is_drawn || b->shape.type != KT_SHAPE_NONE)
+        kt_left_count(&m->pictures, e);
+    else
+        picture_of(&g, &b->shape);
+}
+
+/* ---- <inertial> ---------------------------------------------------------------------------------------------------- */
+
+static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
+    const kt_pose pose = kt_mjcf_pose(m, e, NULL);
+    double full[6] = {0.0};
+    b->is_explicit = true;
+    b->com = pose.position;
+    if (kt_xml_attribute(e, "mass") == NULL || kt_xml_attribute(e, "pos") == NULL)
+        (void)kt_mjcf_fault(m, e, "the attribute '%s' is missing",
+                            kt_xml_attribute(e, "mass") == NULL ? "mass" : "pos");
+    b->mass = kt_mjcf_number(m, e, NULL, "mass", 0.0);
+    if (kt_mjcf_numbers(m, e, NULL, "fullinertia", 6, 6, full) == 0)
+        (void)kt_mjcf_numbers(m, e, NULL, "diaginertia", 3, 3, full);
+    b->inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(full[0], full[1], full[2], full[3], full[4], full[5]));
+}
+
+void kt_mjcf_masses(kt_mjcf *m, int body) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const kt_element *inertial = kt_xml_child(b->element, "inertial");
+    b->shape = kt_shape_default();
+    kt_mjcf_for_each(m, b->element, "geom", body, add_picture);
+    if (body == 0)
+        return;
+    if (inertial != NULL && m->settings.from_geom != KT_MJCF_ALWAYS)
+        read_inertial(m, inertial, b);
+    else if (m->settings.from_geom != KT_MJCF_NEVER)
+        weigh_geoms(m, body);
+}
+
+/* ---- the compiler's settings --------------------------------------------------------------------------------------- */
+
+/* The eigenvectors of a symmetric matrix as columns, by Jacobi rotations. */
+static kt_mat3 principal_axes(kt_sym3 s) {
+    double a[3][3] = {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}};
+    kt_mat3 axes = kt_mat3_identity();
+    for (int sweep = 0; sweep < 30; sweep++)
+        for (int k = 0; k < 3; k++) {
+            const int p = k, q = (k + 1) % 3, r = (k + 2) % 3;
+            if (a[p][q] == 0.0)
+                continue;
+            const double pp = a[p][p], qq = a[q][q], pq = a[p][q], pr = a[p][r], qr = a[q][r];
+            const double angle = 0.5 * atan2(qq >= pp ? 2.0 * pq : -2.0 * pq, fabs(qq - pp)); /* up to 45 degrees */
+            const double c = cos(angle), n = sin(angle);
+            kt_vec3 *columns[] = {&axes.x, &axes.y, &axes.z};
+            const kt_vec3 u = *columns[p], v = *columns[q];
+            a[p][p] = c * c * pp - 2.0 * n * c * pq + n * n * qq;
+            a[q][q] = n * n * pp + 2.0 * n * c * pq + c * c * qq;
+            a[p][q] = a[q][p] = 0.0;
+            a[p][r] = a[r][p] = c * pr - n * qr;
+            a[q][r] = a[r][q] = n * pr + c * qr;
+            *columns[p] = kt_vec3_sub(kt_vec3_scale(c, u), kt_vec3_scale(n, v));
+            *columns[q] = kt_vec3_add(kt_vec3_scale(n, u), kt_vec3_scale(c, v));
+        }
+    return axes;
+}
+
+/* Principal moments below the least become the least. */
+static void bound_inertia(kt_mjcf *m, kt_mjcf_body *b) {
+    const kt_mat3 axes = principal_axes(b->inertia);
+    const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
+    const double least = m->settings.least;
+    if (d.xx >= least && d.yy >= least && d.zz >= least)
+        return;
+    b->inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
+    kt_left_count(&m->bounded, b->element);
+}
+
+/* An inertia that no body has becomes that of a sphere with the same trace. */
+static void balance(kt_mjcf *m, kt_mjcf_body *b) {
+    const double mean = (b->inertia.xx + b->inertia.yy + b->inertia.zz) / 3.0;
+    if (kt_inertia_check(b->inertia, NULL) != KT_INERTIA_TRIANGLE)
+        return;
+    b->inertia = kt_sym3_make(mean, mean, mean, 0.0, 0.0, 0.0);
+    kt_left_count(&m->balanced, b->element);
+}
+
+static kt_sym3 scaled(double s, kt_sym3 a) {
+    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
+}
+
+void kt_mjcf_settle_masses(kt_mjcf *m) {
+    double total = 0.0;
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        if (b->mass < m->settings.mass_least) {
+            b->mass = m->settings.mass_least;
+            kt_left_count(&m->bounded, b->element);
+        }
+        if (m->settings.least > 0.0)
+            bound_inertia(m, b);
+        if (m->settings.balance)
+            balance(m, b);
+        total += b->mass;
+    }
+    if (!(m->settings.total_mass > 0.0) || !(total > 0.0))
+        return;
+    const double scale = m->settings.total_mass / total;
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        b->mass *= scale;
+        b->inertia = scaled(scale, b->inertia);
+    }
+}

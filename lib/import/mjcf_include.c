@@ -1,0 +1,286 @@
+/* Files that a model in MJCF includes, and replicates.
+ *
+ * Files are looked for in the folder of the model alone: a path that leads out of it, by its words or by links of the file system, is
+ * refused. A file is included once, so that there are no circles. Copies of replicates are counted, so that a small
+ * file cannot stand for a large one. */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "import/mjcf.h"
+#include "scene/file.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ELEMENTS_MOST = 1 << 20 /* copies included */ };
+
+/* ---- include ----------------------------------------------------------------------------------------------------- */
+
+/* Whether a path is relative and has no '..' in it. */
+static bool is_inner(const char *path) {
+    if (path[0] == '/' || path[0] == '\0' || strchr(path, '\\') != NULL)
+        return false;
+    for (const char *part = path; part != NULL; part = strchr(part, '/')) {
+        part += *part == '/';
+        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == '\0'))
+            return false;
+    }
+    return true;
+}
+
+/* Whether a file lies in a folder, links of the file system followed. One that does not exist does: reading says so. */
+static bool lies_in(const char *path, const char *folder) {
+    char *file = realpath(path, NULL), *base = realpath(folder, NULL);
+    const size_t length = base != NULL ? strlen(base) : 0;
+    const bool is_root = length == 1; /* "/" */
+    const bool lies = file == NULL || (base != NULL && strncmp(file, base, length) == 0 &&
+                                       (is_root || file[length] == '/'));
+    free(file);
+    free(base);
+    return lies;
+}
+
+/* Whether a file has been included before; adds it. */
+static bool is_repeated(kt_mjcf *m, const char *path) {
+    const char *const *files = m->files.items;
+    for (int i = 0; i < m->files.count; i++)
+        if (strcmp(files[i], path) == 0)
+            return true;
+    const char **added = kt_list_add(m->r, &m->r->scratch, &m->files, sizeof *added);
+    if (added != NULL)
+        *added = path;
+    return false;
+}
+
+/* The root element of an included file; NULL after reporting why not. */
+static kt_element *read_file(kt_mjcf *m, const kt_element *e, const char *path) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {0};
+    kt_element *root = NULL;
+    const kt_status status = kt_file_read(path, &text, &size, &error);
+    if (status == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(m->r);
+    else if (status != KT_OK)
+        (void)kt_mjcf_fault(m, e, "%s", error.message);
+    if (status != KT_OK)
+        return NULL;
+    m->included_bytes += size;
+    const bool is_small = m->included_bytes <= KT_FILE_SIZE_MAX;
+    if (!is_small)
+        (void)kt_mjcf_fault(m, e, "the included files have more than %d MB", KT_FILE_SIZE_MAX >> 20);
+    if (is_small && kt_xml_parse_included(m->r, text, size, path, e, &root)) {
+        const bool is_part = strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0;
+        if (!is_part)
+            (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path,
+                                root->name);
+        root = is_part ? root : NULL;
+    } else {
+        root = NULL;
+    }
+    free(text);
+    return root;
+}
+
+static kt_element *include(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "file");
+    if (name == NULL || !is_inner(name)) {
+        (void)kt_mjcf_fault(m, e, "%s", name == NULL ? "the attribute 'file' is missing"
+                                                     : "a file is included from the model's folder alone, by a path "
+                                                       "without '..' at the beginning or within");
+        return NULL;
+    }
+    if (m->source->folder == NULL) {
+        (void)kt_mjcf_fault(m, e, "a model that is no file, but text, cannot include files");
+        return NULL;
+    }
+    const size_t room = strlen(m->source->folder) + strlen(name) + 2;
+    char *path = kt_pool_take(&m->r->keep, room, 1);
+    if (path == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    (void)snprintf(path, room, "%s/%s", m->source->folder, name);
+    if (!lies_in(path, m->source->folder))
+        (void)kt_mjcf_fault(m, e, "the file lies outside of the model's folder, by a link");
+    else if (is_repeated(m, path))
+        (void)kt_mjcf_fault(m, e, "the file has been included before; each is included once");
+    else
+        return read_file(m, e, path);
+    return NULL;
+}
+
+/* Puts the children of `from` in place of an element; returns the first of them, or what follows. */
+static kt_element *splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from) {
+    kt_element *next = e->next;
+    for (kt_element *child = from != NULL ? from->first : NULL; child != NULL; child = child->next)
+        child->parent = parent;
+    kt_element *first = from != NULL && from->first != NULL ? from->first : next;
+    kt_element *last = from != NULL && from->first != NULL ? from->last : before;
+    if (before != NULL)
+        before->next = first;
+    else
+        parent->first = first;
+    if (from != NULL && from->first != NULL)
+        from->last->next = next;
+    if (next == NULL)
+        parent->last = last;
+    return first;
+}
+
+static void expand_includes(kt_mjcf *m, kt_element *parent, int depth) {
+    kt_element *before = NULL;
+    for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory;) {
+        if (strcmp(e->name, "include") == 0) {
+            e = splice(parent, before, e, include(m, e));
+            continue;
+        }
+        if (depth == KT_XML_DEPTH_MAX) {
+            (void)kt_mjcf_fault(m, e, "elements are nested more than %d deep", (int)KT_XML_DEPTH_MAX);
+            e->first = e->last = NULL;
+        }
+        m->elements++;
+        expand_includes(m, e, depth + 1);
+        before = e;
+        e = e->next;
+    }
+}
+
+/* ---- replicate ----------------------------------------------------------------------------------------------------- */
+
+static void hang_below(kt_element *parent, kt_element *e) {
+    e->parent = parent;
+    e->next = NULL;
+    if (parent->last == NULL)
+        parent->first = e;
+    else
+        parent->last->next = e;
+    parent->last = e;
+}
+
+/* Attributes with `suffix` at the name, and with childclass left as it is. */
+static const char *const *copy_attributes(kt_mjcf *m, const char *const *attributes, const char *suffix) {
+    size_t count = 0;
+    while (attributes[count] != NULL)
+        count++;
+    const char **copy = kt_pool_take(&m->r->scratch, count + 1, sizeof *copy);
+    for (size_t i = 0; i < count && copy != NULL; i += 2) {
+        copy[i] = attributes[i];
+        copy[i + 1] = attributes[i + 1];
+        if (strcmp(attributes[i], "name") != 0)
+            continue;
+        const size_t room = strlen(attributes[i + 1]) + strlen(suffix) + 1;
+        char *name = kt_pool_take(&m->r->scratch, room, 1);
+        if (name == NULL)
+            return NULL;
+        (void)snprintf(name, room, "%s%s", attributes[i + 1], suffix);
+        copy[i + 1] = name;
+    }
+    return copy;
+}
+
+/* Copies what is in an element; false where there is no memory, or too much. */
+static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, const char *suffix) {
+    for (const kt_element *e = from->first; e != NULL; e = e->next) {
+        if (++m->elements > ELEMENTS_MOST)
+            return false;
+        kt_element *copy = kt_pool_take(&m->r->scratch, 1, sizeof *copy);
+        if (copy == NULL)
+            return kt_reader_out_of_memory(m->r);
+        *copy = *e;
+        copy->first = copy->last = copy->next = NULL;
+        copy->attributes = copy_attributes(m, e->attributes, suffix);
+        if (copy->attributes == NULL)
+            return kt_reader_out_of_memory(m->r);
+        hang_below(to, copy);
+        if (!copy_children(m, e, copy, suffix))
+            return false;
+    }
+    return true;
+}
+
+/* A <frame> that stands where a copy does. */
+static kt_element *make_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
+    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const kt_vec3 p = pose.position;
+    const char *childclass = kt_xml_attribute(e, "childclass");
+    kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
+    const char **attributes = kt_pool_take(&m->r->scratch, 7, sizeof *attributes);
+    char *text = kt_pool_take(&m->r->scratch, 240, 1);
+    if (frame == NULL || attributes == NULL || text == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    (void)snprintf(text, 100, "%.17g %.17g %.17g", p.x, p.y, p.z);
+    (void)snprintf(text + 100, 140, "%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z);
+    attributes[0] = "pos";
+    attributes[1] = text;
+    attributes[2] = "quat";
+    attributes[3] = text + 100;
+    attributes[4] = childclass != NULL ? "childclass" : NULL;
+    attributes[5] = childclass;
+    *frame = *e;
+    frame->name = "frame";
+    frame->attributes = attributes;
+    frame->first = frame->last = frame->next = NULL;
+    return frame;
+}
+
+/* The copies, each displaced from the one before by `offset` and turned by `euler`: copy k stands at T^k. */
+static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
+    static const char *const none[] = {NULL};
+    const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);
+    const char *separator = kt_xml_attribute(e, "sep");
+    kt_pose step = {.rotation = kt_mjcf_pose(m, e, NULL).rotation,
+                    .position = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
+    kt_pose at = kt_pose_identity();
+    *copies = (kt_element){.name = "frame", .attributes = none};
+    if (!(count >= 1.0 && count <= ELEMENTS_MOST && count == floor(count))) {
+        (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)ELEMENTS_MOST);
+        return;
+    }
+    int digits = 1;
+    for (double power = 10.0; power <= count; power *= 10.0)
+        digits++;
+    for (int k = 0; k < (int)count && !m->r->out_of_memory; k++) {
+        char suffix[80];
+        kt_element *frame = make_frame(m, e, at);
+        (void)snprintf(suffix, sizeof suffix, "%.40s%0*d", separator != NULL ? separator : "", digits < 8 ? digits : 8, k);
+        if (frame == NULL)
+            return;
+        if (++m->elements > ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {
+            if (!m->r->out_of_memory)
+                (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)ELEMENTS_MOST);
+            return;
+        }
+        hang_below(copies, frame);
+        at = kt_pose_compose(at, step);
+    }
+}
+
+/* From the inside out, since copies have copies. */
+static void expand_replicates(kt_mjcf *m, kt_element *parent) {
+    kt_element *before = NULL;
+    for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory && m->elements <= ELEMENTS_MOST;) {
+        expand_replicates(m, e);
+        if (strcmp(e->name, "replicate") == 0) {
+            kt_element copies, *next = e->next;
+            replicate(m, e, &copies);
+            (void)splice(parent, before, e, &copies);
+            before = copies.last != NULL ? copies.last : before;
+            e = next;
+            continue;
+        }
+        before = e;
+        e = e->next;
+    }
+}
+
+void kt_mjcf_expand(kt_mjcf *m) {
+    if (m->source->folder != NULL)
+        (void)is_repeated(m, m->source->path);
+    expand_includes(m, m->root, 0);
+}
+
+void kt_mjcf_replicate(kt_mjcf *m) { expand_replicates(m, m->root); }

@@ -1,0 +1,164 @@
+/* Notes, names, lists and numbers that the readers of robots share. */
+#include "import/robot.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is left out -------------------------------------------------------------------------------------------- */
+
+void kt_left_count(kt_left *left, const kt_element *e) {
+    if (left->count++ == 0)
+        left->first = e;
+}
+
+void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e) {
+    int i = 0;
+    while (i < unknown->count && strcmp(unknown->left[i].what, what) != 0)
+        i++;
+    if (i == KT_UNKNOWN_MOST)
+        i--;
+    if (i == unknown->count)
+        unknown->left[unknown->count++].what = i == KT_UNKNOWN_MOST - 1 ? "others" : what;
+    kt_left_count(&unknown->left[i], e);
+}
+
+void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase) {
+    for (int i = 0; i < unknown->count; i++)
+        kt_phrase_add(phrase, "%s%s (%d)", i > 0 ? ", " : "", unknown->left[i].what, unknown->left[i].count);
+}
+
+bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
+    *notes = (kt_notes){.r = r, .path = path};
+    notes->notes = kt_pool_take(&r->keep, KT_NOTES_MOST, sizeof *notes->notes);
+    return notes->notes != NULL || kt_reader_out_of_memory(r);
+}
+
+void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) {
+    char what[KT_MESSAGE_SIZE];
+    va_list arguments;
+    if (left->count == 0 || notes->notes == NULL || notes->count == KT_NOTES_MOST)
+        return;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    const char *path = left->first->file != NULL ? left->first->file : notes->path;
+    const size_t room = strlen(path) + 32;
+    char *where = kt_pool_take(&notes->r->keep, room, 1);
+    kt_scene_note *to = &notes->notes[notes->count++];
+    to->where = where;
+    to->what = kt_pool_text(&notes->r->keep, what, strlen(what));
+    if (to->where == NULL || to->what == NULL) {
+        (void)kt_reader_out_of_memory(notes->r);
+        return;
+    }
+    (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
+}
+
+/* ---- names of bodies --------------------------------------------------------------------------------------------- */
+
+bool kt_namer_init(kt_namer *namer, kt_reader *r, int most) {
+    *namer = (kt_namer){.r = r, .room = most + 1};
+    void *memory = kt_pool_take(&r->scratch, 1, kt_names_size((size_t)most + 1));
+    namer->namesakes = kt_pool_take(&r->scratch, (size_t)most + 1, sizeof *namer->namesakes);
+    if (memory == NULL || namer->namesakes == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_names_init(&namer->names, (size_t)most + 1, memory);
+    (void)kt_names_add(&namer->names, 0, "world", namer->count++);
+    return true;
+}
+
+const char *kt_namer_make(kt_namer *namer, const char *wanted) {
+    const size_t length = strlen(wanted);
+    char *name = kt_pool_take(&namer->r->keep, length + 16, 1);
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(namer->r);
+    if (name == NULL || length == 0 || namer->count == namer->room)
+        return "";
+    size_t at = (wanted[0] >= '0' && wanted[0] <= '9') || wanted[0] == '-' ? 1 : 0; /* '7th' becomes '_7th' */
+    name[0] = '_';
+    memcpy(name + at, wanted, length);
+    for (size_t i = 0; i < at + length; i++) {
+        const char test[] = {'_', name[i], '\0'};
+        if (!kt_name_is_valid(i == 0 ? test + 1 : test))
+            name[i] = '_';
+    }
+    at += length;
+    const int owner = kt_names_add(&namer->names, 0, name, namer->count);
+    if (owner >= 0) /* numbers go on where those of the last namesake ended: each is tried once */
+        do
+            (void)snprintf(name + at, 16, "_%d", ++namer->namesakes[owner] + 1);
+        while (kt_names_add(&namer->names, 0, name, namer->count) >= 0);
+    namer->count++;
+    return name;
+}
+
+/* ---- lists --------------------------------------------------------------------------------------------------------- */
+
+void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
+    if (list->count == list->room) {
+        const int room = list->room == 0 ? 8 : 2 * list->room;
+        void *items = list->room < 1 << 28 ? kt_pool_take(pool, (size_t)room, size) : NULL;
+        if (items == NULL) {
+            (void)kt_reader_out_of_memory(r);
+            return NULL;
+        }
+        if (list->count > 0)
+            memcpy(items, list->items, (size_t)list->count * size);
+        list->items = items;
+        list->room = room;
+    }
+    return (char *)list->items + (size_t)list->count++ * size;
+}
+
+/* ---- numbers, places ----------------------------------------------------------------------------------------------- */
+
+int kt_parse_numbers(const char *text, int most, double *values) {
+    static const char space[] = " \t\r\n";
+    int count = 0;
+    if (text[strspn(text, "+-.0123456789eE \t\r\n")] != '\0')
+        return -1; /* neither nan nor hexadecimal digits */
+    for (text += strspn(text, space); *text != '\0'; text += strspn(text, space)) {
+        char *end;
+        const double value = strtod(text, &end);
+        if (end == text || !isfinite(value) || (*end != '\0' && strchr(space, *end) == NULL) || count == most)
+            return -1;
+        values[count++] = value;
+        text = end;
+    }
+    return count;
+}
+
+kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
+    const kt_mat3 one = kt_mat3_identity();
+    const kt_quat q = kt_quat_from_matrix(matrix);
+    if (memcmp(&matrix, &one, sizeof one) == 0 || (q.x == 0.0 && q.y == 0.0 && q.z == 0.0))
+        return (kt_rotation){.type = KT_ROTATION_NONE};
+    return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
+}
+
+/* The place in the file itself: of what comes from an included file, where that is included. */
+static kt_mark mark_of(const kt_element *e) {
+    const kt_element *at = e->included != NULL ? e->included : e;
+    return (kt_mark){at->line, at->column};
+}
+
+bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *body_elements,
+                   const kt_element *const *loop_elements) {
+    const kt_description *d = &scene->description;
+    kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
+    kt_mark *bodies = kt_pool_take(&r->keep, (size_t)d->body_count + 1, sizeof *bodies);
+    kt_mark *loops = kt_pool_take(&r->keep, (size_t)d->loop_count + 1, sizeof *loops);
+    char *name = kt_pool_text(&r->keep, path, strlen(path));
+    if (marks == NULL || bodies == NULL || loops == NULL || name == NULL)
+        return kt_reader_out_of_memory(r);
+    for (int i = 0; i < d->body_count; i++)
+        bodies[i] = mark_of(body_elements[i]);
+    for (int i = 0; i < d->loop_count; i++)
+        loops[i] = mark_of(loop_elements[i]);
+    *marks = (kt_scene_marks){.path = name, .bodies = bodies, .loops = loops};
+    scene->marks = marks;
+    return true;
+}

@@ -1,0 +1,95 @@
+/* Robots in any of the formats: which one it is, by the root element. */
+#include "import/robot.h"
+#include "base/require.h"
+
+#include "scene/part.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct request {
+    const kt_robot_options *options;
+    const char *folder; /* of the file; NULL: it is text */
+} request;
+
+/* What a root element other than those that are read is. */
+static const char *known_as(const char *name) {
+    if (strcmp(name, "mujocoinclude") == 0)
+        return "; this is a part of a model in MJCF, which a model includes";
+    if (strcmp(name, "sdf") == 0)
+        return "; this is SDF, the format of Gazebo, which is not read";
+    return "";
+}
+
+static bool is_expanded(kt_reader *r, const kt_element *root) {
+    for (const kt_element *e = root->first; e != NULL; e = e->next)
+        if (strncmp(e->name, "xacro:", 6) == 0)
+            return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column,
+                                "<%.40s> is for the macro processor xacro; run it first, and read what it writes",
+                                e->name);
+    return true;
+}
+
+static void read_robot(kt_reader *r, const char *path, const char *text, size_t size, const void *user,
+                       kt_scene *scene) {
+    static const kt_robot_options standard;
+    const request *asked = user;
+    kt_element *root = NULL;
+    kt_robot_source source = {.options = asked->options != NULL ? asked->options : &standard,
+                              .path = path,
+                              .folder = asked->folder};
+    if (!kt_xml_parse(r, text, size, &root, &source.late))
+        return;
+    source.root = root;
+    if (strcmp(root->name, "mujoco") == 0)
+        kt_mjcf_scene(r, &source, scene);
+    else if (strcmp(root->name, "robot") != 0)
+        (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
+                           "a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, not with "
+                           "<%.40s>%s",
+                           root->name, known_as(root->name));
+    else if (is_expanded(r, root))
+        kt_urdf_scene(r, &source, scene);
+}
+
+static kt_status check_options(const kt_robot_options *o, kt_error *error) {
+    if (o != NULL && ((unsigned)o->inertia > KT_ROBOT_INERTIA_ACCEPT || !(o->density >= 0.0) || !isfinite(o->density)))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "",
+            "inertia is %d, density %g; give one of kt_robot_inertia, and a finite number, zero or above",
+            (int)o->inertia, o->density);
+    if (o == NULL || (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) &&
+                      o->stop_damping >= 0.0))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "",
+                        "stiffness and damping of stops cannot be %g and %g; give finite "
+                        "numbers, zero or above",
+                        o->stop_stiffness, o->stop_damping);
+}
+
+kt_status kt_robot_parse(const char *path, const char *text, size_t size, const kt_robot_options *options,
+                         kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+    KT_REQUIRE(error, text || !size, scene);
+    const request asked = {options, NULL};
+    const kt_status status = check_options(options, error);
+    return status != KT_OK ? status
+                           : kt_format_parse(read_robot, &asked, path, text, size, scene, report, user, error);
+}
+
+kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
+                        void *user, kt_error *error) {
+    KT_REQUIRE(error, path, scene);
+    const char *slash = strrchr(path, '/');
+    const size_t length = slash == NULL ? 0 : slash == path ? 1 : (size_t)(slash - path);
+    kt_pool pool = {0};
+    const kt_status status = check_options(options, error);
+    if (status != KT_OK)
+        return status;
+    const char *folder = slash != NULL ? kt_pool_text(&pool, path, length) : ".";
+    const request asked = {options, folder};
+    const kt_status read =
+        folder != NULL ? kt_format_read(read_robot, &asked, path, scene, report, user, error)
+                       : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for the path");
+    kt_pool_free(pool.chunks);
+    return read;
+}
