@@ -22,17 +22,17 @@ extern "C" {
 typedef enum kt_robot_inertia {
     KT_ROBOT_INERTIA_WARN = 0, /* those of rigid parts that break it by up to 10 %: they are told */
     KT_ROBOT_INERTIA_STRICT,   /* none: rigid parts have inertias of bodies */
-    KT_ROBOT_INERTIA_ACCEPT,   /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
+    KT_ROBOT_INERTIA_ACCEPT, /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
 } kt_robot_inertia;
 
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
 typedef struct kt_robot_options {
-    bool floating;           /* the root link moves freely; default: it is fixed to the world */
-    double stop_stiffness;   /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
-    double stop_damping;     /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+    bool floating;            /* the root link moves freely; default: it is fixed to the world */
+    double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
     kt_robot_inertia inertia; /* which inertias are accepted */
-    double density;          /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
-    const char *keyframe;    /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
+    double density;           /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
+    const char *keyframe;     /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
 } kt_robot_options;
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
@@ -65,10 +65,10 @@ typedef struct kt_robot_options {
  * kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to the
  * size of the files, and of what replicates make of them. */
 KT_API KT_CHECKED kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene,
-                                         kt_scene_report *report, void *user, kt_error *error);
+                                          kt_scene_report *report, void *user, kt_error *error);
 KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, size_t size,
-                                          const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
-                                          void *user, kt_error *error);
+                                           const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
+                                           void *user, kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -75,7 +75,10 @@ static void read_options(kt_mjcf *m) {
 /* ---- notes --------------------------------------------------------------------------------------------------------- */
 
 static void note_masses(kt_notes *n, const kt_mjcf *m) {
-    kt_note_put(n, &m->weighed, "bodies whose mass and inertia are those of their geoms: %d", m->weighed.count);
+    kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
+    kt_note_put(n, &m->mesh_masses,
+                "bodies without <inertial> of whose geoms some are meshes, whose masses are left out: %d",
+                m->mesh_masses.count);
     kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
                 m->bounded.count);
     kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",
@@ -87,9 +90,10 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->fixed_bodies, "bodies that are fixed to the world (--floating lets them move): %d",
                 m->fixed_bodies.count);
     kt_note_put(n, &m->freed, "bodies fixed to the world that move freely, by --floating: %d", m->freed.count);
-    kt_note_put(n, &m->several,
-                "joints beside others of a body, each on a body of its own without mass, which has the joint's name: %d",
-                m->several.count);
+    kt_note_put(
+        n, &m->several,
+        "joints beside others of a body, each on a body of its own without mass, which has the joint's name: %d",
+        m->several.count);
     kt_note_put(n, &m->offsets,
                 "joints beside the origin of their body, on a body of their own, which has the joint's name: %d",
                 m->offsets.count);
@@ -161,12 +165,10 @@ static bool init_names(kt_mjcf *m) {
 /* The faults that the description's own check finds, at the element that each comes from. */
 static void take_fault(void *user, const kt_place *place, const kt_error *error) {
     const kt_mjcf *m = user;
-    const kt_list *lists[] = {[KT_ITEM_BODY] = &m->body_elements,
-                              [KT_ITEM_LOOP] = &m->loop_elements,
-                              [KT_ITEM_EFFECT] = &m->effect_elements};
+    const kt_list *lists[] = {
+        [KT_ITEM_BODY] = &m->body_elements, [KT_ITEM_LOOP] = &m->loop_elements, [KT_ITEM_EFFECT] = &m->effect_elements};
     const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
-    const kt_element *e =
-        is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : m->root;
+    const kt_element *e = is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : m->root;
     const kt_element *at = e->included != NULL ? e->included : e;
     (void)kt_fault_put(m->r, error->code, at->line, at->column, "%s%s%s", error->where,
                        error->where[0] != '\0' ? ": " : "", error->message);

@@ -20,13 +20,13 @@ typedef enum kt_mjcf_from_geom { KT_MJCF_NEVER, KT_MJCF_ALWAYS, KT_MJCF_AUTO } k
 
 /* What <compiler> says; the comments tell what is taken if it is silent. */
 typedef struct kt_mjcf_settings {
-    double angle;                  /* radians a unit: degrees */
-    char sequence[4];              /* of Euler angles: xyz, about carried axes; capital letters: fixed ones */
-    bool autolimits;               /* a range is a limit unless `limited` says otherwise: true */
-    double total_mass;             /* <= 0: as it is */
-    bool balance;                  /* inertias that no body has become spheres': false */
-    double mass_least, least;      /* of masses and principal moments: 0 */
-    kt_mjcf_from_geom from_geom;   /* inertia from geoms: where there is no <inertial> */
+    double angle;                   /* radians a unit: degrees */
+    char sequence[4];               /* of Euler angles: xyz, about carried axes; capital letters: fixed ones */
+    bool autolimits;                /* a range is a limit unless `limited` says otherwise: true */
+    double total_mass;              /* <= 0: as it is */
+    bool balance;                   /* inertias that no body has become spheres': false */
+    double mass_least, least;       /* of masses and principal moments: 0 */
+    kt_mjcf_from_geom from_geom;    /* inertia from geoms: where there is no <inertial> */
     double group_first, group_last; /* of geoms that have mass: 0 to 5 */
     const char *mesh_folder;
     bool exact_meshes; /* volumes with signs: false */
@@ -47,7 +47,7 @@ typedef struct kt_mjcf_body {
     kt_shape shape;
     kt_list markers; /* kt_marker */
     int first_joint, joint_count;
-    bool is_explicit; /* it has an <inertial> that is taken */
+    int lost_meshes; /* geoms whose mass is not known */
 } kt_mjcf_body;
 
 typedef enum kt_mjcf_motion { KT_MJCF_FREE, KT_MJCF_BALL, KT_MJCF_SLIDE, KT_MJCF_HINGE } kt_mjcf_motion;
@@ -114,7 +114,8 @@ typedef struct kt_mjcf {
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
     kt_left limits, contacts, pictures, meshes, offsets, several, mocap, soft, inactive, keys, tied, lost_limits, freed;
-    kt_left balanced, bounded, weighed, unnamed_sites, fluid, renamed, friction, servos, motors, fixed_bodies;
+    kt_left mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos, motors,
+        fixed_bodies;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */

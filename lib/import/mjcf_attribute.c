@@ -132,7 +132,8 @@ int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char
     const int count = kt_parse_numbers(text, room, read);
     if (count < least) {
         if (least == most)
-            (void)kt_mjcf_fault(m, e, "%s: expected %d number%s, found '%.60s'", name, least, least > 1 ? "s" : "", text);
+            (void)kt_mjcf_fault(m, e, "%s: expected %d number%s, found '%.60s'", name, least, least > 1 ? "s" : "",
+                                text);
         else
             (void)kt_mjcf_fault(m, e, "%s: expected %d to %d numbers, found '%.60s'", name, least, most, text);
         return 0;

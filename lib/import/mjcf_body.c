@@ -52,7 +52,8 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     j->lower = angle_of(m, j) * range[0];
     j->upper = angle_of(m, j) * range[1];
     if (j->lower > j->upper)
-        (void)kt_mjcf_fault(m, j->element, "range: the lower limit, %g, is above the upper one, %g", range[0], range[1]);
+        (void)kt_mjcf_fault(m, j->element, "range: the lower limit, %g, is above the upper one, %g", range[0],
+                            range[1]);
     kt_left_count(&m->limits, j->element);
 }
 
@@ -64,8 +65,7 @@ static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) 
     if (j == NULL)
         return;
     *j = (kt_mjcf_joint){.element = e, .tag = is_freejoint ? NULL : "joint", .body = body, .carrier_index = -1};
-    j->type = is_freejoint ? KT_MJCF_FREE
-                           : (kt_mjcf_motion)kt_mjcf_choice(m, e, j->tag, "type", words, KT_MJCF_HINGE);
+    j->type = is_freejoint ? KT_MJCF_FREE : (kt_mjcf_motion)kt_mjcf_choice(m, e, j->tag, "type", words, KT_MJCF_HINGE);
     const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0), z = kt_vec3_make(0.0, 0.0, 1.0);
     j->at = j->type != KT_MJCF_FREE ? kt_pose_apply(frame, kt_mjcf_vector(m, e, j->tag, "pos", zero)) : zero;
     j->axis = kt_mat3_apply(frame.rotation, kt_mjcf_vector(m, e, j->tag, "axis", z));
@@ -102,8 +102,7 @@ static void add_site(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_add_name(m, KT_MJCF_SITES, e, m->sites.count);
     kt_mjcf_site *site = kt_list_add(m->r, &m->r->scratch, &m->sites, sizeof *site);
     if (site != NULL)
-        *site = (kt_mjcf_site){
-            .element = e, .body = body, .pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "site"))};
+        *site = (kt_mjcf_site){.element = e, .body = body, .pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "site"))};
 }
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
@@ -221,15 +220,12 @@ static void set_numbers(double *to, int count, const double *from) {
         to[i] = from[i];
 }
 
-static void start_quaternion(double *to, kt_quat q) {
-    set_numbers(to, 4, (const double[]){q.w, q.x, q.y, q.z});
-}
+static void start_quaternion(double *to, kt_quat q) { set_numbers(to, 4, (const double[]){q.w, q.x, q.y, q.z}); }
 
 /* A free joint counts from the world, not from the place of the body, which is where it starts. */
 static void fill_free(const kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j, kt_joint *joint) {
     joint->type = KT_JOINT_FREE;
-    set_numbers(joint->position, 3,
-                (const double[]){b->pose.position.x, b->pose.position.y, b->pose.position.z});
+    set_numbers(joint->position, 3, (const double[]){b->pose.position.x, b->pose.position.y, b->pose.position.z});
     start_quaternion(joint->position + 3, kt_quat_from_matrix(b->pose.rotation));
     if (m->qpos != NULL)
         set_numbers(joint->position, 7, m->qpos + j->position);

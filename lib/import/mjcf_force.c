@@ -120,8 +120,7 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
 /* A part of the weight is taken away, at the centre of mass. */
 static void float_body(kt_mjcf *m, const kt_mjcf_body *b, kt_vec3 gravity) {
     const double g[3] = {gravity.x, gravity.y, gravity.z};
-    kt_effect *effect =
-        b->gravcomp != 0.0 && b->mass > 0.0 ? kt_mjcf_add_effect(m, b->element, KT_EFFECT_FORCE) : NULL;
+    kt_effect *effect = b->gravcomp != 0.0 && b->mass > 0.0 ? kt_mjcf_add_effect(m, b->element, KT_EFFECT_FORCE) : NULL;
     if (effect == NULL)
         return;
     effect->between[0].body = b->name;
@@ -305,8 +304,8 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, actuator *a) {
 }
 
 static bool is_actuator(const kt_element *e) {
-    static const char *const names[] = {"general", "motor", "position", "velocity", "damper", "intvelocity",
-                                        "cylinder", "muscle", "adhesion"};
+    static const char *const names[] = {"general",     "motor",    "position", "velocity", "damper",
+                                        "intvelocity", "cylinder", "muscle",   "adhesion"};
     bool found = false;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         found = found || strcmp(e->name, names[i]) == 0;
@@ -337,14 +336,15 @@ static const char *common_tag(const kt_mjcf *m, const kt_element *e, const char 
 
 static bool read_limit(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
     const char *tag = common_tag(m, e, name);
-    return tag != NULL && kt_mjcf_is_limited(m, e, common_tag(m, e, limited) != NULL ? common_tag(m, e, limited) : tag,
-                                             limited, name) &&
+    return tag != NULL &&
+           kt_mjcf_is_limited(m, e, common_tag(m, e, limited) != NULL ? common_tag(m, e, limited) : tag, limited,
+                              name) &&
            kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
 }
 
 /* What an actuator acts along; false where that is left out, which is counted. */
 static bool find_line(kt_mjcf *m, const kt_element *e, line *l) {
-    const char *attribute = kt_xml_attribute(e, "joint") != NULL            ? "joint"
+    const char *attribute = kt_xml_attribute(e, "joint") != NULL           ? "joint"
                             : kt_xml_attribute(e, "jointinparent") != NULL ? "jointinparent"
                                                                            : "tendon";
     *l = (line){.element = e, .factor = 1.0};
@@ -378,7 +378,8 @@ static void force_of(const actuator *a, double control, double c[3]) {
                (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
 }
 
-static void add_servo(kt_mjcf *m, const line *l, const double c[3], double gear, const double force[2], bool is_limited) {
+static void add_servo(kt_mjcf *m, const line *l, const double c[3], double gear, const double force[2],
+                      bool is_limited) {
     const double stiffness = -gear * gear * c[1], damping = -gear * gear * c[2], push = gear * c[0];
     kt_effect *servo = add_along(m, l, KT_EFFECT_SERVO);
     double *line_of_time = kt_pool_take(&m->r->keep, 2, sizeof *line_of_time);
@@ -388,7 +389,8 @@ static void add_servo(kt_mjcf *m, const line *l, const double c[3], double gear,
     }
     servo->stiffness = stiffness;
     servo->damping = damping;
-    line_of_time[1] = stiffness > 0.0 ? 0.0 : push / damping; /* without stiffness the target's rate is that of the control */
+    line_of_time[1] =
+        stiffness > 0.0 ? 0.0 : push / damping; /* without stiffness the target's rate is that of the control */
     servo->target = stiffness > 0.0 || push == 0.0 ? kt_function_constant(stiffness > 0.0 ? push / stiffness : 0.0)
                                                    : kt_function_polynomial(line_of_time, 2);
     if (is_limited && force[0] == -force[1] && force[1] > 0.0)

@@ -27,6 +27,7 @@ typedef struct geom {
     double mass;
     kt_vec3 com;     /* body frame */
     kt_sym3 inertia; /* about com, body axes */
+    bool is_lost;    /* a mesh, whose mass is not known */
 } geom;
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
@@ -54,8 +55,7 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
         }
     if (!has_ends || need != 1 || kt_mjcf_numbers(m, e, "geom", "fromto", 6, 6, ends) != 6)
         return;
-    const double half =
-        0.5 * kt_vec3_norm(kt_vec3_make(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]));
+    const double half = 0.5 * kt_vec3_norm(kt_vec3_make(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]));
     g->size[1] = g->size[2] = half;
     if (g->type == BOX || g->type == ELLIPSOID)
         g->size[1] = g->size[0];
@@ -64,12 +64,18 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
 static double volume_of(const geom *g) {
     const double a = g->size[0], b = g->size[1], c = g->size[2];
     switch (g->type) {
-    case SPHERE: return 4.0 / 3.0 * pi * a * a * a;
-    case CAPSULE: return 2.0 * pi * a * a * b + 4.0 / 3.0 * pi * a * a * a;
-    case ELLIPSOID: return 4.0 / 3.0 * pi * a * b * c;
-    case CYLINDER: return 2.0 * pi * a * a * b;
-    case BOX: return 8.0 * a * b * c;
-    default: return 0.0;
+    case SPHERE:
+        return 4.0 / 3.0 * pi * a * a * a;
+    case CAPSULE:
+        return 2.0 * pi * a * a * b + 4.0 / 3.0 * pi * a * a * a;
+    case ELLIPSOID:
+        return 4.0 / 3.0 * pi * a * b * c;
+    case CYLINDER:
+        return 2.0 * pi * a * a * b;
+    case BOX:
+        return 8.0 * a * b * c;
+    default:
+        return 0.0;
     }
 }
 
@@ -85,31 +91,39 @@ static kt_vec3 moments_of(const geom *g) {
     const double a = g->size[0], b = g->size[1], c = g->size[2];
     const double across = (3.0 * a * a + 4.0 * b * b) / 12.0;
     switch (g->type) {
-    case SPHERE: return kt_vec3_make(0.4 * a * a, 0.4 * a * a, 0.4 * a * a);
-    case CAPSULE: return capsule_moments(a, b);
-    case ELLIPSOID: return kt_vec3_make((b * b + c * c) / 5.0, (a * a + c * c) / 5.0, (a * a + b * b) / 5.0);
-    case CYLINDER: return kt_vec3_make(across, across, 0.5 * a * a);
-    case BOX: return kt_vec3_make((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0);
-    default: return kt_vec3_make(0.0, 0.0, 0.0);
+    case SPHERE:
+        return kt_vec3_make(0.4 * a * a, 0.4 * a * a, 0.4 * a * a);
+    case CAPSULE:
+        return capsule_moments(a, b);
+    case ELLIPSOID:
+        return kt_vec3_make((b * b + c * c) / 5.0, (a * a + c * c) / 5.0, (a * a + b * b) / 5.0);
+    case CYLINDER:
+        return kt_vec3_make(across, across, 0.5 * a * a);
+    case BOX:
+        return kt_vec3_make((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0);
+    default:
+        return kt_vec3_make(0.0, 0.0, 0.0);
     }
 }
 
 /* ---- geoms --------------------------------------------------------------------------------------------------------- */
 
 /* The mass that a geom gives to its body. */
-static void weigh(kt_mjcf *m, const kt_element *e, geom *g) {
+static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
     const double volume = volume_of(g), group = kt_mjcf_number(m, e, "geom", "group", 0.0);
-    double mass = volume * kt_mjcf_number(m, e, "geom", "density", 1000.0);
+    const double density = kt_mjcf_number(m, e, "geom", "density", 1000.0);
+    double mass = volume * density;
     (void)kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass);
-    if (group < m->settings.group_first || group > m->settings.group_last || !(volume > 0.0))
+    const bool counts = group >= m->settings.group_first && group <= m->settings.group_last;
+    g->is_lost = g->type == MESH && counts && (mass > 0.0 || density > 0.0);
+    if (!counts || !(volume > 0.0))
         mass = 0.0;
     if (mass < 0.0)
         (void)kt_mjcf_fault(m, e, "the mass is below zero");
     const kt_vec3 moments = kt_vec3_scale(mass, moments_of(g));
     g->mass = mass;
     g->com = g->pose.position;
-    g->inertia =
-        kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
+    g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
 }
 
 static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
@@ -120,33 +134,8 @@ static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
         g.type = MESH;
     if (sizes_of(g.type, false) > 0)
         read_size(m, e, &g);
-    weigh(m, e, &g);
+    set_mass(m, e, &g);
     return g;
-}
-
-/* Adds a mass to the mass, first moment and inertia about the body's origin. */
-static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
-    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
-    const geom g = read_geom(m, e, frame);
-    b->mass += g.mass;
-    b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
-    b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
-}
-
-/* Mass, com and inertia of all geoms: summed about the origin, and taken back to the centre of mass. */
-static void weigh_geoms(kt_mjcf *m, int body) {
-    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
-    b->mass = 0.0;
-    b->com = kt_vec3_make(0.0, 0.0, 0.0);
-    b->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
-    if (!(b->mass > 0.0)) {
-        b->com = kt_vec3_make(0.0, 0.0, 0.0);
-        return;
-    }
-    b->com = kt_vec3_scale(1.0 / b->mass, b->com);
-    b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
-    kt_left_count(&m->weighed, b->element);
 }
 
 /* ---- pictures ------------------------------------------------------------------------------------------------------ */
@@ -167,18 +156,41 @@ static void picture_of(const geom *g, kt_shape *shape) {
 }
 
 /* The picture of a body is the first solid of its geoms that a scene has; a capsule is drawn as a cylinder. */
-static void add_picture(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const bool is_drawn = g->type == SPHERE || g->type == CAPSULE || g->type == CYLINDER || g->type == BOX;
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
         kt_left_count(&m->contacts, e);
-    const geom g = read_geom(m, e, frame);
-    const bool is_drawn = g.type == SPHERE || g.type == CAPSULE || g.type == CYLINDER || g.type == BOX;
-    if (g.type == MESH)
+    if (g->type == MESH)
         kt_left_count(&m->meshes, e);
     else if (body == 0 || !is_drawn || b->shape.type != KT_SHAPE_NONE)
         kt_left_count(&m->pictures, e);
     else
-        picture_of(&g, &b->shape);
+        picture_of(g, &b->shape);
+}
+
+/* ---- all geoms of a body ------------------------------------------------------------------------------------------- */
+
+/* Adds a geom to the mass, first moment and inertia about the body's origin. */
+static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const geom g = read_geom(m, e, frame);
+    b->mass += g.mass;
+    b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
+    b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
+    b->lost_meshes += g.is_lost;
+    add_picture(m, e, body, &g);
+}
+
+/* Takes the sums back to the centre of mass. */
+static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
+    if (b->lost_meshes > 0)
+        kt_left_count(&m->mesh_masses, b->element);
+    if (!(b->mass > 0.0))
+        return;
+    b->com = kt_vec3_scale(1.0 / b->mass, b->com);
+    b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
+    kt_left_count(&m->by_geoms, b->element);
 }
 
 /* ---- <inertial> ---------------------------------------------------------------------------------------------------- */
@@ -186,7 +198,6 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, kt_pose frame
 static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
     const kt_pose pose = kt_mjcf_pose(m, e, NULL);
     double full[6] = {0.0};
-    b->is_explicit = true;
     b->com = pose.position;
     if (kt_xml_attribute(e, "mass") == NULL || kt_xml_attribute(e, "pos") == NULL)
         (void)kt_mjcf_fault(m, e, "the attribute '%s' is missing",
@@ -199,15 +210,19 @@ static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
 
 void kt_mjcf_masses(kt_mjcf *m, int body) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
-    const kt_element *inertial = kt_xml_child(b->element, "inertial");
+    const kt_element *inertial = body > 0 ? kt_xml_child(b->element, "inertial") : NULL;
     b->shape = kt_shape_default();
-    kt_mjcf_for_each(m, b->element, "geom", body, add_picture);
-    if (body == 0)
-        return;
-    if (inertial != NULL && m->settings.from_geom != KT_MJCF_ALWAYS)
-        read_inertial(m, inertial, b);
-    else if (m->settings.from_geom != KT_MJCF_NEVER)
-        weigh_geoms(m, body);
+    kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
+    const kt_mjcf_from_geom how = m->settings.from_geom;
+    if (body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL))) {
+        centre_geoms(m, b);
+    } else {
+        b->mass = 0.0;
+        b->com = kt_vec3_make(0.0, 0.0, 0.0);
+        b->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        if (inertial != NULL)
+            read_inertial(m, inertial, b);
+    }
 }
 
 /* ---- the compiler's settings --------------------------------------------------------------------------------------- */

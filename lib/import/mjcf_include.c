@@ -34,8 +34,8 @@ static bool lies_in(const char *path, const char *folder) {
     char *file = realpath(path, NULL), *base = realpath(folder, NULL);
     const size_t length = base != NULL ? strlen(base) : 0;
     const bool is_root = length == 1; /* "/" */
-    const bool lies = file == NULL || (base != NULL && strncmp(file, base, length) == 0 &&
-                                       (is_root || file[length] == '/'));
+    const bool lies =
+        file == NULL || (base != NULL && strncmp(file, base, length) == 0 && (is_root || file[length] == '/'));
     free(file);
     free(base);
     return lies;
@@ -86,9 +86,10 @@ static kt_element *read_file(kt_mjcf *m, const kt_element *e, const char *path) 
 static kt_element *include(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "file");
     if (name == NULL || !is_inner(name)) {
-        (void)kt_mjcf_fault(m, e, "%s", name == NULL ? "the attribute 'file' is missing"
-                                                     : "a file is included from the model's folder alone, by a path "
-                                                       "without '..' at the beginning or within");
+        (void)kt_mjcf_fault(m, e, "%s",
+                            name == NULL ? "the attribute 'file' is missing"
+                                         : "a file is included from the model's folder alone, by a path "
+                                           "without '..' at the beginning or within");
         return NULL;
     }
     if (m->source->folder == NULL) {
@@ -236,6 +237,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
                     .position = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
     kt_pose at = kt_pose_identity();
     *copies = (kt_element){.name = "frame", .attributes = none};
+    if (m->elements > ELEMENTS_MOST)
+        return; /* which has been reported */
     if (!(count >= 1.0 && count <= ELEMENTS_MOST && count == floor(count))) {
         (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)ELEMENTS_MOST);
         return;
@@ -246,7 +249,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
     for (int k = 0; k < (int)count && !m->r->out_of_memory; k++) {
         char suffix[80];
         kt_element *frame = make_frame(m, e, at);
-        (void)snprintf(suffix, sizeof suffix, "%.40s%0*d", separator != NULL ? separator : "", digits < 8 ? digits : 8, k);
+        (void)snprintf(suffix, sizeof suffix, "%.40s%0*d", separator != NULL ? separator : "", digits < 8 ? digits : 8,
+                       k);
         if (frame == NULL)
             return;
         if (++m->elements > ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {

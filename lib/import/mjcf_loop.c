@@ -77,8 +77,8 @@ static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
         return false;
     (void)kt_mjcf_numbers(m, e, NULL, "relpose", 7, 7, v);
     const kt_quat q = kt_quat_make(v[3], v[4], v[5], v[6]);
-    kt_pose pose = kt_pose_compose(kt_pose_invert(kt_mjcf_body_at(m, bodies[0])->world),
-                                   kt_mjcf_body_at(m, bodies[1])->world);
+    kt_pose pose =
+        kt_pose_compose(kt_pose_invert(kt_mjcf_body_at(m, bodies[0])->world), kt_mjcf_body_at(m, bodies[1])->world);
     if (kt_quat_norm_squared(q) > 0.0) {
         pose.position = kt_vec3_make(v[0], v[1], v[2]);
         pose.rotation = kt_matrix_from_quat(kt_quat_normalize(q));

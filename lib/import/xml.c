@@ -209,7 +209,8 @@ static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
     XML_SetElementHandler(x->parser, start, end);
     XML_SetCharacterDataHandler(x->parser, add_text);
     XML_SetStartDoctypeDeclHandler(x->parser, refuse_type);
-    const bool done = XML_Parse(x->parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
+    const bool done =
+        XML_Parse(x->parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
     const enum XML_Error code = XML_GetErrorCode(x->parser);
     const kt_element place = here(x);
     if (!done && code == XML_ERROR_NO_MEMORY)

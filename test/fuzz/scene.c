@@ -1,4 +1,4 @@
-/* The readers of scenes and of robots in URDF (FUZZ_URDF), for any text: each says what is wrong, or reads a scene
+/* The readers of scenes and of robots in URDF and MJCF (FUZZ_ROBOT), for any text: each says what is wrong, or reads a scene
  * which, written, reads as the same. */
 #include "fuzz.h"
 #include "kinetree/import.h"
@@ -63,7 +63,7 @@ static void write_and_read(kt_scene *scene) {
     kt_scene_free(&again);
 }
 
-#ifdef FUZZ_URDF
+#ifdef FUZZ_ROBOT
 static kt_status read_robot(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
                             void *user, kt_error *error) {
     static const kt_robot_options options = {.floating = true, .stop_stiffness = 1e4, .stop_damping = 1.0};

@@ -23,6 +23,7 @@ typedef struct pair {
     mjModel *m;
     mjData *d;
     int nq, nv, *at, *bodies; /* MuJoCo's velocity of each of ours; its body of each of ours, -1: none */
+    int *carrier;             /* our body of each of MuJoCo's joints */
     double *q, *v, *a, *tau, *matrix, *theirs;
 } pair;
 
@@ -42,17 +43,22 @@ static int our_body(const kt_model *model, const char *theirs) {
     return -1;
 }
 
-/* The body of ours that has MuJoCo's joint: its own, or the body's own, which has as many coordinates. */
-static int carrier_of(const pair *p, int joint) {
+/* The bodies of ours that have MuJoCo's joints: both are in the order of the file. What moves beyond them are lengths of tendons. */
+static bool find_carriers(pair *p) {
     static const int dofs[] = {[mjJNT_FREE] = 6, [mjJNT_BALL] = 3, [mjJNT_SLIDE] = 1, [mjJNT_HINGE] = 1};
-    const mjModel *m = p->m;
-    const char *names[] = {m->names + m->name_jntadr[joint], m->names + m->name_bodyadr[m->jnt_bodyid[joint]]};
-    for (int i = 0; i < 2; i++) {
-        const int b = our_body(p->model, names[i]);
-        if (b >= 0 && kt_body_coordinates(p->model, b).nv == dofs[m->jnt_type[joint]])
-            return b;
+    int joint = 0;
+    for (int i = 0; i < p->scene.description.body_count && joint < p->m->njnt; i++) {
+        const kt_body *body = &p->scene.description.bodies[i];
+        if (body->joint.type == KT_JOINT_FIXED)
+            continue;
+        p->carrier[joint] = our_body(p->model, body->name);
+        if (!kt_check_true("it has the joint",
+                           p->carrier[joint] >= 0 &&
+                               kt_body_coordinates(p->model, p->carrier[joint]).nv == dofs[p->m->jnt_type[joint]]))
+            return false;
+        joint++;
     }
-    return -1;
+    return kt_check_equal_int("joints", joint, p->m->njnt);
 }
 
 /* ---- loading --------------------------------------------------------------------------------------------------------- */
@@ -67,15 +73,18 @@ static void release(pair *p) {
         mj_deleteModel(p->m);
     free(p->at);
     free(p->bodies);
+    free(p->carrier);
     free(p->q);
 }
 
 static bool take_memory(pair *p) {
-    const size_t nq = (size_t)p->nq + 1, nv = (size_t)p->nv + 1, bodies = (size_t)kt_model_body_count(p->model);
+    const size_t nq = (size_t)kt_model_nq(p->model) + 1, nv = (size_t)kt_model_nv(p->model) + 1,
+                 bodies = (size_t)kt_model_body_count(p->model);
     p->at = calloc(nv, sizeof *p->at);
     p->bodies = calloc(bodies, sizeof *p->bodies);
+    p->carrier = calloc((size_t)p->m->njnt + 1, sizeof *p->carrier);
     p->q = calloc(nq + 3 * nv + 2 * nv * nv, sizeof *p->q);
-    if (p->at == NULL || p->bodies == NULL || p->q == NULL)
+    if (p->at == NULL || p->bodies == NULL || p->carrier == NULL || p->q == NULL)
         return kt_check_true("there is memory", false);
     p->v = p->q + nq;
     p->a = p->v + nv;
@@ -113,14 +122,10 @@ static bool load(pair *p, const char *path, const kt_robot_options *options) {
         if (b > 0)
             p->bodies[b] = i;
     }
+    if (!find_carriers(p))
+        return false;
     for (int j = 0; j < p->m->njnt; j++) {
-        const int b = carrier_of(p, j);
-        if (b < 0) {
-            kt_note("joint %s of body %s", p->m->names + p->m->name_jntadr[j],
-                    p->m->names + p->m->name_bodyadr[p->m->jnt_bodyid[j]]);
-            return kt_check_true("it has the joint", false);
-        }
-        const kt_coordinates c = kt_body_coordinates(p->model, b);
+        const kt_coordinates c = kt_body_coordinates(p->model, p->carrier[j]);
         for (int k = 0; k < c.nv; k++)
             p->at[c.v + k] = p->m->jnt_dofadr[j] + k;
     }
@@ -138,7 +143,7 @@ static void set_state(pair *p, kt_random *random) {
     for (int i = 0; i < p->nv; i++)
         p->d->qvel[i] = kt_random_uniform(random, -2.0, 2.0);
     for (int j = 0; j < m->njnt; j++) {
-        const kt_coordinates c = kt_body_coordinates(p->model, carrier_of(p, j));
+        const kt_coordinates c = kt_body_coordinates(p->model, p->carrier[j]);
         memcpy(p->q + c.q, p->d->qpos + m->jnt_qposadr[j], (size_t)c.nq * sizeof *p->q);
         memcpy(p->v + c.v, p->d->qvel + m->jnt_dofadr[j], (size_t)c.nv * sizeof *p->v);
     }
@@ -210,8 +215,8 @@ static void compare_forces(pair *p, findings *f, double bound) {
 static void compare_tree(const char *path, const kt_robot_options *options, bool forces, double bound) {
     pair p;
     kt_random random = kt_random_of_test();
-    findings f = {kt_worst_make("mass matrix"), kt_worst_make("bias force"),    kt_worst_make("place, m"),
-                  kt_worst_make("orientation"), kt_worst_make("forces"), kt_worst_make("accelerations")};
+    findings f = {kt_worst_make("mass matrix"), kt_worst_make("bias force"), kt_worst_make("place, m"),
+                  kt_worst_make("orientation"), kt_worst_make("forces"),     kt_worst_make("accelerations")};
     if (load(&p, path, options) && kt_check_equal_int("degrees of freedom", kt_model_nv(p.model), p.nv)) {
         for (int n = 0; n < STATES; n++) {
             set_state(&p, &random);
@@ -228,12 +233,133 @@ static void compare_tree(const char *path, const kt_robot_options *options, bool
     release(&p);
 }
 
-KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) {
-    compare_tree(MODELS "/tree.xml", NULL, true, 1e-9);
+KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) { compare_tree(MODELS "/tree.xml", NULL, true, 1e-9); }
+
+KT_TEST(masses_follow_the_settings_of_the_compiler) { compare_tree(MODELS "/masses.xml", NULL, true, 1e-13); }
+
+/* ---- fixed tendons and equalities ---------------------------------------------------------------------------------------- */
+
+static const char *name_of(const mjModel *m, int address) { return m->names + address; }
+
+static const kt_loop *find_loop(const pair *p, const char *name) {
+    for (int i = 0; i < p->scene.description.loop_count; i++)
+        if (strcmp(p->scene.description.loops[i].name, name) == 0)
+            return &p->scene.description.loops[i];
+    return NULL;
 }
 
-KT_TEST(masses_follow_the_settings_of_the_compiler) {
-    compare_tree(MODELS "/masses.xml", NULL, true, 1e-13);
+/* The position of one of our joints in a state of MuJoCo: its own, or a tendon's length. */
+static double position_of(const pair *p, const char *joint, bool rate) {
+    const mjModel *m = p->m;
+    for (int j = 0; j < m->njnt; j++)
+        if (strcmp(kt_body_name(p->model, p->carrier[j]), joint) == 0)
+            return rate ? p->d->qvel[m->jnt_dofadr[j]] : p->d->qpos[m->jnt_qposadr[j]];
+    for (int t = 0; t < m->ntendon; t++)
+        if (strcmp(name_of(m, m->name_tendonadr[t]), joint) == 0)
+            return rate ? p->d->ten_velocity[t] : p->d->ten_length[t];
+    kt_check_true(joint, false);
+    return (double)NAN;
+}
+
+/* Forces of tendons reach the joints: the accelerations are MuJoCo's, whose model has no equality then. */
+KT_TEST(fixed_tendons_pull_as_those_of_mujoco) {
+    pair p;
+    kt_random random = kt_random_of_test();
+    kt_error error = {0};
+    kt_worst worst = kt_worst_make("accelerations");
+    if (load(&p, MODELS "/tendons.xml", NULL)) {
+        kt_check_equal_int("lengths of tendons", kt_model_nv(p.model) - p.nv, 2);
+        for (int n = 0; n < STATES; n++) {
+            set_state(&p, &random);
+            mj_forward(p.m, p.d);
+            for (int b = 1; b < kt_model_body_count(p.model); b++) {
+                const kt_coordinates c = kt_body_coordinates(p.model, b);
+                if (c.nv == 1) {
+                    p.q[c.q] = position_of(&p, kt_body_name(p.model, b), false);
+                    p.v[c.v] = position_of(&p, kt_body_name(p.model, b), true);
+                }
+            }
+            if (kt_acceleration_evaluate(p.model, p.data, 0.0, p.q, p.v, NULL, NULL, p.a, &error) != KT_OK)
+                kt_worst_below(&worst, (double)NAN, 0.0, "%s", error.message);
+            double most = 0.0;
+            for (int i = 0; i < p.nv; i++)
+                most = fmax(most, fabs(p.d->qacc[i]));
+            for (int j = 0; j < p.m->njnt; j++)
+                for (int k = 0; k < kt_body_coordinates(p.model, p.carrier[j]).nv; k++)
+                    kt_worst_near(&worst, p.a[kt_body_coordinates(p.model, p.carrier[j]).v + k],
+                                  p.d->qacc[p.m->jnt_dofadr[j] + k], 1e-12 * most, "joint %d", j);
+        }
+        kt_check_worst(&worst);
+    }
+    release(&p);
+}
+
+/* The place of an end in the world, where MuJoCo's bodies stand. */
+static kt_pose place_of(const pair *p, const kt_end *end) {
+    int body = 0;
+    for (int i = 1; i < p->m->nbody; i++)
+        body = end->body != NULL && strcmp(name_of(p->m, p->m->name_bodyadr[i]), end->body) == 0 ? i : body;
+    kt_pose pose = kt_pose_identity(), own = kt_pose_identity();
+    const mjtNum *x = p->d->xpos + 3 * body, *r = p->d->xmat + 9 * body;
+    pose.position = kt_vec3_make(x[0], x[1], x[2]);
+    pose.rotation.x = kt_vec3_make(r[0], r[3], r[6]);
+    pose.rotation.y = kt_vec3_make(r[1], r[4], r[7]);
+    pose.rotation.z = kt_vec3_make(r[2], r[5], r[8]);
+    own.position = end->at;
+    if (end->rotation.type != KT_ROTATION_NONE)
+        (void)!kt_rotation_evaluate(&end->rotation, &own.rotation, NULL);
+    return kt_pose_compose(pose, own);
+}
+
+/* The residual of a coupling, and MuJoCo's: y - y0 - a0 - a1 (x - x0). */
+static void compare_coupling(const pair *p, const kt_loop *loop, const mjtNum *theirs, kt_worst *worst) {
+    double sum = -loop->offset;
+    for (int k = 0; k < loop->term_count; k++)
+        sum += loop->terms[k].coefficient * position_of(p, loop->terms[k].joint, false);
+    kt_worst_near(worst, sum, theirs[0], 1e-14, "%s", loop->name);
+}
+
+/* The distance of both points along the world's axes; a weld's orientations agree where its residual does. */
+static void compare_ends(const pair *p, const kt_loop *loop, const mjtNum *theirs, kt_worst *worst) {
+    const kt_pose a = place_of(p, &loop->between[0]), b = place_of(p, &loop->between[1]);
+    const kt_vec3 d = kt_vec3_sub(a.position, b.position);
+    for (int k = 0; k < 3; k++)
+        kt_worst_near(worst, (&d.x)[k], theirs[k], 1e-14, "%s, %d", loop->name, k);
+    if (loop->type != KT_LOOP_WELD)
+        return;
+    /* MuJoCo: the vector part of the quaternion between both, so that its norm is the sine of half the angle */
+    const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
+    const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
+    const double norm = kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5]));
+    kt_worst_near(worst, sin(0.5 * angle), norm, 1e-14, "%s, sine of half the angle", loop->name);
+}
+
+KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
+    pair p;
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("residual");
+    int compared = 0;
+    if (load(&p, MODELS "/ties.xml", NULL)) {
+        p.m->opt.disableflags &= ~mjDSBL_CONSTRAINT;
+        for (int n = 0; n < STATES; n++) {
+            set_state(&p, &random);
+            mj_forward(p.m, p.d);
+            for (int row = 0; row < p.d->ne;) {
+                const int e = p.d->efc_id[row];
+                const kt_loop *loop = find_loop(&p, name_of(p.m, p.m->name_eqadr[e]));
+                if (loop != NULL && loop->type == KT_LOOP_COUPLING)
+                    compare_coupling(&p, loop, p.d->efc_pos + row, &worst);
+                else if (loop != NULL)
+                    compare_ends(&p, loop, p.d->efc_pos + row, &worst);
+                compared += loop != NULL;
+                while (row < p.d->ne && p.d->efc_id[row] == e)
+                    row++;
+            }
+        }
+        kt_check_equal_int("equalities compared", compared, 7 * STATES);
+        kt_check_worst(&worst);
+    }
+    release(&p);
 }
 
 KT_TEST(files_that_are_named_are_those_that_mujoco_reads) {

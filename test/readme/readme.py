@@ -6,7 +6,7 @@ Of a page, in a folder of its own in which `apps` is that of the sources:
 - a block of C that has a main is compiled against the shared library, and run; any other is compiled as the headers' are;
 - a block of text after it is what it prints, to the last character;
 - a block of YAML is a whole scene, with a line "kinetree: 1": it passes "kinetree check", and is there for the shell under
-  the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->"), or as scene-1.yaml and so on;
+  the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->" or .xml), or as scene-1.yaml and so on;
 - a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
 
 Of a header, the blocks of C in its comments are compiled together: what begins with "static" as it stands, all else as
@@ -120,7 +120,7 @@ class Page:
 
     def scene(self, line, body):
         self.scenes += 1
-        named = re.search(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf))(?:\s*-->)?\s*$", body, flags=re.M)
+        named = re.search(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf|xml))(?:\s*-->)?\s*$", body, flags=re.M)
         scene = self.folder / (named[1] if named else f"scene-{self.scenes}.yaml")
         scene.write_text(body)
         claim(f"{self.name}:{line}: scene is right",

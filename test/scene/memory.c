@@ -232,12 +232,23 @@ static char robot[] =
     "<joint name='k' type='revolute'><parent link='b'/><child link='c'/><mimic joint='j'/></joint>"
     "<gazebo/></robot>";
 
+static char model[] =
+    "<mujoco model='m'><compiler angle='radian' eulerseq='ZYX'/><default><joint damping='1'/>"
+    "<default class='c'><geom density='1'/></default></default><worldbody><body name='a b' childclass='c'><freejoint/>"
+    "<geom size='1' fromto='0 0 0 0 0 1' type='capsule'/><replicate count='2' offset='1 0 0'><frame euler='1 2 3'>"
+    "<body name='r'><joint name='j'/><joint name='k' pos='0 1 0'/><geom size='1'/><site name='s'/></body></frame>"
+    "</replicate></body></worldbody><tendon><fixed name='t' stiffness='2'><joint joint='j0' coef='1'/>"
+    "<joint joint='k1' coef='2'/></fixed></tendon><actuator><position name='p' joint='j1' kp='3'/>"
+    "<velocity tendon='t' kv='2'/></actuator><equality><connect body1='a b' anchor='0 0 0'/>"
+    "<joint joint1='j0' joint2='j1'/></equality><keyframe><key name='home' ctrl='1 2'/></keyframe><camera/></mujoco>";
+
 static kt_status parse_robot(void *user) {
     const char *text = user;
+    const kt_robot_options how = {.keyframe = text == model ? "home" : NULL};
     kt_scene scene, rest = kt_scene_default();
     kt_error error = {KT_OK, "", ""};
     memcpy(&scene, &rest, sizeof scene);
-    const kt_status status = kt_robot_parse("x", text, strlen(text), NULL, &scene, NULL, NULL, &error);
+    const kt_status status = kt_robot_parse("x", text, strlen(text), &how, &scene, NULL, NULL, &error);
     if (status == KT_OK)
         kt_scene_free(&scene);
     else
@@ -247,6 +258,7 @@ static kt_status parse_robot(void *user) {
 
 KT_TEST(each_failing_allocation_is_an_error_of_reading_a_robot) {
     touched = 0;
-    check_calls("a robot", parse_robot, robot, KT_OK, 20.0);
+    check_calls("a robot in URDF", parse_robot, robot, KT_OK, 20.0);
+    check_calls("a model in MJCF", parse_robot, model, KT_OK, 20.0);
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }

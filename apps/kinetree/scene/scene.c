@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
@@ -76,9 +77,8 @@ static void suggest_ending(const char *path) {
         kt_say("did you mean '%s'?", whole);
 }
 
-/* Whether a file is a robot, by its name, or a text by its first character. Robots in URDF may be called .xml, too; of other
- * formats the reader says what they are. */
-static bool is_urdf_name(const char *path) {
+/* Whether a file is a robot, by its name, or a text by its first character; of which format, the reader sees. */
+static bool is_robot_name(const char *path) {
     static const char *const endings[] = {".urdf", ".xml", ".sdf", ".mjcf"};
     const char *dot = strrchr(path, '.');
     bool found = false;
@@ -94,12 +94,26 @@ static bool is_xml(const char *text, size_t size) {
     return i < size && text[i] == '<';
 }
 
+/* Whether a regular file begins as XML does, whatever its name is. */
+static bool is_xml_file(const char *path) {
+    char text[512];
+    struct stat status;
+    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
+        return false;
+    FILE *file = fopen(path, "r");
+    if (file == NULL)
+        return false;
+    const size_t size = fread(text, 1, sizeof text, file);
+    (void)fclose(file);
+    return is_xml(text, size);
+}
+
 /* A robot has no parameters, and no keys of a scene. */
 static int refuse_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
-    kt_say("%s: --set %s: a robot in URDF has no keys of a scene; write it as one by 'kinetree import' first", path,
-           settings->text[0]);
+    kt_say("%s: --set %s: a robot in URDF or MJCF has no keys of a scene; write it as one by 'kinetree import' first",
+           path, settings->text[0]);
     return KT_EXIT_USAGE;
 }
 
@@ -144,7 +158,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
 }
 
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene) {
-    return read_any(path, is_urdf_name(path), NULL, settings, scene);
+    return read_any(path, is_robot_name(path) || is_xml_file(path), NULL, settings, scene);
 }
 
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene) {

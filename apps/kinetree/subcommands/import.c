@@ -1,4 +1,4 @@
-/* kinetree import: reads a robot in URDF and writes it as a scene. */
+/* kinetree import: reads a robot in URDF or MJCF and writes it as a scene. */
 #include "command.h"
 #include "records/output.h"
 #include "text/arguments.h"
@@ -7,7 +7,7 @@
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia;
+    const char *out, *inertia, *keyframe;
     bool floating;
     double stops, stop_damping, density;
 } kt_import_arguments;
@@ -15,7 +15,7 @@ typedef struct kt_import_arguments {
 #define AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
     {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "where to (standard output)", NULL},
-    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "the root link moves freely (it is fixed to the world)", NULL},
+    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "the root moves freely (it is fixed to the world)", NULL},
     {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
      "limits of position become elastic stops, N m/rad or N/m (they are left out)", NULL},
     {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
@@ -24,7 +24,9 @@ static const kt_option options[] = {
      "none; 'accept' all (warn)",
      NULL},
     {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
-     "links without <inertial> have the mass and inertia of their shape, kg/m^3 (they have none)", NULL},
+     "URDF: links without <inertial> have the mass and inertia of their shape, kg/m^3 (they have none)", NULL},
+    {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
+     "MJCF: positions, velocities and controls at the start are those of this keyframe (reference positions)", NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
 };
 
@@ -32,16 +34,19 @@ const kt_usage kt_usage_import = {
     .command = "import",
     .examples = "  kinetree import arm.urdf --out arm.yaml\n"
                 "  kinetree import quadruped.urdf --floating --stops 1e4 --out quadruped.yaml\n"
+                "  kinetree import humanoid.xml --keyframe squat --out humanoid.yaml\n"
                 "  kinetree run arm.urdf --duration 2 --view\n",
     .operands = "ROBOT.urdf",
     .least = 1,
     .most = 1,
     .about =
-        "Reads a robot in URDF and writes it as a scene, to which loops, effects and settings are then added. Every\n"
-        "subcommand that reads a SCENE takes ROBOT.urdf itself, too, as without options here. A body has the name of\n"
-        "its link, and so has its joint. What a scene does not have is left out, and said on standard error, each\n"
-        "kind once, with the number and the first place: meshes, contacts, limits of effort and speed, "
-        "transmissions.\n",
+        "Reads a robot in URDF, or in MJCF (the XML of MuJoCo), and writes it as a scene, to which loops, effects and\n"
+        "settings are then added. Every subcommand that reads a SCENE takes such a file itself, too, as without "
+        "options\n"
+        "here. A body has the name of its link, and so has its joint. What a scene does not have is left out, and "
+        "said\n"
+        "on standard error, each kind once, with the number and the first place: meshes, contacts, limits of effort\n"
+        "and speed, transmissions, actuators with a state of their own.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -74,10 +79,11 @@ int kt_command_import(int argc, char **argv) {
     if (code >= 0)
         return code;
     const kt_robot_options how = {.floating = a.floating,
-                                 .stop_stiffness = a.stops,
-                                 .stop_damping = a.stop_damping,
-                                 .inertia = (kt_robot_inertia)inertia,
-                                 .density = a.density};
+                                  .stop_stiffness = a.stops,
+                                  .stop_damping = a.stop_damping,
+                                  .inertia = (kt_robot_inertia)inertia,
+                                  .density = a.density,
+                                  .keyframe = a.keyframe};
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);

@@ -1,0 +1,341 @@
+/* Models in MJCF: what each element becomes, files that are included, copies, what is told, and faults at their places. Numbers of
+ * trees, forces and equalities are held against MuJoCo in mjcf_mujoco.c. */
+#include "../scene/collect.h"
+#include "check.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static kt_collected faults;
+
+static kt_status parse(const char *text, const kt_robot_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    memset(&faults, 0, sizeof faults);
+    (void)snprintf(faults.path, sizeof faults.path, "m.xml");
+    return kt_robot_parse("m.xml", text, strlen(text), options, scene, kt_collect, &faults, &error);
+}
+
+static bool parse_right(const char *text, const kt_robot_options *options, kt_scene *scene) {
+    const kt_status status = parse(text, options, scene);
+    if (status != KT_OK)
+        kt_note("%s", faults.text);
+    return status == KT_OK || kt_check_true("it is read", false);
+}
+
+static const kt_body *find_body(const kt_scene *scene, const char *name) {
+    for (int i = 0; i < scene->description.body_count; i++)
+        if (strcmp(scene->description.bodies[i].name, name) == 0)
+            return &scene->description.bodies[i];
+    (void)kt_check_true(name, false);
+    return &scene->description.bodies[0];
+}
+
+#define BALL "<geom size='0.1'/>"
+#define WORLD(within) "<mujoco><worldbody>" within "</worldbody></mujoco>"
+
+/* ---- what becomes of a model --------------------------------------------------------------------------------------- */
+
+KT_TEST(single_joint_at_the_origin_is_that_of_its_body) {
+    kt_scene scene;
+    if (!parse_right(WORLD("<body name='a' pos='1 2 3'><joint name='j' axis='0 1 0' armature='0.5'/>" BALL "</body>"),
+                     NULL, &scene))
+        return;
+    const kt_body *a = find_body(&scene, "a");
+    kt_check_equal_int("bodies", scene.description.body_count, 1);
+    kt_check_equal_int("type", a->joint.type, KT_JOINT_REVOLUTE);
+    kt_check_equal_bits("place", &a->joint.at.x, (const double[]){1.0, 2.0, 3.0}, 3);
+    kt_check_equal_bits("armature", &a->joint.armature[0], &(double){0.5}, 1);
+    kt_check_near("mass", a->mass, 4.0 / 3.0 * acos(-1.0), 1e-15);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(joints_beside_others_or_off_the_origin_have_bodies_of_their_own) {
+    kt_scene scene;
+    if (!parse_right(WORLD("<body name='a'><joint name='x' axis='1 0 0'/><joint name='y' pos='0 0 1'/>" BALL "</body>"),
+                     NULL, &scene))
+        return;
+    kt_check_equal_int("bodies", scene.description.body_count, 3);
+    kt_check_text("y is on x", find_body(&scene, "y")->parent, "x");
+    kt_check_text("a is on y", find_body(&scene, "a")->parent, "y");
+    kt_check_equal_int("fixed", find_body(&scene, "a")->joint.type, KT_JOINT_FIXED);
+    kt_check_equal_bits("back at the origin", &find_body(&scene, "a")->joint.at.x, (const double[]){-0.0, -0.0, -1.0},
+                        3);
+    kt_check_equal_bits("without mass", &find_body(&scene, "y")->mass, &(double){0.0}, 1);
+    kt_scene_free(&scene);
+}
+
+/* The mass matrix at the start, by the compiled model. */
+static int mass_of(const kt_scene *scene, double *matrix) {
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error = {0};
+    int nv = -1;
+    double q[64];
+    if (kt_model_compile(&scene->description, NULL, &model, &error) == KT_OK && kt_model_nv(model) <= 8 &&
+        kt_data_create(model, &data, &error) == KT_OK) {
+        nv = kt_model_nv(model);
+        double v[8];
+        kt_model_initial(model, q, v);
+        nv = kt_dynamics_mass(model, data, q, matrix, &error) == KT_OK ? nv : -1;
+    }
+    kt_data_free(data);
+    kt_model_free(model);
+    return nv;
+}
+
+/* Two texts that describe the same mechanism. */
+static void check_same(const char *what, const char *one, const char *other) {
+    double a[64], b[64];
+    kt_scene first, second;
+    if (!parse_right(one, NULL, &first))
+        return;
+    if (!parse_right(other, NULL, &second)) {
+        kt_scene_free(&first);
+        return;
+    }
+    kt_worst worst = kt_worst_make(what);
+    const int n = mass_of(&first, a);
+    if (kt_check_equal_int("degrees of freedom", n, mass_of(&second, b)) && kt_check_above("of both", n, 0.5))
+        for (int i = 0; i < n * n; i++)
+            kt_worst_near(&worst, a[i], b[i], 64.0 * DBL_EPSILON * fmax(fabs(b[i]), 1.0), "%d", i);
+    kt_check_worst(&worst);
+    kt_scene_free(&first);
+    kt_scene_free(&second);
+}
+
+#define ARM(placing, extra)                                                                                            \
+    "<body name='a' " placing                                                                                          \
+    "><joint name='j' axis='1 2 3'/><geom type='box' size='0.1 0.2 0.3' pos='0.3 0 0'/>" extra "</body>"
+
+KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
+    check_same("a frame", WORLD("<frame pos='1 2 3' euler='0 0 90'>" ARM("pos='1 0 0'", "") "</frame>"),
+               WORLD(ARM("pos='1 3 3' euler='0 0 90'", "")));
+    check_same("what is in a frame of a body",
+               WORLD("<body><frame pos='0 1 0' euler='90 0 0'><joint axis='0 1 0'/><geom size='0.1 0.2' type='capsule' "
+                     "pos='1 0 0'/></frame></body>"),
+               WORLD("<body><joint axis='0 0 1' pos='0 1 0'/><geom size='0.1 0.2' type='capsule' pos='1 1 0' euler='90 "
+                     "0 0'/></body>"));
+    check_same(
+        "copies",
+        WORLD("<replicate count='2' offset='0 1 0' euler='90 0 0' sep='-'><body name='a' pos='0 1 2'><joint/>" BALL
+              "<geom size='0.2' pos='0.2 0.3 0.1'/></body></replicate>"),
+        WORLD("<body pos='0 1 2'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"
+              "<body pos='0 -1 1' quat='1 1 0 0'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"));
+}
+
+KT_TEST(copies_bear_numbers) {
+    kt_scene scene;
+    if (!parse_right(
+            WORLD("<replicate count='10' offset='0 1 0' sep='-'><body name='a'><joint/>" BALL "</body></replicate>"),
+            NULL, &scene))
+        return;
+    kt_check_equal_int("bodies", scene.description.body_count, 10);
+    kt_check_text("first", scene.description.bodies[0].name, "a-00");
+    kt_check_text("last", scene.description.bodies[9].name, "a-09");
+    kt_check_near("place of the last", scene.description.bodies[9].joint.at.y, 9.0, 1e-14);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(keyframe_is_the_start_and_gives_controls) {
+    static const char text[] =
+        "<mujoco><worldbody><body name='f' pos='1 1 1'><freejoint/>" BALL "</body><body name='a'><joint name='a' "
+        "ref='30'/>" BALL "<body name='b'><joint type='ball'/>" BALL
+        "</body></body></worldbody><actuator><motor name='m' "
+        "joint='a' gear='3'/><position joint='a' kp='4' gear='2'/></actuator><keyframe><key name='other'/><key "
+        "name='k' "
+        "qpos='1 2 3 0 1 0 0 0.5 0 0 1 0' qvel='1 2 3 4 5 6 7 8 9 10' ctrl='0.25 0.5'/></keyframe></mujoco>";
+    const kt_robot_options options = {.keyframe = "k"};
+    kt_scene scene;
+    if (!parse_right(text, &options, &scene))
+        return;
+    const kt_body *f = find_body(&scene, "f");
+    kt_check_equal_bits("free", f->joint.position, (const double[]){1, 2, 3, 0, 1, 0, 0}, 7);
+    kt_check_equal_bits("its velocity", f->joint.velocity, (const double[]){1, 2, 3, 4, 5, 6}, 6);
+    kt_check_equal_bits("hinge", find_body(&scene, "a")->joint.position, (const double[]){0.5}, 1);
+    kt_check_equal_bits("ball", find_body(&scene, "b")->joint.position, (const double[]){0, 0, 1, 0}, 4);
+    const kt_effect *effects = scene.description.effects;
+    kt_check_near("torque of the motor, gear u", effects[0].torque.value, 0.75, 1e-15);
+    kt_check_near("stiffness of the servo, gear^2 kp", effects[1].stiffness, 16.0, 1e-15);
+    kt_check_near("its target, u / gear", effects[1].target.value, 0.25, 1e-15);
+    kt_scene_free(&scene);
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_near("without a keyframe the reference position", find_body(&scene, "a")->joint.position[0],
+                  acos(-1.0) / 6.0, 1e-15);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(sites_are_markers_limits_are_stops_and_floating_frees) {
+    const kt_robot_options options = {.floating = true, .stop_stiffness = 10.0, .stop_damping = 2.0};
+    kt_scene scene;
+    if (!parse_right(WORLD("<body name='base'>" BALL "<body name='a'><joint range='-90 45'/>" BALL
+                           "<site name='tip' pos='1 2 3'/></body></body>"),
+                     &options, &scene))
+        return;
+    const kt_body *a = find_body(&scene, "a");
+    kt_check_equal_int("base", find_body(&scene, "base")->joint.type, KT_JOINT_FREE);
+    kt_check_equal_int("markers", a->marker_count, 1);
+    kt_check_equal_bits("place", &a->markers[0].at.x, (const double[]){1.0, 2.0, 3.0}, 3);
+    kt_check_equal_int("effects", scene.description.effect_count, 1);
+    kt_check_near("lower", scene.description.effects[0].lower, -acos(-1.0) / 2.0, 1e-15);
+    kt_check_near("upper", scene.description.effects[0].upper, acos(-1.0) / 4.0, 1e-15);
+    kt_scene_free(&scene);
+}
+
+/* ---- what is told ------------------------------------------------------------------------------------------------ */
+
+KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
+    static const char text[] =
+        "<mujoco>\n<worldbody><camera/><camera/>\n<body name='a b'><joint name='j' range='0 1' dampin='1'/>" BALL
+        "</body>\n<body name='m' mocap='true'/></worldbody>\n<tendon><spatial/></tendon>\n<actuator><muscle joint='j'/>"
+        "<motor joint='j'/></actuator>\n<equality><joint joint1='j' "
+        "polycoef='1'/></equality><keyframe><key/></keyframe>"
+        "</mujoco>";
+    static const char *const expected[][2] = {
+        {"m.xml:3:1", "names of bodies that a scene cannot have, with '_' or a number: 1"},
+        {"m.xml:4:1", "bodies that are fixed to the world (--floating lets them move): 1"},
+        {"m.xml:4:1", "bodies that a program moves (mocap), fixed to the world: 1"},
+        {"m.xml:7:64", "keyframes, of which none is the start (import --keyframe NAME): 1"},
+        {"m.xml:3:1", "bodies whose mass and inertia are those of their geoms: 1"},
+        {"m.xml:7:11", "soft equalities, which are exact loops in the scene: 1"},
+        {"m.xml:6:30", "motors, whose torque is that of the control at the start (0 without --keyframe): 1"},
+        {"m.xml:3:18", "limits of position that are left out (--stops makes effects of them): 1"},
+        {"m.xml:3:58", "geoms that could touch others, left out, since contacts are effects: 1"},
+        {"m.xml:5:9", "forces and equalities that are left out: spatial tendon (1), muscle (1)"},
+        {"m.xml:2:12", "elements and attributes that do not concern the motion, or are not known, are left out: camera "
+                       "(2), dampin (1), spatial (1), muscle (1)"},
+    };
+    const int count = (int)(sizeof expected / sizeof *expected);
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_equal_int("notes", scene.note_count, count);
+    for (int i = 0; i < scene.note_count && i < count; i++) {
+        kt_check_text("where", scene.notes[i].where, expected[i][0]);
+        kt_check_text("what", scene.notes[i].what, expected[i][1]);
+    }
+    kt_scene_free(&scene);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(faults_are_told_at_their_places) {
+    static const struct {
+        const char *text, *fault;
+    } table[] = {
+        {WORLD("<body name='a'><geom type='box' size='1 2'/></body>"),
+         "1:35: body 'a': geom: size: a box needs 3 numbers above zero\n"},
+        {WORLD("<body name='a'><geom type='cone' size='1'/></body>"),
+         "1:35: body 'a': geom: type: there is no 'cone'; it is one of plane, hfield, sphere, capsule, ellipsoid, "
+         "cylinder, box, mesh, sdf\n"},
+        {WORLD("<body name='a' pos='0 0'/>"), "1:20: body 'a': pos: expected 3 numbers, found '0 0'\n"},
+        {WORLD("<body name='a' pos='0 0 nan'/>"), "1:20: body 'a': pos: expected 3 numbers, found '0 0 nan'\n"},
+        {WORLD("<body name='a' quat='0 0 0 0'/>"), "1:20: body 'a': quat: the norm is zero or too large\n"},
+        {WORLD("<body name='a'/><body name='a'/>"),
+         "1:36: body 'a': there is another body of this name; each needs one of its own\n"},
+        {WORLD("<body name='a'><body name='b'><freejoint/></body></body>"),
+         "1:50: body 'b': freejoint: a free joint is the only joint of a body of the world\n"},
+        {WORLD("<joint/>"), "1:20: joint: the world has no joints; put it into a <body>\n"},
+        {WORLD("<body name='a' childclass='x'/>"), "1:20: body 'a': childclass 'x' does not exist\n"},
+        {"<mujoco><default><default/></default></mujoco>", "1:18: default: the attribute 'class' is missing\n"},
+        {"<mujoco><compiler eulerseq='xyw'/></mujoco>",
+         "1:9: compiler: eulerseq: expected three of x, y, z, X, Y, Z, found 'xyw'\n"},
+        {"<mujoco><compiler coordinate='global'/></mujoco>",
+         "1:9: compiler: coordinate: there is no 'global'; it is one of local\n"},
+        {"<mujoco><equality><joint joint1='j'/></equality></mujoco>", "1:19: joint: joint1 'j' does not exist\n"},
+        {"<mujoco><include file='b.xml'/></mujoco>",
+         "1:9: include: a model that is no file, but text, cannot include files\n"},
+        {WORLD("<replicate count='1e6'><replicate count='1e6'><body/></replicate></replicate>"),
+         "1:43: replicate: copies make more than 1048576 elements of the model\n"},
+        {WORLD("<replicate count='0.5'/>"), "1:20: replicate: count: expected a whole number from 1 to 1048576\n"},
+        {"<!DOCTYPE mujoco [<!ENTITY a 'b'>]><mujoco/>",
+         "1:18: a document type (<!DOCTYPE ...>) is not read; leave it out\n"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        kt_check_equal_int("it is refused", parse(table[i].text, NULL, &scene), KT_ERROR_SCENE);
+        kt_check_text(table[i].text, faults.text, table[i].fault);
+        kt_check_equal_int("places out of order", faults.strange, 0);
+    }
+}
+
+/* ---- included files ------------------------------------------------------------------------------------------------ */
+
+static bool put_file(const char *folder, const char *name, const char *text) {
+    char path[300];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    const bool is_written = file != NULL && fputs(text, file) >= 0;
+    return (file != NULL && fclose(file) == 0 && is_written) || kt_check_true(path, false);
+}
+
+static kt_status read_in(const char *folder, const char *text, kt_scene *scene) {
+    char path[300];
+    kt_error error = {0};
+    (void)snprintf(path, sizeof path, "%s/inner/m.xml", folder);
+    memset(&faults, 0, sizeof faults);
+    (void)snprintf(faults.path, sizeof faults.path, "%.200s", path);
+    return put_file(folder, "inner/m.xml", text) ? kt_robot_read(path, NULL, scene, kt_collect, &faults, &error)
+                                                 : KT_ERROR_FILE;
+}
+
+#define INCLUDE(file) "<mujoco><include file='" file "'/></mujoco>"
+
+KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
+    static const char *const refused[][2] = {
+        {INCLUDE("../outer.xml"), "a file is included from the model's folder alone"},
+        {INCLUDE("sub/../../outer.xml"), "a file is included from the model's folder alone"},
+        {INCLUDE("/etc/hostname"), "a file is included from the model's folder alone"},
+        {INCLUDE("link.xml"), "the file lies outside of the model's folder, by a link"},
+        {INCLUDE("missing.xml"), "cannot be read: No such file or directory"},
+        {INCLUDE("circle.xml"), "the file has been included before; each is included once"},
+        {"<mujoco><include file='part.xml'/><include file='part.xml'/></mujoco>",
+         "the file has been included before; each is included once"},
+        {INCLUDE("broken.xml"), "broken.xml:2:14: this is no well-formed XML: mismatched tag"},
+        {INCLUDE("wrong.xml"), "wrong.xml:1:27: body 'w': pos: expected 3 numbers, found 'x'"},
+        {INCLUDE("other.xml"), "begins with <robot>, not with <mujocoinclude> or <mujoco>"},
+    };
+    char folder[] = "/tmp/kinetree-mjcf-XXXXXX", inner[300], link[300];
+    kt_scene scene;
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(inner, sizeof inner, "%s/inner", folder);
+    (void)snprintf(link, sizeof link, "%s/inner/link.xml", folder);
+    kt_check_equal_int("folder", mkdir(inner, 0700), 0);
+    kt_check_equal_int("link", symlink("../outer.xml", link), 0);
+    put_file(folder, "outer.xml", "<mujocoinclude/>");
+    put_file(folder, "inner/part.xml",
+             "<mujoco><worldbody><body name='part'><joint/>" BALL "</body></worldbody></mujoco>");
+    put_file(folder, "inner/circle.xml", INCLUDE("circle.xml"));
+    put_file(folder, "inner/broken.xml", "<mujoco>\n<worldbody></mujoco>");
+    put_file(folder, "inner/wrong.xml",
+             "<mujocoinclude><worldbody><body name='w' pos='x'/></worldbody></mujocoinclude>");
+    put_file(folder, "inner/other.xml", "<robot/>");
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        kt_check_equal_int(refused[i][0], read_in(folder, refused[i][0], &scene), KT_ERROR_SCENE);
+        kt_check_true(refused[i][1], strstr(faults.text, refused[i][1]) != NULL);
+        if (strstr(faults.text, refused[i][1]) == NULL)
+            kt_note("%s", faults.text);
+    }
+    if (kt_check_equal_int("status", read_in(folder, INCLUDE("part.xml"), &scene), KT_OK)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 1);
+        kt_check_true("its note names the included file",
+                      scene.note_count > 0 && strstr(scene.notes[0].where, "part.xml:1:"));
+        kt_scene_free(&scene);
+    }
+    static const char *const names[] = {"inner/m.xml",     "inner/part.xml",  "inner/circle.xml", "inner/broken.xml",
+                                        "inner/wrong.xml", "inner/other.xml", "inner/link.xml",   "outer.xml"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        (void)snprintf(link, sizeof link, "%s/%s", folder, names[i]);
+        kt_check_equal_int("removed", unlink(link), 0);
+    }
+    kt_check_equal_int("removed", rmdir(inner) + rmdir(folder), 0);
+}
