@@ -89,12 +89,12 @@ bool kt_speaks_utf8(int descriptor);
 
 /* ---- reading a scene --------------------------------------------------------------------------------------------- */
 
-/* Reads a scene ("-": standard input) with settings (NULL: none) and prints every error in it. Returns KT_EXIT_DONE, and then the caller releases
- * *scene with kt_scene_free, or an exit code. */
+/* Reads a scene ("-": standard input) with settings (NULL: none) and prints every error in it. Returns KT_EXIT_DONE,
+ * and then the caller releases *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
-/* Reads a robot in URDF or MJCF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf, *.mjcf or *.xml, and
- * where a file or standard input begins with '<'. Prints what the scene has left out. */
+/* Reads a robot in URDF or MJCF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf,
+ * *.mjcf or *.xml, and where a file or standard input begins with '<'. Prints what the scene has left out. */
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */

@@ -72,7 +72,7 @@ static void read_options(kt_mjcf *m) {
     }
 }
 
-/* ---- notes --------------------------------------------------------------------------------------------------------- */
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static void note_masses(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
@@ -147,7 +147,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     scene->note_count = n.count;
 }
 
-/* ---- the scene ----------------------------------------------------------------------------------------------------- */
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static bool is_done(const kt_mjcf *m) { return m->r->out_of_memory || m->r->fault_count > 0; }
 

@@ -132,8 +132,8 @@ const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number);
 /* The value of an attribute, or of its default for elements called `tag` (NULL: no defaults); NULL if there is none. */
 const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name);
 
-/* Its numbers, from `least` to `most` of them; others stay as they are. Returns how many; 0 where the attribute is missing, or
- * wrong, which is reported. */
+/* Its numbers, from `least` to `most` of them; others stay as they are. Returns how many; 0 where the attribute is
+ * missing, or wrong, which is reported. */
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values);
 double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard);
@@ -159,7 +159,7 @@ int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int sco
 /* Counts elements and attributes that are not known. */
 void kt_mjcf_count_strange(kt_mjcf *m);
 
-/* The next element of a name below the sections of a name: <equality><joint/></equality>. NULL: the first, or no more. */
+/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more. */
 const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last);
 
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */

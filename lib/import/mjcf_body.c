@@ -1,7 +1,8 @@
 /* Bodies, joints and sites of MJCF as bodies of a description.
  *
- * A body of MJCF has any number of joints. They act one after the other: T = T0 J1 J2 ..., where T0 is the place of the body
- * in its parent, and J_k moves about axis_k through the point p_k, both in the body's frame as the joints before have moved it. Of
+ * A body of MJCF has any number of joints. They act one after the other: T = T0 J1 J2 ..., where T0 is the place of the
+ * body in its parent, and J_k moves about axis_k through the point p_k, both in the body's frame as the joints before
+ * have moved it. Of
  *     J_k = shift(p_k) R(axis_k, q_k - ref_k) shift(-p_k)
  * each joint becomes a body of the scene whose frame stands at p_k; the last of them is the body itself if its frame
  * stands at the body's origin, else the body is fixed to it. The joint frame is turned back by ref, so that

@@ -1,12 +1,12 @@
 /* Passive forces, fixed tendons and actuators of MJCF as effects.
  *
- * A fixed tendon has the length L = sum c_i q_i. One with a single joint acts in it, with the factor c. One with several
- * becomes the position of a body without mass, on a prismatic joint of its own, which a coupling holds to that sum: forces in it
- * are c_i times that in each joint.
+ * A fixed tendon has the length L = sum c_i q_i. One with a single joint acts in it, with the factor c. One with
+ * several becomes the position of a body without mass, on a prismatic joint of its own, which a coupling holds to that
+ * sum: forces in it are c_i times that in each joint.
  *
  * An actuator acts along g L with the gear g: its force is f = gain u + b0 + b1 g L + b2 g L', with the control u and,
- * where the gain is affine, gain = g0 + g1 g L + g2 g L'. With constant u this is c0 + c1 g L + c2 g L', and g f acts on L: a motor
- * where c1 = c2 = 0, else a servo of stiffness -g^2 c1 and damping -g^2 c2.
+ * where the gain is affine, gain = g0 + g1 g L + g2 g L'. With constant u this is c0 + c1 g L + c2 g L', and g f acts
+ * on L: a motor where c1 = c2 = 0, else a servo of stiffness -g^2 c1 and damping -g^2 c2.
  */
 #include "import/mjcf.h"
 
@@ -25,7 +25,7 @@ kt_effect *kt_mjcf_add_effect(kt_mjcf *m, const kt_element *e, kt_effect_type ty
     return effect;
 }
 
-/* ---- a scalar joint, or a tendon ------------------------------------------------------------------------------------ */
+/* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */
 
 /* What acts along a length L = factor q of a scalar joint. */
 typedef struct line {
@@ -73,7 +73,7 @@ static void add_stop(kt_mjcf *m, const line *l, double lower, double upper) {
     stop->upper = fmax(lower / l->factor, upper / l->factor);
 }
 
-/* ---- joints -------------------------------------------------------------------------------------------------------- */
+/* ---- joints ------------------------------------------------------------------------------------------------------ */
 
 /* A ball or free joint: springs and dampers between the joint frame and the body, about (and along) all axes. A spring
  * turns by -stiffness times the Euler vector. */
@@ -136,7 +136,7 @@ void kt_mjcf_passive(kt_mjcf *m) {
         float_body(m, kt_mjcf_body_at(m, i), m->gravity);
 }
 
-/* ---- fixed tendons --------------------------------------------------------------------------------------------------- */
+/* ---- fixed tendons ----------------------------------------------------------------------------------------------- */
 
 static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
     const int joint = kt_mjcf_find(m, e, "joint", KT_MJCF_JOINTS);
@@ -243,7 +243,7 @@ void kt_mjcf_make_tendons(kt_mjcf *m) {
     }
 }
 
-/* ---- actuators ------------------------------------------------------------------------------------------------------- */
+/* ---- actuators --------------------------------------------------------------------------------------------------- */
 
 typedef enum gain_type { FIXED, AFFINE, MUSCLE, USER } gain_type;
 typedef enum bias_type { NO_BIAS, AFFINE_BIAS, MUSCLE_BIAS, USER_BIAS } bias_type;

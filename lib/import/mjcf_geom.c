@@ -106,7 +106,7 @@ static kt_vec3 moments_of(const geom *g) {
     }
 }
 
-/* ---- geoms --------------------------------------------------------------------------------------------------------- */
+/* ---- geoms ------------------------------------------------------------------------------------------------------- */
 
 /* The mass that a geom gives to its body. */
 static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
@@ -138,7 +138,7 @@ static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
     return g;
 }
 
-/* ---- pictures ------------------------------------------------------------------------------------------------------ */
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
 static void picture_of(const geom *g, kt_shape *shape) {
     shape->at = g->pose.position;
@@ -169,7 +169,7 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g
         picture_of(g, &b->shape);
 }
 
-/* ---- all geoms of a body ------------------------------------------------------------------------------------------- */
+/* ---- all geoms of a body ----------------------------------------------------------------------------------------- */
 
 /* Adds a geom to the mass, first moment and inertia about the body's origin. */
 static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
@@ -193,7 +193,7 @@ static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     kt_left_count(&m->by_geoms, b->element);
 }
 
-/* ---- <inertial> ---------------------------------------------------------------------------------------------------- */
+/* ---- <inertial> -------------------------------------------------------------------------------------------------- */
 
 static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
     const kt_pose pose = kt_mjcf_pose(m, e, NULL);
@@ -225,7 +225,7 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
     }
 }
 
-/* ---- the compiler's settings --------------------------------------------------------------------------------------- */
+/* ---- the compiler's settings ------------------------------------------------------------------------------------- */
 
 /* The eigenvectors of a symmetric matrix as columns, by Jacobi rotations. */
 static kt_mat3 principal_axes(kt_sym3 s) {

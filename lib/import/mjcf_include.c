@@ -1,8 +1,8 @@
 /* Files that a model in MJCF includes, and replicates.
  *
- * Files are looked for in the folder of the model alone: a path that leads out of it, by its words or by links of the file system, is
- * refused. A file is included once, so that there are no circles. Copies of replicates are counted, so that a small
- * file cannot stand for a large one. */
+ * Files are looked for in the folder of the model alone: a path that leads out of it, by its words or by links of the
+ * file system, is refused. A file is included once, so that there are no circles. Copies of replicates are counted, so
+ * that a small file cannot stand for a large one. */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "import/mjcf.h"
 #include "scene/file.h"
@@ -148,7 +148,7 @@ static void expand_includes(kt_mjcf *m, kt_element *parent, int depth) {
     }
 }
 
-/* ---- replicate ----------------------------------------------------------------------------------------------------- */
+/* ---- replicate --------------------------------------------------------------------------------------------------- */
 
 static void hang_below(kt_element *parent, kt_element *e) {
     e->parent = parent;

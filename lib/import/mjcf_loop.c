@@ -1,7 +1,7 @@
 /* Equalities of MJCF as loops.
  *
- * MuJoCo holds them by soft forces; here they are exact. Their numbers refer to the reference positions of all joints, where
- * the bodies stand as <body> says:
+ * MuJoCo holds them by soft forces; here they are exact. Their numbers refer to the reference positions of all joints,
+ * where the bodies stand as <body> says:
  *   connect: a point of the first body, and the point of the second that is there at the reference positions;
  *   weld: the second body stands in the first as `relpose` says, or as at the reference positions;
  *   joint, tendon: y - y0 = a0 + a1 (x - x0).
@@ -97,7 +97,7 @@ static void join(kt_mjcf *m, const kt_element *e, bool is_weld) {
         memcpy(loop->between, ends, sizeof ends);
 }
 
-/* ---- joints and tendons ---------------------------------------------------------------------------------------------- */
+/* ---- joints and tendons ------------------------------------------------------------------------------------------ */
 
 /* One side of an equality of scalars: terms of joints, and the value at the reference positions. */
 typedef struct side {
@@ -177,7 +177,7 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
 }
 
-/* ---- all of them ---------------------------------------------------------------------------------------------------- */
+/* ---- all of them ------------------------------------------------------------------------------------------------- */
 
 void kt_mjcf_equalities(kt_mjcf *m) {
     for (const kt_element *e = kt_mjcf_section(m, "equality", NULL); e != NULL && !m->r->out_of_memory;

@@ -95,7 +95,7 @@ const char *kt_namer_make(kt_namer *namer, const char *wanted) {
     return name;
 }
 
-/* ---- lists --------------------------------------------------------------------------------------------------------- */
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
     if (list->count == list->room) {
@@ -113,7 +113,7 @@ void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
     return (char *)list->items + (size_t)list->count++ * size;
 }
 
-/* ---- numbers, places ----------------------------------------------------------------------------------------------- */
+/* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
 int kt_parse_numbers(const char *text, int most, double *values) {
     static const char space[] = " \t\r\n";

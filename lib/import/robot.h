@@ -61,7 +61,7 @@ bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
 /* The name that stands for `wanted`, in r->keep; "" where there is no memory. */
 const char *kt_namer_make(kt_namer *namer, const char *wanted);
 
-/* ---- lists --------------------------------------------------------------------------------------------------------- */
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 /* An array that grows, in a pool; what has been added moves. */
 typedef struct kt_list {
@@ -72,10 +72,10 @@ typedef struct kt_list {
 /* A new item of zeros at the end; NULL where there is no memory, which the reader is told. */
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
 
-/* ---- numbers, places ----------------------------------------------------------------------------------------------- */
+/* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
-/* Numbers in decimal, apart by blanks: at most `most`. Returns how many; -1 where something else stands there, a number is not finite,
- * or there are more. */
+/* Numbers in decimal, apart by blanks: at most `most`. Returns how many; -1 where something else stands there, a number
+ * is not finite, or there are more. */
 int kt_parse_numbers(const char *text, int most, double *values);
 
 /* A rotation for a description: none where it is the identity. */
@@ -85,7 +85,7 @@ kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,
                    const kt_element *const *loops);
 
-/* ---- the formats --------------------------------------------------------------------------------------------------- */
+/* ---- the formats ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_robot_source {
     const kt_robot_options *options; /* never NULL */

@@ -1,13 +1,13 @@
 /* Inertias that no body has, in robots of URDF.
  *
  * The principal moments of a body are not negative, and none exceeds the sum of the two others. Files often give an
- * inertia to a link that has none worth speaking of, such as a sensor, and round it. What moves is a rigid part, the links that
- * fixed joints connect, and it is the part that is judged:
+ * inertia to a link that has none worth speaking of, such as a sensor, and round it. What moves is a rigid part, the
+ * links that fixed joints connect, and it is the part that is judged:
  *
  *     m = sum m_i,  m c = sum m_i c_i,  J = sum R_i J_i R_i' + m_i (|d_i|^2 1 - d_i d_i'),  d_i = c_i - c,
  *
- * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move, and is
- * not judged.
+ * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move, and
+ * is not judged.
  */
 #include "import/urdf.h"
 
@@ -74,7 +74,8 @@ static kt_pose pose_on_parent(const kt_body *body) {
     return pose;
 }
 
-/* A walk over all links has met a circle of parents: it ends there, and the check of the description reports the circle. */
+/* A walk over all links has met a circle of parents: it ends there, and the check of the description reports the
+ * circle. */
 static void find_firsts(parts *p) {
     for (int i = 0; i < p->u->link_count; i++) {
         int count = 0, at = i;

@@ -1,5 +1,5 @@
-/* Models in MJCF: what each element becomes, files that are included, copies, what is told, and faults at their places. Numbers of
- * trees, forces and equalities are held against MuJoCo in mjcf_mujoco.c. */
+/* Models in MJCF: what each element becomes, files that are included, copies, what is told, and faults at their places.
+ * Numbers of trees, forces and equalities are held against MuJoCo in mjcf_mujoco.c. */
 #include "../scene/collect.h"
 #include "check.h"
 
@@ -41,7 +41,7 @@ static const kt_body *find_body(const kt_scene *scene, const char *name) {
 #define BALL "<geom size='0.1'/>"
 #define WORLD(within) "<mujoco><worldbody>" within "</worldbody></mujoco>"
 
-/* ---- what becomes of a model --------------------------------------------------------------------------------------- */
+/* ---- what becomes of a model ------------------------------------------------------------------------------------- */
 
 KT_TEST(single_joint_at_the_origin_is_that_of_its_body) {
     kt_scene scene;
@@ -267,7 +267,7 @@ KT_TEST(faults_are_told_at_their_places) {
     }
 }
 
-/* ---- included files ------------------------------------------------------------------------------------------------ */
+/* ---- included files ---------------------------------------------------------------------------------------------- */
 
 static bool put_file(const char *folder, const char *name, const char *text) {
     char path[300];

@@ -1,8 +1,9 @@
-/* Models in MJCF, read here and by MuJoCo itself: the same mass matrix, bias force, places of bodies, forces of springs, dampers,
- * motors and servos, and accelerations, at random states; and equalities that have the same residuals.
+/* Models in MJCF, read here and by MuJoCo itself: the same mass matrix, bias force, places of bodies, forces of
+ * springs, dampers, motors and servos, and accelerations, at random states; and equalities that have the same
+ * residuals.
  *
- * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, apart by blanks, of
- * which those that both read are compared. */
+ * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, apart by
+ * blanks, of which those that both read are compared. */
 #include "check.h"
 
 #include "kinetree/import.h"
@@ -27,7 +28,7 @@ typedef struct pair {
     double *q, *v, *a, *tau, *matrix, *theirs;
 } pair;
 
-/* ---- names --------------------------------------------------------------------------------------------------------- */
+/* ---- names ------------------------------------------------------------------------------------------------------- */
 
 /* Ours have '_' for what names of scenes cannot have. */
 static bool same_name(const char *ours, const char *theirs) {
@@ -43,7 +44,8 @@ static int our_body(const kt_model *model, const char *theirs) {
     return -1;
 }
 
-/* The bodies of ours that have MuJoCo's joints: both are in the order of the file. What moves beyond them are lengths of tendons. */
+/* The bodies of ours that have MuJoCo's joints: both are in the order of the file. What moves beyond them are lengths
+ * of tendons. */
 static bool find_carriers(pair *p) {
     static const int dofs[] = {[mjJNT_FREE] = 6, [mjJNT_BALL] = 3, [mjJNT_SLIDE] = 1, [mjJNT_HINGE] = 1};
     int joint = 0;
@@ -61,7 +63,7 @@ static bool find_carriers(pair *p) {
     return kt_check_equal_int("joints", joint, p->m->njnt);
 }
 
-/* ---- loading --------------------------------------------------------------------------------------------------------- */
+/* ---- loading ----------------------------------------------------------------------------------------------------- */
 
 static void release(pair *p) {
     kt_data_free(p->data);
@@ -132,7 +134,7 @@ static bool load(pair *p, const char *path, const kt_robot_options *options) {
     return true;
 }
 
-/* ---- states ---------------------------------------------------------------------------------------------------------- */
+/* ---- states ------------------------------------------------------------------------------------------------------ */
 
 /* A random state of MuJoCo, and the same in our coordinates. */
 static void set_state(pair *p, kt_random *random) {
@@ -153,7 +155,8 @@ typedef struct findings {
     kt_worst mass, bias, place, turn, force, acceleration;
 } findings;
 
-/* Positions and velocities of ours that MuJoCo does not have: lengths of tendons. They do not concern what trees have. */
+/* Positions and velocities of ours that MuJoCo does not have: lengths of tendons. They do not concern what trees have.
+ * */
 static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double bound) {
     double most = 1e-9;
     for (int i = 0; i < p->nv; i++)
@@ -178,9 +181,9 @@ static void compare_places(pair *p, findings *f) {
     }
 }
 
-/* MuJoCo turns inertias to principal axes, by rotations which end where the cosine of the next is above 1 - 1e-12: axes may be
- * off by 1.4e-6 rad, and an inertia by that times the difference of two principal moments. 1.6e-10 of the largest entry was
- * measured. Places do not depend on it. */
+/* MuJoCo turns inertias to principal axes, by rotations which end where the cosine of the next is above 1 - 1e-12: axes
+ * may be off by 1.4e-6 rad, and an inertia by that times the difference of two principal moments. 1.6e-10 of the
+ * largest entry was measured. Places do not depend on it. */
 static void compare_mass(pair *p, findings *f, double bound) {
     double most = 0.0;
     kt_error error = {0};
@@ -237,7 +240,7 @@ KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) { compare_tree(MODEL
 
 KT_TEST(masses_follow_the_settings_of_the_compiler) { compare_tree(MODELS "/masses.xml", NULL, true, 1e-13); }
 
-/* ---- fixed tendons and equalities ---------------------------------------------------------------------------------------- */
+/* ---- fixed tendons and equalities -------------------------------------------------------------------------------- */
 
 static const char *name_of(const mjModel *m, int address) { return m->names + address; }
 
