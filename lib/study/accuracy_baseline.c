@@ -47,7 +47,7 @@ static kt_status spread(const kt_accuracy *study, kt_baseline_work *w, int recor
     }
     const kt_status status = kt_kinematics_update(study->model, w->data, q, v, NULL, error);
     if (status == KT_OK)
-        w->absolute->transformation.spread(&w->absolute->transformation, w->data, q, v, w->q, w->v);
+        w->absolute->transformation.to_free(&w->absolute->transformation, w->data, q, v, w->q, w->v);
     return status;
 }
 
@@ -63,7 +63,7 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     if (status != KT_OK)
         return status;
     if (w->absolute != NULL) {
-        w->absolute->transformation.gather(&w->absolute->transformation, q, v, NULL, study->results.interval, w->own_q,
+        w->absolute->transformation.from_free(&w->absolute->transformation, q, v, NULL, study->results.interval, w->own_q,
                                            w->own_v, NULL);
         q = w->own_q;
         v = w->own_v;
