@@ -264,6 +264,42 @@ KT_TEST(picture_of_a_run_shows_what_is_recorded) {
     kt_check_true("no positions", strstr(svg, "Angles") == NULL);
 }
 
+/* Eleven joints: the first eight rest, the ninth turns slowly, the last ones fast, one trembles by rounding. A residual
+ * falls to 1e-222. */
+KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
+    char text[8192];
+    size_t used = 0;
+#define PUT(...) used += (size_t)snprintf(text + used, sizeof text - used, __VA_ARGS__)
+    PUT("time");
+    for (int k = 1; k <= 11; k++)
+        PUT(",position.j%d", k);
+    PUT(",reaction.pin.fx,reaction.pin.fz,reaction.pin.mz,constraint.position\n");
+    for (int i = 0; i <= 20; i++) {
+        PUT("%g", 0.05 * i);
+        for (int k = 1; k <= 8; k++)
+            PUT(",%g", k == 1 ? 0.0 : 0.1 * k);
+        PUT(",%.17g,%.17g,%.17g", 0.01 * i, 0.3 * i, i % 2 * 1e-16);
+        PUT(",%d,%.17g,%.17g,%s\n", 100 + i, i * 1e-14, 2.0 * i, i == 10 ? "1e-222" : "1e-16");
+    }
+#undef PUT
+    kt_write_file("many.csv", text);
+    kt_ran ran = kt_shell("$K plot many.csv --columns position,reaction,constraint --out many.svg");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("told", ran.err,
+                      "left out of the picture, since zero or rounding noise: position.j1, position.j11, "
+                      "reaction.pin.fz\n");
+    const char *svg = kt_read_file("many.svg");
+    static const char *const shown[] = {">j9<", ">j10<", ">j2<", ">j6<", ">pin.fx<", ">pin.mz<", "3 columns of zeros"};
+    for (size_t i = 0; i < sizeof shown / sizeof *shown; i++)
+        kt_check_contains("shown", svg, shown[i]);
+    static const char *const hidden[] = {">j1<", ">j7<", ">j8<", ">j11<", ">pin.fz<", "\u2212222", "\u2212200"};
+    for (size_t i = 0; i < sizeof hidden / sizeof *hidden; i++)
+        kt_check_true(hidden[i], strstr(svg, hidden[i]) == NULL);
+    ran = kt_shell("$K plot many.csv --columns position.j11 --out one.svg");
+    kt_check_text("alone it is what was asked for", ran.err, "");
+    kt_check_contains("and shown", kt_read_file("one.svg"), ">j11<");
+}
+
 /* Pixels a unit, from the first and the last tick of an axis. */
 static double scale_of_ticks(const char *svg, bool of_y) {
     double first = 0.0, last = 0.0, from = 0.0, to = 0.0;

@@ -270,6 +270,8 @@ static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, doubl
         }
     if (!(*low <= *high))
         *low = *high = is_log ? 1.0 : 0.0;
+    if (is_log) /* what is smaller by 20 powers of ten is below any rounding: 1e-222 would flatten all the rest */
+        *low = fmax(*low, 1e-20 * *high);
 }
 
 static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {

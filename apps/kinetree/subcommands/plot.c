@@ -2,6 +2,7 @@
  * units. */
 #include "plot/plot.h"
 #include "command.h"
+#include "plot/choice.h"
 #include "records/output.h"
 #include "records/table.h"
 #include "text/arguments.h"
@@ -40,8 +41,10 @@ const kt_usage kt_usage_plot = {
     .least = 1,
     .most = 1,
     .about =
-        "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, energies and\n"
-        "how far loops are open, against time. Markers against a marker, paths in space, have one scale on both "
+        "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, forces of "
+        "effects,\n"
+        "energies and how far loops are open, against time: of each quantity the columns that vary most, and none of\n"
+        "rounding noise. Markers against a marker, paths in space, have one scale on both "
         "axes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
@@ -49,32 +52,54 @@ const kt_usage kt_usage_plot = {
 
 /* ---- kinds ------------------------------------------------------------------------------------------------------- */
 
-/* A column's kind is the part of its name before the first point. */
+/* A column's kind follows from the part of its name before the first point, and from how the name ends (any of `ends`,
+ * parted by '|'; NULL: however). */
 static const struct kind {
-    const char *name, *title, *unit;
+    const char *name, *ends, *title, *unit;
     bool is_default, is_log;
 } kinds[] = {
-    {"position", "Positions", "rad or m", true, false},
-    {"velocity", "Velocities", "rad/s or m/s", false, false},
-    {"acceleration", "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false},
-    {"marker", "Markers", "m", false, false},
-    {"torque", "Torques and forces", "N m or N", false, false},
-    {"energy", "Energies", "J", true, false},
-    {"constraint", "Loops open by", "rad or m, and per second", true, true},
-    {"reaction", "Reactions", "N or N m", false, false},
-    {NULL, "Values", NULL, false, false},
+    {"position", NULL, "Positions", "rad or m", true, false},
+    {"velocity", NULL, "Velocities", "rad/s or m/s", false, false},
+    {"acceleration", NULL, "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false},
+    {"marker", ".x|.y|.z", "Markers", "m", false, false},
+    {"marker", ".vx|.vy|.vz", "Velocities of markers", "m/s", false, false},
+    {"marker", ".ax|.ay|.az", "Accelerations of markers", "m/s\u00b2", false, false},
+    {"effect", " [N]", "Forces of effects", "N", true, false},
+    {"effect", " [N m]", "Torques of effects", "N m", true, false},
+    {"effect", " [m]| [rad]", "Lengths and angles of effects", "m or rad", false, false},
+    {"effect", " [m/s]| [rad/s]", "Rates of effects", "m/s or rad/s", false, false},
+    {"effect", " [W]", "Powers of effects", "W", false, false},
+    {"momentum", ".px|.py|.pz", "Momentum", "kg m/s", false, false},
+    {"momentum", ".lx|.ly|.lz", "Angular momentum", "kg m\u00b2/s", false, false},
+    {"energy", NULL, "Energies", "J", true, false},
+    {"constraint", NULL, "Loops open by", "rad or m, and per second", true, true},
+    {"reaction", ".fx|.fy|.fz", "Reactions: forces", "N", false, false},
+    {"reaction", ".mx|.my|.mz", "Reactions: moments", "N m", false, false},
+    {"reaction", NULL, "Multipliers", "N or N m", false, false},
+    {NULL, NULL, "Values", NULL, false, false},
 };
 enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3 };
 
 static bool begins_with(const char *name, const char *beginning) {
     const size_t length = strlen(beginning);
     return strncmp(name, beginning, length) == 0 &&
-           (name[length] == '\0' || name[length] == '.' || name[length] == '[');
+           (name[length] == '\0' || name[length] == '.' || name[length] == '[' || name[length] == ' ');
+}
+
+static bool ends_in_one_of(const char *name, const char *ends) {
+    const size_t length = strlen(name);
+    for (const char *end = ends; *end != '\0';) {
+        const size_t size = strcspn(end, "|");
+        if (length >= size && strncmp(name + length - size, end, size) == 0)
+            return true;
+        end += size + (end[size] == '|');
+    }
+    return false;
 }
 
 static int kind_of(const char *name) {
     for (int k = 0; k < KINDS - 1; k++)
-        if (begins_with(name, kinds[k].name))
+        if (begins_with(name, kinds[k].name) && (kinds[k].ends == NULL || ends_in_one_of(name, kinds[k].ends)))
             return k;
     return KINDS - 1;
 }
@@ -89,7 +114,9 @@ typedef struct kt_chart {
     double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
-    int count[KINDS], left_out[KINDS];
+    int count[KINDS];
+    kt_candidate *candidates; /* the columns that were asked for */
+    int candidate_count;
     kt_plot_panel panels[KINDS];
     int panel_count;
 } kt_chart;
@@ -114,31 +141,42 @@ static bool is_rising(const double *x, size_t count) {
 
 static void add_column(kt_chart *chart, int column) {
     const char *name = chart->table->names[column];
-    const double *y = chart->table->cells + (size_t)column * chart->table->rows;
     const int kind = kind_of(name);
-    if (chart->count[kind] == KT_PLOT_SERIES_MAX) {
-        chart->left_out[kind]++;
-        return;
-    }
-    const char *dot = strchr(name, '.');
+    chart->candidates[chart->candidate_count++] =
+        (kt_candidate){.name = name,
+                       .y = chart->table->cells + (size_t)column * chart->table->rows,
+                       .panel = kind,
+                       .family = strncmp(name, "reaction", 8) == 0 ? -1 : kind,
+                       .is_error = is_log(chart, kind)};
+}
+
+static void add_series(kt_chart *chart, const kt_candidate *column) {
+    const int kind = column->panel;
+    const char *dot = strchr(column->name, '.');
     chart->series[kind][chart->count[kind]++] =
-        (kt_plot_series){.label = kind < KINDS - 1 && dot != NULL ? dot + 1 : name,
+        (kt_plot_series){.label = kind < KINDS - 1 && dot != NULL ? dot + 1 : column->name,
                          .x = chart->x,
-                         .y = is_log(chart, kind) ? take_magnitudes(chart, y) : y,
+                         .y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y,
                          .count = chart->table->rows,
                          .is_dense = is_rising(chart->x, chart->table->rows)};
 }
 
 static void add_panels(kt_chart *chart) {
+    kt_candidates_choose(chart->candidates, chart->candidate_count, chart->table->rows);
+    kt_candidates_say_noise("plot", chart->candidates, chart->candidate_count);
+    for (int i = 0; i < chart->candidate_count; i++)
+        if (chart->candidates[i].is_shown)
+            add_series(chart, &chart->candidates[i]);
     for (int kind = 0; kind < KINDS; kind++)
         if (chart->count[kind] > 0)
-            chart->panels[chart->panel_count++] = (kt_plot_panel){.title = kinds[kind].title,
-                                                                  .unit = kinds[kind].unit,
-                                                                  .series = chart->series[kind],
-                                                                  .series_count = chart->count[kind],
-                                                                  .left_out = chart->left_out[kind],
-                                                                  .has_legend = true,
-                                                                  .y_log = is_log(chart, kind)};
+            chart->panels[chart->panel_count++] =
+                (kt_plot_panel){.title = kinds[kind].title,
+                                .unit = kinds[kind].unit,
+                                .series = chart->series[kind],
+                                .series_count = chart->count[kind],
+                                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
+                                .has_legend = true,
+                                .y_log = is_log(chart, kind)};
 }
 
 /* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
@@ -177,6 +215,14 @@ static int say_no_column(const kt_table *table, const char *option, const char *
     return KT_EXIT_USAGE;
 }
 
+/* Whether a column is there already, as one of 'position,position.arm' would be twice. */
+static bool is_listed(const kt_chart *chart, const char *name) {
+    for (int i = 0; i < chart->candidate_count; i++)
+        if (chart->candidates[i].name == name)
+            return true;
+    return false;
+}
+
 static int add_listed(kt_chart *chart, const char *list) {
     char *text = strdup(list), *rest = text;
     int code = -1;
@@ -184,7 +230,8 @@ static int add_listed(kt_chart *chart, const char *list) {
         bool found = false;
         for (int i = 0; i < chart->table->columns; i++)
             if (begins_with(chart->table->names[i], word)) {
-                add_column(chart, i);
+                if (!is_listed(chart, chart->table->names[i]))
+                    add_column(chart, i);
                 found = true;
             }
         if (!found)
@@ -241,15 +288,17 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
     kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
-    char title[300], subtitle[96];
+    kt_candidate *candidates = malloc((size_t)table->columns * sizeof *candidates);
+    char title[300], subtitle[160];
     int code = -1;
-    if (chart == NULL || magnitudes == NULL) {
+    if (chart == NULL || magnitudes == NULL || candidates == NULL) {
         kt_say("there is not enough memory for the picture");
         code = KT_EXIT_INTEGRATION;
     } else {
         chart->arguments = arguments;
         chart->table = table;
         chart->magnitudes = magnitudes;
+        chart->candidates = candidates;
         chart->x_name = arguments->x != NULL ? arguments->x : table->names[0];
         chart->x = kt_table_column(table, chart->x_name);
         if (chart->x == NULL)
@@ -269,7 +318,8 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         make_path(chart);
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
-        snprintf(subtitle, sizeof subtitle, "%zu records", table->rows);
+        const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
+        snprintf(subtitle, sizeof subtitle, "%zu records%s", table->rows, noise.text);
         const kt_plot plot = {.title = arguments->title != NULL ? arguments->title : base,
                               .subtitle = subtitle,
                               .x_title = chart->x_name,
@@ -280,6 +330,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
                               .is_dark = arguments->dark};
         code = kt_plot_draw(&plot, out);
     }
+    free(candidates);
     free(magnitudes);
     free(chart);
     return code;

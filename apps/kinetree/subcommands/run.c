@@ -91,7 +91,8 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_correction(sinks->outcome);
     const double *values = kt_columns_evaluate(sinks->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
-    if (kt_csv_write(sinks->csv, values) != 0 || (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record) != 0) ||
+    if (kt_csv_write(sinks->csv, values) != 0 ||
+        (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record, values) != 0) ||
         (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
         return -1;
@@ -222,7 +223,7 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
     kt_result_names written = *names;
     int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (names->plot != NULL)
-        picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark);
+        picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark, arguments->quiet);
     if (names->view != NULL)
         view = write_view(outcome, results->motion, names->view);
     if (names->glb != NULL)
@@ -324,7 +325,7 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
     if (!kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
     if (names->plot != NULL)
-        results->plot = kt_plot_run_start(outcome->model, outcome->run);
+        results->plot = kt_plot_run_start(&results->columns, outcome->run);
     if (names->view != NULL || names->glb != NULL)
         results->motion =
             kt_motion_start(outcome->scene, &results->columns, kt_simulation_record_count(outcome->simulation),

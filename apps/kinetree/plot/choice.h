@@ -1,0 +1,40 @@
+/* Which columns a panel of a chart shows: those that move most, and none of rounding noise next to them. */
+#ifndef KT_COMMAND_PLOT_CHOICE_H
+#define KT_COMMAND_PLOT_CHOICE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* A column that could be shown, of `rows` numbers. */
+typedef struct kt_candidate {
+    const char *name;
+    const double *y;
+    int panel;  /* columns of one panel have one unit */
+    int family; /* a panel: columns of one family are noise next to each other. Moments are so next to forces: a length
+                      between them is not as small as rounding */
+    bool is_error; /* a residual, which is drawn on a logarithmic axis and may be as small as it likes */
+    /* Found by kt_candidates_choose: */
+    double size, range; /* largest magnitude; largest less least value */
+    bool is_shown;
+    bool is_noise; /* zero, or rounding next to the others */
+} kt_candidate;
+
+/* Chooses. With S the largest magnitude in a family, a column moves if it varies by more than 1e-11 S; one that does not
+ * move and is not larger than that is noise. Shown are at most KT_PLOT_SERIES_MAX of a panel: of those that move the
+ * ones that vary most, then those that are constant, and noise only where there is nothing else. */
+void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows);
+
+/* How many were left out as noise, in words for a subtitle: "; 3 columns of zeros or rounding noise left out"; empty if
+ * none were. */
+typedef struct kt_noise_words {
+    char text[96];
+} kt_noise_words;
+kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int count);
+
+/* Prints which columns were left out as noise, if any were: "plot: left out, since they are ..." */
+void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count);
+
+/* The number of those of a panel that are neither shown nor noise. */
+int kt_candidates_left_out(const kt_candidate *candidates, int count, int panel);
+
+#endif
