@@ -172,6 +172,19 @@ KT_TEST(what_acts_in_joints_has_symbols) {
     }
 }
 
+/* The square of a planar joint is painted before the line of a contact's ground, which it would cover. */
+KT_TEST(ground_of_a_contact_is_not_covered_by_the_plane_of_a_joint) {
+    kt_write_file("ground.yaml",
+                  "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                  "  - {name: ball, joint: {type: planar, axis: z, position: [0.5, 0.5, 0]}, mass: 1,\n"
+                  "     shape: {type: sphere, radius: 0.1}, markers: {c: [0, 0, 0]}}\n"
+                  "effects: [{type: contact, point: ball.c, radius: 0.1, plane: world, axis: y, stiffness: 1e5}]\n");
+    kt_expect(0, NULL, "$K draw ground.yaml --out ground.svg 2>/dev/null");
+    const char *svg = kt_read_file("ground.svg");
+    const char *square = strstr(svg, "style=\"fill:#f2f2f2"), *ground = strstr(svg, "stroke-width:1.4;");
+    kt_check_true("a square, then the ground", square != NULL && ground != NULL && square < ground);
+}
+
 KT_TEST(views_are_read_and_refused) {
     kt_write_file("pair.yaml", pair);
     static const char *const views[][2] = {{"x", "seen along x"},

@@ -206,12 +206,74 @@ effects:
           ([] if one > 0 and counts == [0, one, one, 2 * one] else [f"{counts}"]))
 
 
+DIFFERENTIAL = """kinetree: 1
+name: differential
+bodies:
+""" + "".join(f"  - {{name: {name}, joint: {{type: revolute, axis: y, at: [0, {y}, 0]}}, mass: 2, shape: {{type: cylinder, radius: {r}, length: 0.1, axis: y}}}}\n"
+              for name, y, r in (("ring", 0, 0.15), ("left", 0.2, 0.1), ("right", -0.2, 0.1))) + """loops:
+  - {name: mean, type: coupling, coefficients: {left: 0.5, right: 0.5, ring: -1}}
+effects:
+  - {type: motor, joint: ring, torque: 5}
+"""
+BALL = """kinetree: 1
+name: ball
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: z, position: 0.098}, mass: 0.5, shape: {type: sphere, radius: 0.1}, markers: {centre: [0, 0, 0]}}
+  - {name: block, joint: {type: prismatic, axis: x, at: [0.5, 0, 0]}, mass: 500, shape: {type: box, size: [0.1, 0.1, 0.1]}, markers: {c: [0, 0, 0]}}
+effects:
+  - {type: contact, point: ball.centre, radius: 0.1, plane: world, stiffness: 1e4, exponent: 1.5}
+  - {type: spring, between: [block.c, {body: world, at: [0.9, 0, 0]}], stiffness: 1e6, length: 0.1}
+"""
+PAINT_NOW = "new Promise((done) => setTimeout(done, 600))"
+
+
+def check_seen(page, folder):
+    """Arrows within solids shine through them: of the motor in its gear, of the dashes of a coupling, of the contact on its ball, next to a
+    spring that pulls 50,000 times as much."""
+    counts = {}
+    for name, text, layer in (("differential", DIFFERENTIAL, "drives"), ("ball", BALL, "contact")):
+        run = kinetree("view", "-", "--view", f"{name}.html", "--duration", "0.02", "--quiet", folder=folder, text=text)
+        if run.returncode:
+            counts[name] = run.stderr
+            continue
+        page.resize(WIDTH, HEIGHT)
+        page.open(f"{folder}/{name}.html")
+        pictures = []
+        for shown in ("true", "false"):
+            page.evaluate(f"kinetree.pause(); kinetree.camera.aim([0, 1, 0.01]); kinetree.fit(); kinetree.shown.{layer} = {shown}; kinetree.is_stale = true; {PAINT_NOW}")
+            pictures.append(pixels_of(page.picture()))
+        counts[name] = sum(a != b for rows in zip(*pictures) for a, b in zip(*rows))
+    note(f"pixels that arrows within solids change: {counts}")
+    claim("arrows_within_bodies_are_seen", [f"{name}: {count}" for name, count in counts.items() if not (isinstance(count, int) and count > 100)])
+
+
+def check_rest(page, folder):
+    """A picture that rests is drawn as well as can be; names lie over none of the others; a chart begins with positions."""
+    run = kinetree("view", "-", "--view", "rest.html", "--duration", "0.2", "--quiet", folder=folder, text=DIFFERENTIAL)
+    page.resize(WIDTH, HEIGHT)
+    page.open(f"{folder}/rest.html")
+    page.evaluate("kinetree.pause(); kinetree.camera.aim([0, 1, 0]); kinetree.fit(); kinetree.shown.names = true; kinetree.quality = 3; kinetree.is_stale = true")
+    first = page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(document.getElementById('picture').width))))")
+    page.evaluate(PAINT_NOW)
+    last, boxes, chosen = page.evaluate("""[document.getElementById("picture").width,
+        [...document.querySelectorAll("#names span")].map((one) => one.getBoundingClientRect()).map((b) => [b.left, b.right, b.top, b.bottom]),
+        kinetree.chart.chosen.map((i) => kinetree.data.columns[i].name)]""")
+    over = [(a, b) for i, a in enumerate(boxes) for b in boxes[:i]
+            if min(a[1], b[1]) > max(a[0], b[0]) + 0.5 and min(a[3], b[3]) > max(a[2], b[2]) + 0.5]
+    note(f"width of a coarse picture and of one that rests: {first}, {last}; {len(boxes)} names; the chart begins with {chosen}")
+    words = ([run.stderr] if run.returncode else []) + page.complaints()
+    claim("a_picture_that_rests_is_fine", words + ([] if last > 1.5 * first else [f"{first}, {last}"]))
+    claim("names_lie_over_no_names", [f"{pair}" for pair in over] + ([] if len(boxes) == 3 else [f"{len(boxes)} names"]))
+    claim("a_chart_begins_with_what_moves", [] if chosen and all(name.startswith("position.") for name in chosen) else [f"{chosen}"])
+
+
 # Numbers of lines, without and with what springs, stops, drives and couplings add.
 SYMBOLS = """["springs", "drives"].map((layer) => [false, true].map((is_on) => {
     const {figure} = kinetree;
     kinetree.pose();
     figure.update(kinetree.time, kinetree.poses, {...kinetree.shown, springs: false, drives: false, [layer]: is_on});
-    return figure.thick.numbers.used + figure.thin.numbers.used;
+    return figure.thick.numbers.used + figure.thin.numbers.used + figure.drives.numbers.used;
 }))"""
 
 
@@ -322,6 +384,8 @@ def main():
             timed("time", check_time, page, f"{folder}/page.html")
             timed("arrows", check_arrows, page, folder)
             timed("symbols", check_symbols, page, folder)
+            timed("seen", check_seen, page, folder)
+            timed("rest", check_rest, page, folder)
             timed("bushings", check_bushings, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)

@@ -180,13 +180,18 @@ static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
 
+static bool is_seen_from_its_edge(const kt_sheet *sheet, const kt_picture_plane *plane) {
+    const kt_pose pose = kt_body_frame_pose(&plane->frame, sheet->poses);
+    return fabs(kt_camera_point(&sheet->drawing->camera, pose.rotation.z).z) < 0.02;
+}
+
 /* A plane seen from its edge is hatched ground, else a square with lines, on which things stand. */
 static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
     const kt_pose pose = kt_body_frame_pose(&plane->frame, sheet->poses);
     const kt_vec3 normal = kt_camera_point(&sheet->drawing->camera, pose.rotation.z);
     const double h = plane->half;
     cairo_t *c = sheet->c;
-    if (fabs(normal.z) < 0.02) {
+    if (is_seen_from_its_edge(sheet, plane)) {
         const kt_vec3 along = kt_vec3_cross(sheet->drawing->camera.axes.z, pose.rotation.z);
         const kt_spot a = kt_sheet_place(sheet, kt_vec3_sub(pose.position, kt_vec3_scale(-h, along)));
         const kt_spot b = kt_sheet_place(sheet, kt_vec3_sub(pose.position, kt_vec3_scale(h, along)));
@@ -222,8 +227,10 @@ static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
 
 void kt_paint_ground(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
-    for (int i = 0; i < p->plane_count; i++)
-        paint_plane(sheet, &p->planes[i]);
+    for (int edge = 0; edge < 2; edge++) /* squares first: that of a planar joint would cover the ground of a contact */
+        for (int i = 0; i < p->plane_count; i++)
+            if (is_seen_from_its_edge(sheet, &p->planes[i]) == (edge == 1))
+                paint_plane(sheet, &p->planes[i]);
     for (int i = 0; i < p->joint_count && sheet->drawing->is_diagram; i++)
         if (p->joints[i].type == KT_JOINT_PRISMATIC)
             paint_guide(sheet, &p->joints[i]);

@@ -3,6 +3,9 @@
 
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
+/* What a chart opens with, by how names of columns begin. */
+const FIRST = ["position.", "effect", "velocity."];
+
 class Chart {
     constructor(elements, data, motion, seek) {
         Object.assign(this, {...elements, data, motion, seek, readings: [], left: 64, right: 14});
@@ -15,10 +18,33 @@ class Chart {
         this.list_columns();
     }
 
-    /* The energies, if they were recorded; else the first group. */
+    /* The positions that move; else what effects exert; else the first group. Of each unit what varies most, and nothing that varies by
+     * rounding alone. */
     first_choice() {
-        const all = this.data.columns, energies = all.map((c, i) => i).filter((i) => all[i].group === "Energies");
-        return (energies.length > 0 ? energies : all.map((c, i) => i).filter((i) => all[i].group === all[0].group)).slice(0, 6);
+        const all = this.data.columns, moving = this.moving();
+        const found = FIRST.map((kind) => moving.filter((i) => all[i].name.startsWith(kind))).find((some) => some.length > 0);
+        const chosen = found ?? moving.filter((i) => all[i].group === all[moving[0]].group);
+        return (chosen.length > 0 ? chosen : all.map((c, i) => i)).slice(0, 6).sort((a, b) => a - b);
+    }
+
+    /* The columns that vary by more than 1e-11 of the largest number of their unit, those first that vary most. */
+    moving() {
+        const all = this.data.columns, ranges = all.map((c, i) => this.extent(i)), most = {};
+        ranges.forEach(({size}, i) => { most[all[i].unit] = Math.max(most[all[i].unit] ?? 0, size); });
+        const share = (i) => ranges[i].range / most[all[i].unit];
+        return all.map((c, i) => i).filter((i) => share(i) > 1e-11).sort((a, b) => share(b) - share(a));
+    }
+
+    extent(column) {
+        let low = Infinity, high = -Infinity;
+        for (let i = 0; i < this.motion.frames; i++) {
+            const y = this.value(column, i);
+            if (Number.isFinite(y)) {
+                low = Math.min(low, y);
+                high = Math.max(high, y);
+            }
+        }
+        return low <= high ? {size: Math.max(Math.abs(low), Math.abs(high)), range: high - low} : {size: 0, range: 0};
     }
 
     /* The columns as a list of boxes to tick, by group; a filter for many. */

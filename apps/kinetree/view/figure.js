@@ -35,7 +35,8 @@ class Figure {
         this.hidden = new Set();
         this.traced = new Set(data.markers.map((m, i) => (m.traced ? i : -1)).filter((i) => i >= 0));
         this.force_scale = 1;
-        this.strongest = Math.max(...data.arrows.map((_, i) => this.longest_force(i)));
+        this.strongest = Object.fromEntries(Object.keys(ARROWS).map((source) => [source,
+            Math.max(0, ...data.arrows.map((arrow, i) => (arrow.source === source ? this.longest_force(i) : 0)))]));
         this.make_buffers();
     }
 
@@ -44,6 +45,7 @@ class Figure {
         this.arrows = ["cylinder", "cone"].map((name) => this.painter.make_batch(name, 1.5 * this.data.radius));
         this.thin = this.painter.make_lines(1.5, false);
         this.thick = this.painter.make_lines(2.5, false);
+        this.drives = this.painter.make_lines(2.5, false);
         this.paths = [];
     }
 
@@ -177,6 +179,7 @@ class Figure {
     update(t, poses, shown) {
         this.thin.numbers.clear();
         this.thick.numbers.clear();
+        this.drives.numbers.clear();
         this.arrows.forEach((batch) => batch.numbers.clear());
         if (shown.frame)
             this.draw_frame(poses);
@@ -199,7 +202,7 @@ class Figure {
             if (shown[arrow.source] && !this.hidden.has(arrow.body))
                 this.draw_force(poses, arrow, force_at(this.motion, t, i));
         });
-        [this.thin, this.thick, ...this.arrows].forEach((one) => { one.is_changed = true; });
+        [this.thin, this.thick, this.drives, ...this.arrows].forEach((one) => { one.is_changed = true; });
         this.update_paths(t);
     }
 
@@ -271,9 +274,9 @@ class Figure {
         return {body, o: point_of(poses, on, at), q: turn_of(poses, on, turned), slides: type === "prismatic"};
     }
 
-    curve(points, colour) {
+    curve(points, colour, lines = this.thick) {
         for (let i = 1; i < points.length; i++)
-            this.line(this.thick, points[i - 1], points[i], colour);
+            this.line(lines, points[i - 1], points[i], colour);
     }
 
     /* Points r(s) from the axis of a joint at angles from a to b. */
@@ -315,18 +318,18 @@ class Figure {
 
     /* An arrow around the axis of a joint that a motor, a servo or a prescribed motion drives; along one that slides. */
     draw_drive(poses, joint) {
-        const frame = this.joint_frame(poses, joint), {o, q} = frame, r = 4.5 * this.data.radius, colour = [...this.theme.ink, 0.9];
+        const frame = this.joint_frame(poses, joint), {o, q} = frame, r = Math.max(4.5 * this.data.radius, 0.05 * this.data.size), colour = [...this.theme.ink, 0.9];
         if (this.hidden.has(frame.body))
             return;
         const points = frame.slides ? [-1, 1].map((s) => add(o, turn(q, [0.7 * r, 0, s * r]))) : this.around(frame, 0.3, 4.4, () => r);
-        this.curve(points, colour);
-        this.arrow_head(points.at(-1), unit(sub(points.at(-1), points.at(-2))), 0.9 * this.data.radius, this.theme.ink);
+        this.curve(points, colour, this.drives);
+        this.arrow_head(points.at(-1), unit(sub(points.at(-1), points.at(-2))), 0.2 * r, this.theme.ink);
     }
 
     draw_coupling(poses, joint, other) {
         const a = this.joint_frame(poses, joint).o, d = sub(this.joint_frame(poses, other).o, a), steps = 20;
         for (let i = 0; i < steps; i++)
-            this.line(this.thin, add(a, scale((i + 0.2) / steps, d)), add(a, scale((i + 0.7) / steps, d)), [...this.theme.quiet, 0.9]);
+            this.line(this.drives, add(a, scale((i + 0.2) / steps, d)), add(a, scale((i + 0.7) / steps, d)), [...this.theme.quiet, 0.9]);
     }
 
     instance(name, at, turned, half, colour) {
@@ -343,18 +346,19 @@ class Figure {
     /* Where a force acts: of a contact at the sphere's lowest point. An effect with two ends acts on both; on the world no
      * arrow is drawn. */
     draw_force(poses, {source, body, at, effect}, force) {
-        const o = point_of(poses, body, at), {ends, radius} = this.data.effects[effect] ?? {}, colour = ARROWS[source];
+        const o = point_of(poses, body, at), {ends, radius} = this.data.effects[effect] ?? {};
         if (source === "contact")
-            return this.draw_arrow(sub(o, scale(radius, turn(turn_of(poses, ends[1].body, ends[1].turn), [0, 0, 1]))), force, colour);
+            return this.draw_arrow(sub(o, scale(radius, turn(turn_of(poses, ends[1].body, ends[1].turn), [0, 0, 1]))), force, source);
         if (source !== "effect" || body > 0)
-            this.draw_arrow(o, force, colour);
+            this.draw_arrow(o, force, source);
         if (source === "effect" && ends.length === 2 && ends[1].body > 0)
-            this.draw_arrow(this.place(poses, ends[1]), scale(-1, force), colour);
+            this.draw_arrow(this.place(poses, ends[1]), scale(-1, force), source);
     }
 
-    /* The strongest force in the motion is a fourth of the mechanism long. */
-    draw_arrow(o, force, colour) {
-        const f = norm(force), most = this.strongest;
+    /* The strongest force of a layer in the motion is a fourth of the mechanism long: next to the reactions of a heavy
+     * body a contact that carries little would have no length. */
+    draw_arrow(o, force, source) {
+        const f = norm(force), most = this.strongest[source], colour = ARROWS[source];
         if (!(f > 1e-3 * most))
             return;
         const length = Math.min((0.25 * f) / most, 0.75) * this.data.size * this.force_scale, n = scale(1 / f, force);
@@ -411,7 +415,12 @@ class Figure {
         p.paint_solids(this.layers(shown), camera, p.texture, sides);
         p.paint_solids(this.arrows, camera, p.texture, sides);
         const paths = shown.traces ? this.paths.flatMap(({faint, past}) => [faint, past]) : [];
-        p.paint_lines([this.thin, this.thick, ...paths], camera, pixels);
+        p.paint_lines([this.thin, this.thick, this.drives, ...paths], camera, pixels);
+        /* Arrows within bodies, which are most of a contact's on its sphere and of a motor's in its gear, shine through. */
+        p.behind(() => {
+            p.paint_solids(this.arrows, camera, p.texture, sides, 0.45);
+            p.paint_lines([this.drives], camera, pixels);
+        });
     }
 
     /* The numbers of things in a rectangle of the picture, 0 for none. */

@@ -10,6 +10,17 @@ const COARSE = "This machine draws slowly, so that curved surfaces and fine line
 const QUALITIES = [[40, 2, true], [16, 1, true, COARSE], [8, 1, true, COARSE], [6, 0.6, true, COARSE],
     [6, 0.6, false, "This machine draws slowly, so that curved surfaces and fine lines are coarser, and joints are left out."]];
 
+/* The place next to (x, y) where a name of this size lies over none of `placed`: above or below, by as many lines as it takes. */
+function free_place(x, y, [width, height], placed) {
+    const is_free = (v) => placed.every((p) => Math.abs(p.x - x) >= 0.5 * (p.size[0] + width) || Math.abs(p.y - v) >= 0.5 * (p.size[1] + height));
+    for (let k = 0; k < 2 * NAMES_MAX; k++) {
+        const v = y + (k % 2 ? 1 : -1) * Math.ceil(k / 2) * height;
+        if (is_free(v))
+            return [x, v];
+    }
+    return [x, y];
+}
+
 class Page {
     constructor() {
         this.data = JSON.parse(find("data").textContent);
@@ -24,6 +35,7 @@ class Page {
         this.is_playing = false;
         this.quality = this.data.bodies.length > 300 ? 1 : 0;
         this.spent = [];
+        this.rested = 0;
         this.notes = (this.data.notes ?? []).map(({what, remedy}) =>
             `${what[0].toUpperCase()}${what.slice(1)}.${remedy ? ` ${remedy}.` : ""}`);
         this.survey();
@@ -118,6 +130,8 @@ class Page {
         }
         if (this.is_stale)
             this.paint();
+        else if (!this.is_playing && !this.is_fine && this.quality > 0 && this.rested++ > 10)
+            this.paint(true);
     }
 
     set_time(t) {
@@ -183,13 +197,18 @@ class Page {
     /* ---- painting ------------------------------------------------------------------------------------------------- */
 
     resize() {
-        const canvas = find("picture"), ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[this.quality][1]);
-        this.ratio = ratio;
-        canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-        canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+        this.set_resolution(this.quality);
         this.chart.paint(this.theme);
         this.chart.move(this.time);
         this.is_stale = true;
+    }
+
+    set_resolution(quality) {
+        const canvas = find("picture"), ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[quality][1]);
+        const size = [canvas.clientWidth, canvas.clientHeight].map((pixels) => Math.max(1, Math.round(pixels * ratio)));
+        this.ratio = ratio;
+        if (canvas.width !== size[0] || canvas.height !== size[1])
+            [canvas.width, canvas.height] = size;
     }
 
     get aspect() { return find("picture").width / find("picture").height; }
@@ -215,15 +234,20 @@ class Page {
         return this.camera.look(find("picture").width, find("picture").height, this.shift());
     }
 
-    paint() {
+    /* is_fine: as well as can be, whatever it costs: of a picture that has rested for some frames. */
+    paint(is_fine = false) {
         this.is_stale = false;
+        this.is_fine = is_fine;
+        this.rested = 0;
         if (this.figure === null)
             return;
-        const canvas = find("picture"), view = this.pose(), p = this.painter;
+        const quality = is_fine ? 0 : this.quality, canvas = find("picture");
+        this.set_resolution(quality);
+        const view = this.pose(), p = this.painter;
         this.figure.update(this.time, this.poses, this.shown);
         p.begin(canvas.width, canvas.height, this.theme.paper);
         const pixels = [canvas.width / this.ratio, canvas.height / this.ratio];
-        const [sides, , has_joints] = QUALITIES[this.quality];
+        const [sides, , has_joints] = QUALITIES[quality];
         this.figure.paint(view, {...this.shown, joints: this.shown.joints && has_joints}, sides, pixels);
         if (this.ghost !== undefined)
             p.paint_solids(this.figure.static.bodies, view, this.ghost, sides, 0.3);
@@ -306,11 +330,16 @@ class Page {
         if (layer.childElementCount === 0)
             this.named = data.bodies.map((body, i) => i).filter((i) => i > 0).slice(0, NAMES_MAX)
                 .map((i) => ({body: i, at: data.solids.find((s) => s.body === i)?.at ?? [0, 0, 0], label: element("span", {text: data.bodies[i].name}, layer)}));
-        for (const {body, at, label} of this.named) {
-            const xy = to_page(view, point_of(this.poses, body, at));
+        const placed = [];
+        for (const one of this.named) {
+            const {body, at, label} = one, xy = to_page(view, point_of(this.poses, body, at));
             label.hidden = xy === null || this.figure.hidden.has(body);
-            if (xy !== null)
-                label.style.transform = `translate(${xy[0] * layer.clientWidth}px, ${xy[1] * layer.clientHeight}px) translate(-50%, -50%)`;
+            if (label.hidden)
+                continue;
+            one.size ??= [label.offsetWidth, label.offsetHeight];
+            const [x, y] = free_place(xy[0] * layer.clientWidth, xy[1] * layer.clientHeight, one.size, placed);
+            placed.push({x, y, size: one.size});
+            label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
         }
     }
 

@@ -310,6 +310,13 @@ class Painter {
         gl.depthFunc(gl.LEQUAL);
     }
 
+    /* What lies behind something: what is drawn between this and the next call is drawn there alone. */
+    behind(draw) {
+        this.gl.depthFunc(this.gl.GREATER);
+        draw();
+        this.gl.depthFunc(this.gl.LEQUAL);
+    }
+
     /* camera: view (16 numbers), eye [x, y, z, w], light, scale (pixels a metre). sides: the most that a circle has. */
     paint_solids(batches, camera, texture, sides, opacity = 1, as_numbers = false) {
         const gl = this.gl, u = this.solid.uniforms;
