@@ -27,6 +27,7 @@ typedef int kt_command_main(int argc, char **argv);
 #define KT_SUBCOMMAND_LIST(X)                                                                                          \
     X(run, "run a scene; records as CSV, a summary as JSON, a picture")                                                \
     X(view, "a page that shows the motion of a scene, in one file for any browser")                                    \
+    X(sweep, "many runs of a scene with other values, a line each: grids, samples, tables")                            \
     X(accuracy, "what accuracy costs: error against CPU time, for every method")                                       \
     X(draw, "a picture of the mechanism: its start, poses of a run, paths of markers")                                 \
     X(plot, "draw the columns of a result: positions, energies, a phase plane")                                        \

@@ -99,13 +99,15 @@ static int read_choice(const kt_usage *usage, const kt_option *option, const cha
     return KT_EXIT_USAGE;
 }
 
-static int add_setting(const kt_usage *usage, const char *text, kt_settings *settings) {
+static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_settings *settings) {
     if (strchr(text, '=') == NULL || text[0] == '=') {
-        kt_say("%s: --set takes PATH=VALUE, such as L=1.5 or bodies.arm.mass=2, not '%s'", usage->command, text);
+        kt_say("%s: --%s takes %s, where PATH or NAME is such as L or bodies.arm.mass, not '%s'", usage->command,
+               option->name, option->argument, text);
         return KT_EXIT_USAGE;
     }
     if (settings->count == KT_SETTINGS_MAX) {
-        kt_say("%s: --set can be given %d times; write the rest into the scene", usage->command, KT_SETTINGS_MAX);
+        kt_say("%s: --%s can be given %d times; write the rest into the scene", usage->command, option->name,
+               KT_SETTINGS_MAX);
         return KT_EXIT_USAGE;
     }
     settings->text[settings->count++] = text;
@@ -132,7 +134,7 @@ static int read_value(const kt_usage *usage, const kt_option *option, const char
     case KT_OPTION_COUNT:
         return read_count(text, member) ? -1 : say_wrong_value(usage, option, text, "a whole number");
     case KT_OPTION_SETTING:
-        return add_setting(usage, text, member);
+        return add_setting(usage, option, text, member);
     case KT_OPTION_CHOICE:
         return read_choice(usage, option, text, member);
     }

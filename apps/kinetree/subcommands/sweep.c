@@ -1,0 +1,403 @@
+/* kinetree sweep: many runs of one scene, a line each. */
+#include "sweep/sweep.h"
+#include "records/output.h"
+#include "subcommands/run.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define KT_AT(member) offsetof(kt_sweep_arguments, member)
+
+static const kt_option options[] = {
+    {"vary", KT_OPTION_SETTING, KT_AT(vary), "NAME=VALUES",
+     "FROM:TO:COUNT, log:FROM:TO:COUNT or A,B,C; given again: every combination", NULL},
+    {"random", KT_OPTION_SETTING, KT_AT(random), "NAME=DISTRIBUTION",
+     "in each run another of uniform(FROM,TO), normal(MEAN,DEVIATION), lognormal(MEAN,DEVIATION)", NULL},
+    {"sample", KT_OPTION_TEXT, KT_AT(sample), "KIND:COUNT",
+     "points in the ranges of --vary FROM:TO: sobol:COUNT, latin:COUNT", NULL},
+    {"from", KT_OPTION_TEXT, KT_AT(from), "FILE.csv", "names in the first line, the values of a run in each other",
+     NULL},
+    {"repeats", KT_OPTION_COUNT, KT_AT(repeats), "COUNT", "runs of each point, for --random; default: 1", NULL},
+    {"seed", KT_OPTION_COUNT, KT_AT(seed), "N", "of random values and of latin; default: 0", NULL},
+    KT_SET_OPTION(KT_AT(settings)),
+    {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B",
+     "of the records, whose end, min and max are written; default: all that the scene records", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "a line a run, as CSV; '-': standard output; default: NAME-sweep.csv",
+     NULL},
+    {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "threads; default: one a processor", NULL},
+    {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "the K-th of N parts of the runs alone, for schedulers", NULL},
+    {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "put the parts that --shard has written together, in --out", NULL},
+    {"resume", KT_OPTION_FLAG, KT_AT(resume), NULL, "go on with a sweep that was broken off", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+};
+
+const kt_usage kt_usage_sweep = {
+    .command = "sweep",
+    .examples = "  kinetree sweep pendulum.yaml --vary bodies.bob.mass=0.5:2:20\n"
+                "  kinetree sweep arm.yaml --vary L=1,1.5,2 --vary k=log:1:100:10 --columns position.arm,energy.total\n"
+                "  kinetree sweep arm.yaml --vary L=1:2 --vary k=1:100 --sample sobol:1000 --out - | head\n"
+                "  kinetree sweep arm.yaml --random \"m=normal(1,0.1)\" --repeats 200 --seed 7\n"
+                "  kinetree sweep arm.yaml --from cases.csv --resume\n"
+                "  kinetree sweep arm.yaml --vary L=1:2:900 --shard 3/9 --out 3.csv\n"
+                "  kinetree sweep --merge 1.csv 2.csv 3.csv --out all.csv\n",
+    .operands = "SCENE",
+    .least = 1,
+    .most = -1,
+    .about =
+        "Runs a scene with other values of what --set can replace, and writes a line for each run: the values, how "
+        "the\n"
+        "run ended (done, scene, assembly, integration) and why, its cost, the error of its energy, and the last, "
+        "least\n"
+        "and greatest value of each column of its records. A run that fails is a line. Lines are in the order of the\n"
+        "runs and have the same bytes whatever --jobs, --shard or a break. Results are written to FILE.partial and\n"
+        "renamed at the end; a sweep that was killed leaves that file, and --resume goes on with it.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+};
+
+/* ---- lines in files ---------------------------------------------------------------------------------------------- */
+
+/* What lines are written to. */
+typedef struct sink {
+    const kt_sweep *sweep;
+    FILE *file;
+    kt_progress progress;
+    int64_t first, end, failed;
+    double start;
+} sink;
+
+/* Whether the status of a line is not `done`: the cell behind the values. */
+static bool has_failed(const kt_sweep *sweep, const char *line) {
+    for (int i = 0; i <= sweep->plan.count && line != NULL; i++) {
+        line = strchr(line, ',');
+        line = line != NULL ? line + 1 : NULL;
+    }
+    return line != NULL && strncmp(line, "done,", 5) != 0;
+}
+
+static int write_line(void *user, int64_t run, const char *line) {
+    sink *s = user;
+    char words[64];
+    if (fputs(line, s->file) < 0 || fflush(s->file) != 0) {
+        kt_say("sweep: the line of run %lld cannot be written: %s", (long long)run, strerror(errno));
+        return -1;
+    }
+    s->failed += has_failed(s->sweep, line);
+    const double spent = kt_clock() - s->start;
+    snprintf(words, sizeof words, "%lld of %lld runs, %.3g a second", (long long)(run + 1 - s->first),
+             (long long)(s->end - s->first), spent > 0.0 ? (double)(run + 1 - s->first) / spent : 0.0);
+    kt_progress_show(&s->progress, (double)(run + 1 - s->first) / (double)(s->end - s->first), words);
+    return 0;
+}
+
+/* Whether a line of an earlier sweep is what this one computes. */
+static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
+    char *own = kt_sweep_line(sweep, run);
+    const bool same = own != NULL && strcmp(own, line) == 0;
+    if (own == NULL)
+        kt_say("sweep: there is not enough memory");
+    else if (!same)
+        kt_say("sweep: run %lld has another line in %s than the scene gives now: it is of another scene or sweep; "
+               "leave --resume out, or name another --out",
+               (long long)run, name);
+    free(own);
+    return same ? -1 : KT_EXIT_USAGE;
+}
+
+/* Reads what a broken sweep has left: *next is the first run that has no line, and the file ends before it. */
+static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t *next) {
+    char *header = kt_sweep_header(sweep), *line = NULL;
+    size_t room = 0;
+    long whole = 0;
+    int code = header != NULL ? -1 : KT_EXIT_INTEGRATION;
+    ssize_t length;
+    *next = first;
+    for (int64_t lines = 0; code < 0 && (length = getline(&line, &room, file)) > 0 && line[length - 1] == '\n';
+         lines++) {
+        if (lines == 0 && strcmp(line, header) != 0) {
+            kt_say("sweep: %s has other columns than this sweep; leave --resume out, or name another --out", name);
+            code = KT_EXIT_USAGE;
+        } else if (lines > 0 && strtoll(line, NULL, 10) != *next) {
+            kt_say("sweep: %s has run %s where run %lld belongs; it is of another sweep", name, strtok(line, ","),
+                   (long long)*next);
+            code = KT_EXIT_USAGE;
+        } else {
+            code = lines == 1 ? check_line(sweep, name, *next, line) : -1;
+            *next += lines > 0;
+            whole += length;
+        }
+    }
+    free(header);
+    free(line);
+    if (code >= 0)
+        return code;
+    if (fseek(file, whole, SEEK_SET) != 0 || ftruncate(fileno(file), whole) != 0) {
+        kt_say("sweep: %s cannot be continued: %s", name, strerror(errno));
+        return KT_EXIT_INTEGRATION;
+    }
+    return -1;
+}
+
+/* ---- a sweep ----------------------------------------------------------------------------------------------------- */
+
+static int threads_of(const kt_sweep_arguments *arguments) {
+    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const long jobs = arguments->jobs > 0 ? arguments->jobs : processors;
+    return jobs > 0 ? (int)(jobs < 256 ? jobs : 256) : 1;
+}
+
+static void report(const sink *s, const char *out, int64_t before) {
+    const int64_t runs = s->end - s->first;
+    fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
+    if (before > 0)
+        fprintf(stderr, "; %lld more were there already", (long long)before);
+    fprintf(stderr, "\n  %s\n", strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
+}
+
+/* Writes the lines from run `first` on that the file does not have yet. */
+static int write_runs(const kt_sweep *sweep, FILE *file, const char *name, const char *out, int64_t first,
+                      int64_t end) {
+    const kt_sweep_arguments *arguments = sweep->arguments;
+    int64_t next = first;
+    int code = -1;
+    if (arguments->resume)
+        code = take_up(sweep, file, name, first, &next);
+    if (code >= 0)
+        return code;
+    char *header = next == first ? kt_sweep_header(sweep) : NULL;
+    const bool begins = next > first || (header != NULL && fseek(file, 0, SEEK_SET) <= 0 && fputs(header, file) >= 0);
+    free(header);
+    if (!begins) {
+        kt_say("sweep: %s cannot be written: %s", name, strerror(errno));
+        return KT_EXIT_INTEGRATION;
+    }
+    sink s = {.sweep = sweep,
+              .file = file,
+              .progress = kt_progress_start(arguments->quiet),
+              .first = next,
+              .end = end,
+              .start = kt_clock()};
+    const int failed = next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_line, &s) : 0;
+    kt_progress_end(&s.progress);
+    if (failed == 0 && !arguments->quiet)
+        report(&s, out, next - first);
+    return failed == 0 ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
+}
+
+/* Opens the file of lines, and writes it. */
+static int write_file(const kt_sweep *sweep, const char *out, int64_t first, int64_t end) {
+    kt_output output;
+    if (strcmp(out, "-") == 0)
+        return kt_finish_output(write_runs(sweep, stdout, "standard output", out, first, end));
+    int code = kt_output_start(&output, out);
+    if (code >= 0)
+        return code;
+    const int descriptor = kt_output_open(&output, O_CREAT | O_RDWR);
+    FILE *file = descriptor >= 0 ? fdopen(descriptor, "r+") : NULL;
+    if (file == NULL || (!sweep->arguments->resume && ftruncate(descriptor, 0) != 0)) {
+        kt_say("sweep: %s cannot be written: %s", out,
+               errno == EBUSY ? "another sweep is writing it" : strerror(errno));
+        (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
+        return KT_EXIT_INTEGRATION;
+    }
+    code = write_runs(sweep, file, kt_output_path(&output), out, first, end);
+    if (fclose(file) != 0 && code == KT_EXIT_DONE) {
+        kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
+        code = KT_EXIT_INTEGRATION;
+    }
+    return kt_output_end(&output, code == KT_EXIT_DONE ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS) == 0 ? code
+                                                                                                 : KT_EXIT_INTEGRATION;
+}
+
+/* The runs of a part: those of "K/N", or all. */
+static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t *end) {
+    long long k = 1, n = 1;
+    char after = '\0';
+    if (text != NULL && (sscanf(text, "%lld/%lld%c", &k, &n, &after) != 2 || k < 1 || n < k || n > 1000000)) {
+        kt_say("sweep: --shard takes K/N with 1 <= K <= N, as 3/100, not '%s'", text);
+        return KT_EXIT_USAGE;
+    }
+    *first = runs / n * (k - 1) + runs % n * (k - 1) / n;
+    *end = runs / n * k + runs % n * k / n;
+    return -1;
+}
+
+static int read_text(kt_sweep *sweep) {
+    FILE *file = strcmp(sweep->path, "-") == 0 ? stdin : fopen(sweep->path, "rb");
+    size_t room = 65536;
+    if (file == NULL) {
+        kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
+        return KT_EXIT_SCENE;
+    }
+    for (;;) {
+        char *more = realloc(sweep->text, room);
+        if (more == NULL)
+            break;
+        sweep->text = more;
+        sweep->size += fread(sweep->text + sweep->size, 1, room - sweep->size, file);
+        if (sweep->size < room || room > (size_t)65 << 20)
+            break;
+        room *= 2;
+    }
+    const bool fine = sweep->text != NULL && !ferror(file);
+    if (file != stdin)
+        (void)fclose(file);
+    if (!fine)
+        kt_say("%s cannot be read", sweep->path);
+    return fine ? -1 : KT_EXIT_SCENE;
+}
+
+static int sweep_scene(const kt_sweep_arguments *arguments, const char *path) {
+    kt_sweep sweep = {.arguments = arguments, .path = path};
+    int64_t first = 0, end = 0;
+    char out[4096];
+    char *base = kt_base_name(path);
+    (void)snprintf(out, sizeof out, "%s-sweep.csv", base != NULL ? base : "scene");
+    free(base);
+    int code = kt_sweep_plan_make(arguments, &sweep.plan);
+    code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
+    code = code < 0 ? read_text(&sweep) : code;
+    code = code < 0 ? kt_sweep_list_columns(&sweep) : code;
+    if (code < 0)
+        code = write_file(&sweep, arguments->out != NULL ? arguments->out : out, first, end);
+    kt_sweep_free(&sweep);
+    return code;
+}
+
+/* ---- parts put together ------------------------------------------------------------------------------------------ */
+
+typedef struct part {
+    const char *name;
+    FILE *file;
+    char *line; /* the next one */
+    size_t room;
+    long long run; /* its number; -1: there is none */
+} part;
+
+static int say_part(const part *p, const char *what) {
+    kt_say("sweep: %s: %s", p->name, what);
+    return KT_EXIT_USAGE;
+}
+
+static int next_line(part *p) {
+    char *end;
+    const ssize_t length = getline(&p->line, &p->room, p->file);
+    p->run = -1;
+    if (length <= 0)
+        return -1;
+    const long long run = strtoll(p->line, &end, 10);
+    if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
+        return say_part(p, "its last line is no whole run: is that part still being written?");
+    p->run = run;
+    return -1;
+}
+
+/* Opens the parts; their first lines must agree. */
+static int open_parts(part *parts, int count, char **names) {
+    int code = -1;
+    for (int i = 0; code < 0 && i < count; i++) {
+        part *p = &parts[i];
+        p->name = names[i];
+        p->file = fopen(names[i], "r");
+        if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
+            return say_part(p, p->file == NULL ? strerror(errno) : "it is empty");
+        if (i > 0 && strcmp(p->line, parts[0].line) != 0)
+            return say_part(p, "it has other columns than the first part");
+    }
+    return code;
+}
+
+/* The part with the lowest run; NULL: none has any. */
+static part *lowest(part *parts, int count) {
+    part *found = NULL;
+    for (int i = 0; i < count; i++)
+        if (parts[i].run >= 0 && (found == NULL || parts[i].run < found->run))
+            found = &parts[i];
+    return found;
+}
+
+static int merge_lines(part *parts, int count, FILE *file) {
+    long long expected = 0, missing = 0, repeated = 0;
+    int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+    for (int i = 0; code < 0 && i < count; i++)
+        code = next_line(&parts[i]);
+    for (part *p = lowest(parts, count); code < 0 && p != NULL; p = lowest(parts, count)) {
+        if (p->run >= expected) {
+            missing += p->run - expected;
+            expected = p->run + 1;
+            code = fputs(p->line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+        } else {
+            repeated++;
+        }
+        code = code < 0 ? next_line(p) : code;
+    }
+    if (code == KT_EXIT_INTEGRATION)
+        kt_say("sweep: the runs cannot be written: %s", strerror(errno));
+    if (code < 0 && missing > 0)
+        kt_say("sweep: %lld runs before run %lld are in none of the parts", missing, expected);
+    if (code < 0 && repeated > 0)
+        kt_say("sweep: %lld runs are in two parts; the first is taken", repeated);
+    return code < 0 ? KT_EXIT_DONE : code;
+}
+
+static int merge(const kt_sweep_arguments *arguments, char **names, int count) {
+    kt_output output = {.lock = -1};
+    part *parts = calloc((size_t)count, sizeof *parts);
+    const char *out = arguments->out;
+    int code = KT_EXIT_USAGE;
+    if (out == NULL || parts == NULL) {
+        kt_say(out == NULL ? "sweep: --merge writes to --out FILE; give it" : "sweep: there is not enough memory");
+        free(parts);
+        return code;
+    }
+    const bool to_file = strcmp(out, "-") != 0;
+    code = open_parts(parts, count, names);
+    if (code < 0 && to_file)
+        code = kt_output_start(&output, out);
+    FILE *file = code >= 0 ? NULL : to_file ? fopen(kt_output_path(&output), "w") : stdout;
+    if (code < 0 && file == NULL)
+        code = say_part(&(part){.name = out}, strerror(errno));
+    if (code < 0) {
+        code = merge_lines(parts, count, file);
+        if (to_file && fclose(file) != 0 && code == KT_EXIT_DONE)
+            code = KT_EXIT_INTEGRATION;
+    }
+    if (to_file && kt_output_end(&output, code == KT_EXIT_DONE ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        code = KT_EXIT_INTEGRATION;
+    for (int i = 0; i < count; i++) {
+        if (parts[i].file != NULL)
+            (void)fclose(parts[i].file);
+        free(parts[i].line);
+    }
+    free(parts);
+    return code;
+}
+
+/* ---- the command ------------------------------------------------------------------------------------------------- */
+
+int kt_command_sweep(int argc, char **argv) {
+    kt_sweep_arguments arguments = {.repeats = 1};
+    int operands;
+    const int code = kt_arguments_read(&kt_usage_sweep, argc, argv, &arguments, &operands);
+    if (code >= 0)
+        return code;
+    if (arguments.merge)
+        return merge(&arguments, argv + 1, operands);
+    if (operands > 1) {
+        kt_say("sweep: '%s' is one word too many; only --merge takes several files", argv[2]);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments.repeats < 1 || arguments.repeats > 1000000000) {
+        kt_say("sweep: --repeats must be 1 to 1e9");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments.resume && arguments.out != NULL && strcmp(arguments.out, "-") == 0) {
+        kt_say("sweep: standard output cannot be taken up again: --resume needs a file");
+        return KT_EXIT_USAGE;
+    }
+    return sweep_scene(&arguments, argv[1]);
+}

@@ -1,0 +1,338 @@
+/* One run of a sweep, as a line: what was varied, how it ended, what it cost, and the last, least and greatest value of each
+ * column of its records. A run that fails is a line, too. */
+#include "sweep/sweep.h"
+
+#include "records/columns.h"
+#include "records/extremes.h"
+
+#include "kinetree/analysis.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+typedef struct cells {
+    char *at;
+    size_t used, room;
+    bool failed;
+} cells;
+
+static void add(cells *to, const char *format, ...) KT_PRINTF(2, 3);
+
+static void add(cells *to, const char *format, ...) {
+    va_list arguments, again;
+    va_start(arguments, format);
+    va_copy(again, arguments);
+    const int length = vsnprintf(NULL, 0, format, arguments);
+    va_end(arguments);
+    if (length >= 0 && !to->failed && to->used + (size_t)length + 1 > to->room) {
+        const size_t room = 2 * to->room + (size_t)length + 256;
+        char *more = realloc(to->at, room);
+        to->failed = more == NULL;
+        to->at = more != NULL ? more : to->at;
+        to->room = more != NULL ? room : to->room;
+    }
+    if (length >= 0 && !to->failed)
+        to->used += (size_t)vsnprintf(to->at + to->used, to->room - to->used, format, again);
+    va_end(again);
+}
+
+/* A number that has none is an empty cell. */
+static void add_number(cells *to, double value) {
+    if (isnan(value))
+        add(to, ",");
+    else
+        add(to, ",%.17g", value);
+}
+
+/* Words in quotes, those in them doubled, on one line. */
+static void add_words(cells *to, const char *where, const char *words) {
+    add(to, ",\"");
+    for (int part = 0; part < 2; part++) {
+        const char *from = part == 0 ? where : words;
+        for (; *from != '\0'; from++)
+            add(to, *from == '"' ? "\"\"" : "%c", *from == '\n' ? ' ' : *from);
+        if (part == 0 && where[0] != '\0')
+            add(to, ": ");
+    }
+    add(to, "\"");
+}
+
+/* The finished line; NULL if memory did not suffice. */
+static char *end_line(cells *to) {
+    add(to, "\n");
+    if (!to->failed)
+        return to->at;
+    free(to->at);
+    return NULL;
+}
+
+/* ---- the scene of a run ------------------------------------------------------------------------------------------ */
+
+/* What is made for a run. */
+typedef struct made {
+    kt_scene scene;
+    kt_model *model;
+    kt_absolute *absolute;
+    kt_simulation *simulation;
+    kt_columns columns;
+    kt_extremes extremes;
+    kt_energy_watch energy;
+} made;
+
+static void release(made *m) {
+    kt_extremes_free(&m->extremes);
+    kt_columns_free(&m->columns);
+    kt_simulation_free(m->simulation);
+    kt_absolute_free(m->absolute);
+    kt_model_free(m->model);
+    kt_scene_free(&m->scene);
+}
+
+static void keep_first(void *user, const kt_error *fault) {
+    kt_error *first = user;
+    if (first->code == KT_OK)
+        *first = *fault;
+}
+
+/* Reads the scene with the values of a run. */
+static kt_status read_scene(const kt_sweep *sweep, const double *values, kt_scene *scene, kt_scene_report *report,
+                            void *user, kt_error *error) {
+    enum { ROOM = 512 };
+    const kt_settings *fixed = &sweep->arguments->settings;
+    const char *settings[KT_SETTINGS_MAX + KT_SWEEP_AXES_MAX];
+    char own[KT_SWEEP_AXES_MAX][ROOM];
+    for (int i = 0; i < fixed->count; i++)
+        settings[i] = fixed->text[i];
+    for (int i = 0; i < sweep->plan.count; i++) {
+        if (snprintf(own[i], ROOM, "%s=%.17g", sweep->plan.axes[i].path, values[i]) >= ROOM)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "sweep", "the name of a value is too long");
+        settings[fixed->count + i] = own[i];
+    }
+    const kt_scene_options options = {.settings = settings, .setting_count = fixed->count + sweep->plan.count};
+    return kt_scene_parse_with(sweep->path, sweep->text, sweep->size, &options, scene, report, user, error);
+}
+
+static kt_status compile(made *m, kt_error *error) {
+    const kt_model_options options = kt_compile_options(&m->scene);
+    kt_status status = kt_model_compile(&m->scene.description, &options, &m->model, error);
+    if (status == KT_ERROR_MODEL)
+        (void)kt_scene_locate(&m->scene, error);
+    if (status == KT_OK && m->scene.formulation == KT_FORMULATION_ABSOLUTE)
+        status = kt_absolute_create(&m->scene.description, &options, m->model, &m->absolute, error);
+    return status;
+}
+
+static kt_status no_memory(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+}
+
+/* Compiles what has been read, assembles it, and lists the columns of its records. */
+static kt_status prepare(made *m, kt_error *error) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_status status = compile(m, error);
+    if (status != KT_OK)
+        return status;
+    kt_absolute_use(m->absolute, &options);
+    m->energy = kt_energy_watch_start(m->model);
+    options.record = KT_RECORD_ENERGY;
+    status = kt_simulation_create(m->model, &m->scene.run, &options, &m->simulation, error);
+    if (status != KT_OK)
+        return status;
+    if (!kt_columns_list(&m->columns, m->model, &m->scene.run, kt_run_record(&m->scene.run, m->model)) ||
+        !kt_extremes_start(&m->extremes, m->columns.count))
+        return no_memory(error);
+    return KT_OK;
+}
+
+/* ---- the run ----------------------------------------------------------------------------------------------------- */
+
+static int take_record(const kt_record *record, void *user) {
+    made *m = user;
+    kt_energy_watch_add(&m->energy, record);
+    kt_extremes_add(&m->extremes, record->time, kt_columns_evaluate(&m->columns, record));
+    return 0;
+}
+
+static kt_status run(made *m, kt_error *error) {
+    const kt_status status = kt_simulation_run(m->simulation, take_record, m, error);
+    if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
+        return kt_error_set(error, KT_ERROR_STEP, NULL,
+                            "the energy has risen in a scene that cannot gain any: the integration has blown up");
+    return status;
+}
+
+static const char *status_name(kt_status status) {
+    switch (kt_exit_code(status)) {
+    case KT_EXIT_DONE:
+        return "done";
+    case KT_EXIT_ASSEMBLY:
+        return "assembly";
+    case KT_EXIT_INTEGRATION:
+        return "integration";
+    default:
+        return "scene";
+    }
+}
+
+/* The column of this name; count: there is none. */
+static size_t find_column(const kt_columns *columns, const char *name, size_t guess) {
+    char text[512];
+    for (size_t i = 0; i < columns->count; i++) {
+        const size_t k = (guess + i) % columns->count;
+        (void)kt_column_name(columns, k, text, sizeof text);
+        if (strcmp(text, name) == 0)
+            return k;
+    }
+    return columns->count;
+}
+
+static void add_columns(cells *line, const kt_sweep *sweep, const made *m) {
+    size_t guess = 0;
+    for (size_t i = 0; i < sweep->column_count; i++) {
+        const size_t k = m->columns.count > 0 ? find_column(&m->columns, sweep->columns[i], guess) : 0;
+        if (m->extremes.column == NULL || k >= m->columns.count) {
+            add(line, ",,,");
+            continue;
+        }
+        add_number(line, m->extremes.column[k].last);
+        add_number(line, m->extremes.column[k].least);
+        add_number(line, m->extremes.column[k].greatest);
+        guess = k + 1;
+    }
+}
+
+char *kt_sweep_header(const kt_sweep *sweep) {
+    cells line = {NULL, 0, 0, false};
+    add(&line, "run");
+    for (int i = 0; i < sweep->plan.count; i++)
+        add(&line, ",%s", sweep->plan.axes[i].path);
+    add(&line, ",status,time,steps,evaluations,energy.error");
+    for (size_t i = 0; i < sweep->column_count; i++)
+        add(&line, ",%s.end,%s.min,%s.max", sweep->columns[i], sweep->columns[i], sweep->columns[i]);
+    add(&line, ",why");
+    return end_line(&line);
+}
+
+char *kt_sweep_line(const kt_sweep *sweep, int64_t number) {
+    cells line = {NULL, 0, 0, false};
+    double values[KT_SWEEP_AXES_MAX];
+    made m = {.model = NULL};
+    kt_error error = {0}, fault = {0};
+    kt_sweep_plan_values(&sweep->plan, number, values);
+    kt_status status = read_scene(sweep, values, &m.scene, keep_first, &fault, &error);
+    if (fault.code != KT_OK)
+        error = fault;
+    if (status == KT_OK)
+        status = prepare(&m, &error);
+    if (status == KT_OK)
+        status = run(&m, &error);
+    add(&line, "%lld", (long long)number);
+    for (int i = 0; i < sweep->plan.count; i++)
+        add_number(&line, values[i]);
+    const kt_simulation_counts counts = kt_simulation_counts_get(m.simulation);
+    add(&line, ",%s", status_name(status));
+    add_number(&line, kt_simulation_time(m.simulation));
+    add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
+    add_number(&line, m.energy.records > 0 ? kt_energy_watch_error(&m.energy) : (double)NAN);
+    add_columns(&line, sweep, &m);
+    if (status == KT_OK)
+        add(&line, ",");
+    else
+        add_words(&line, error.where, error.message);
+    release(&m);
+    return end_line(&line);
+}
+
+/* ---- columns ----------------------------------------------------------------------------------------------------- */
+
+static void say_fault(void *user, const kt_error *fault) {
+    (void)user;
+    fprintf(stderr, "%s: %s\n", fault->where, fault->message);
+}
+
+static bool add_column(kt_sweep *sweep, const char *name) {
+    char **more = realloc(sweep->columns, (sweep->column_count + 1) * sizeof *more);
+    if (more == NULL)
+        return false;
+    sweep->columns = more;
+    sweep->columns[sweep->column_count] = strdup(name);
+    return sweep->columns[sweep->column_count++] != NULL;
+}
+
+/* All columns but time. */
+static bool add_all(kt_sweep *sweep, const kt_columns *columns) {
+    char name[512];
+    bool fine = true;
+    for (size_t i = 0; fine && i < columns->count; i++)
+        if (columns->columns[i].source != KT_COLUMN_TIME) {
+            (void)kt_column_name(columns, i, name, sizeof name);
+            fine = add_column(sweep, name);
+        }
+    return fine;
+}
+
+/* Those of --columns; an exit code if one is not recorded. */
+static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *list) {
+    char name[512];
+    for (const char *from = list; from != NULL;) {
+        const char *comma = strchr(from, ',');
+        const size_t length = comma != NULL ? (size_t)(comma - from) : strlen(from);
+        (void)snprintf(name, sizeof name, "%.*s", (int)length, from);
+        if (find_column(columns, name, 0) == columns->count) {
+            char text[512];
+            kt_nearest nearest = kt_nearest_make(name, NULL);
+            for (size_t i = 0; i < columns->count; i++) {
+                (void)kt_column_name(columns, i, text, sizeof text);
+                (void)kt_nearest_try(&nearest, text);
+            }
+            kt_say("sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
+                   kt_ask(&nearest, "").text);
+            return KT_EXIT_USAGE;
+        }
+        if (!add_column(sweep, name)) {
+            kt_say("there is not enough memory");
+            return KT_EXIT_INTEGRATION;
+        }
+        from = comma != NULL ? comma + 1 : NULL;
+    }
+    return -1;
+}
+
+int kt_sweep_list_columns(kt_sweep *sweep) {
+    double values[KT_SWEEP_AXES_MAX];
+    made m = {.model = NULL};
+    kt_error error = {0};
+    int code = -1;
+    kt_sweep_plan_values(&sweep->plan, 0, values);
+    kt_status status = read_scene(sweep, values, &m.scene, say_fault, NULL, &error);
+    if (status != KT_OK)
+        return kt_exit_code(status); /* its faults were printed */
+    const kt_model_options options = kt_compile_options(&m.scene);
+    status = kt_model_compile(&m.scene.description, &options, &m.model, &error);
+    if (status == KT_OK && !kt_columns_list(&m.columns, m.model, &m.scene.run, kt_run_record(&m.scene.run, m.model)))
+        status = no_memory(&error);
+    if (status == KT_OK && sweep->arguments->columns != NULL)
+        code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
+    else if (status == KT_OK && !add_all(sweep, &m.columns))
+        status = no_memory(&error);
+    if (status != KT_OK) {
+        (void)kt_scene_locate(&m.scene, &error);
+        kt_say_error(&error);
+        code = kt_exit_code(status);
+    }
+    release(&m);
+    return code;
+}
+
+void kt_sweep_free(kt_sweep *sweep) {
+    kt_sweep_plan_free(&sweep->plan);
+    for (size_t i = 0; i < sweep->column_count; i++)
+        free(sweep->columns[i]);
+    free(sweep->columns);
+    free(sweep->text);
+}

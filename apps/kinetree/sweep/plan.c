@@ -1,0 +1,380 @@
+/* Which runs a sweep has: a grid of ranges and lists, a sample of ranges, or the rows of a table; with random values in
+ * each. Everything about a run follows from its number, so that any part of a sweep can be computed anywhere. */
+#include "sweep/sweep.h"
+
+#include "base/decimal.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int say_no_memory(void) {
+    kt_say("sweep: there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+/* ---- random numbers ---------------------------------------------------------------------------------------------- */
+
+/* Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64): a bijection of 64 bits. */
+static uint64_t mix(uint64_t x) {
+    x += UINT64_C(0x9E3779B97F4A7C15);
+    x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
+    return x ^ (x >> 31);
+}
+
+/* In (0, 1): number k of axis `axis` in a run. */
+static double random_unit(uint64_t seed, int64_t run, int axis, int k) {
+    const uint64_t key = mix(mix(mix(seed) ^ (uint64_t)run) ^ ((uint64_t)axis << 8 | (uint64_t)k));
+    return ((double)(key >> 11) + 0.5) / 9007199254740992.0;
+}
+
+/* Box, Muller 1958. */
+static double random_normal(uint64_t seed, int64_t run, int axis) {
+    const double turn = 6.283185307179586 * random_unit(seed, run, axis, 1);
+    return sqrt(-2.0 * log(random_unit(seed, run, axis, 0))) * cos(turn);
+}
+
+static double draw(const kt_sweep_plan *plan, int64_t run, int axis) {
+    const kt_axis *of = &plan->axes[axis];
+    switch (of->draw) {
+    case KT_DRAW_NORMAL:
+        return of->a + of->b * random_normal(plan->seed, run, axis);
+    case KT_DRAW_LOGNORMAL:
+        return exp(of->a + of->b * random_normal(plan->seed, run, axis));
+    case KT_DRAW_UNIFORM:
+        break;
+    }
+    return of->a + (of->b - of->a) * random_unit(plan->seed, run, axis, 0);
+}
+
+/* ---- values of a run --------------------------------------------------------------------------------------------- */
+
+/* A place in a range, 0 to 1; the ends are exact. */
+static double value_in(const kt_axis *axis, double part) {
+    if (part == 0.0)
+        return axis->a;
+    if (part == 1.0)
+        return axis->b;
+    return axis->is_logarithmic ? axis->a * pow(axis->b / axis->a, part) : axis->a + (axis->b - axis->a) * part;
+}
+
+/* The last axis runs fastest. */
+static double grid_value(const kt_sweep_plan *plan, int64_t point, int axis) {
+    for (int i = plan->count - 1; i > axis; i--)
+        if (!plan->axes[i].is_random)
+            point /= plan->axes[i].count;
+    const kt_axis *of = &plan->axes[axis];
+    const int64_t k = point % of->count;
+    if (of->values != NULL)
+        return of->values[k];
+    return of->count == 1 ? of->a : value_in(of, (double)k / (double)(of->count - 1));
+}
+
+static double sample_value(const kt_sweep_plan *plan, int64_t point, int axis, int number) {
+    const kt_axis *of = &plan->axes[axis];
+    if (plan->sample == KT_SAMPLE_SOBOL) /* its first point is a corner of the range */
+        return value_in(of, kt_sobol(number, (uint64_t)point + 1));
+    const double within = random_unit(plan->seed, point, axis, 2);
+    return value_in(of, ((double)of->permutation[point] + within) / (double)plan->points);
+}
+
+void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values) {
+    const int64_t point = run / plan->repeats;
+    int number = 0;
+    for (int i = 0; i < plan->count; i++) {
+        const kt_axis *axis = &plan->axes[i];
+        if (axis->is_random)
+            values[i] = draw(plan, run, i);
+        else if (plan->is_table)
+            values[i] = axis->values[point];
+        else
+            values[i] =
+                plan->sample == KT_SAMPLE_GRID ? grid_value(plan, point, i) : sample_value(plan, point, i, number);
+        number += !axis->is_random;
+    }
+}
+
+/* ---- reading --------------------------------------------------------------------------------------------------- */
+
+static int say_vary(const char *text) {
+    kt_say("sweep: --vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'", text);
+    return KT_EXIT_USAGE;
+}
+
+static int say_random(const char *text) {
+    kt_say(
+        "sweep: --random takes NAME=uniform(FROM,TO), NAME=normal(MEAN,DEVIATION) or NAME=lognormal(MEAN,DEVIATION), "
+        "not '%s'",
+        text);
+    return KT_EXIT_USAGE;
+}
+
+/* A number, and what must follow it. */
+static bool take_number(const char **text, char after, double *value) {
+    const char *end;
+    if (!kt_decimal_read(*text, value, &end) || *end != after)
+        return false;
+    *text = after != '\0' ? end + 1 : end;
+    return true;
+}
+
+/* The axis of "PATH=..."; *rest: what comes behind. */
+static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **rest, int *code) {
+    const char *equals = strchr(text, '=');
+    const size_t length = (size_t)(equals - text);
+    *code = -1;
+    for (int i = 0; i < plan->count; i++)
+        if (strlen(plan->axes[i].path) == length && strncmp(plan->axes[i].path, text, length) == 0) {
+            kt_say("sweep: '%s' is varied twice; remove one", plan->axes[i].path);
+            *code = KT_EXIT_USAGE;
+            return NULL;
+        }
+    if (plan->count == KT_SWEEP_AXES_MAX) {
+        kt_say("sweep: a sweep varies at most %d values", KT_SWEEP_AXES_MAX);
+        *code = KT_EXIT_USAGE;
+        return NULL;
+    }
+    kt_axis *axis = &plan->axes[plan->count++];
+    axis->path = strndup(text, length);
+    *rest = equals + 1;
+    if (axis->path == NULL)
+        *code = say_no_memory();
+    return axis->path != NULL ? axis : NULL;
+}
+
+static int read_list(const char *text, const char *rest, kt_axis *axis) {
+    axis->values = calloc(strlen(rest) + 1, sizeof *axis->values);
+    if (axis->values == NULL)
+        return say_no_memory();
+    for (bool more = true; more;) {
+        more = take_number(&rest, ',', &axis->values[axis->count]);
+        if (!more && !take_number(&rest, '\0', &axis->values[axis->count]))
+            return say_vary(text);
+        axis->count++;
+    }
+    return -1;
+}
+
+static int read_range(const char *text, const char *rest, kt_axis *axis) {
+    double count = 0.0;
+    if (strncmp(rest, "log:", 4) == 0) {
+        axis->is_logarithmic = true;
+        rest += 4;
+    }
+    if (!take_number(&rest, ':', &axis->a))
+        return say_vary(text);
+    const char *to = rest;
+    if (take_number(&rest, ':', &axis->b)) {
+        if (!take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count))
+            return say_vary(text);
+    } else {
+        rest = to;
+        if (!take_number(&rest, '\0', &axis->b))
+            return say_vary(text);
+    }
+    if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0)) {
+        kt_say("sweep: --vary %s: a logarithmic range has ends above zero", text);
+        return KT_EXIT_USAGE;
+    }
+    axis->count = (int64_t)count;
+    return -1;
+}
+
+static int read_vary(kt_sweep_plan *plan, const char *text) {
+    const char *rest;
+    int code;
+    kt_axis *axis = add_axis(plan, text, &rest, &code);
+    if (axis == NULL)
+        return code;
+    return strchr(rest, ':') != NULL ? read_range(text, rest, axis) : read_list(text, rest, axis);
+}
+
+static int read_random(kt_sweep_plan *plan, const char *text) {
+    static const struct {
+        const char *name;
+        kt_draw draw;
+    } draws[] = {{"uniform(", KT_DRAW_UNIFORM}, {"normal(", KT_DRAW_NORMAL}, {"lognormal(", KT_DRAW_LOGNORMAL}};
+    const char *rest;
+    int code;
+    kt_axis *axis = add_axis(plan, text, &rest, &code);
+    if (axis == NULL)
+        return code;
+    axis->is_random = true;
+    for (size_t i = 0; i < sizeof draws / sizeof draws[0]; i++)
+        if (strncmp(rest, draws[i].name, strlen(draws[i].name)) == 0) {
+            rest += strlen(draws[i].name);
+            axis->draw = draws[i].draw;
+            if (take_number(&rest, ',', &axis->a) && take_number(&rest, ')', &axis->b) && *rest == '\0' &&
+                (axis->draw == KT_DRAW_UNIFORM || axis->b >= 0.0))
+                return -1;
+            break;
+        }
+    return say_random(text);
+}
+
+/* ---- a table ----------------------------------------------------------------------------------------------------- */
+
+static int say_table(const char *path, int64_t line, const char *what) {
+    kt_say("%s:%lld: %s", path, (long long)line, what);
+    return KT_EXIT_USAGE;
+}
+
+/* The names of the first line. */
+static int read_names(kt_sweep_plan *plan, char *line) {
+    char *rest = line;
+    for (char *name = strtok_r(line, ",", &rest); name != NULL; name = strtok_r(NULL, ",", &rest)) {
+        char text[512];
+        const char *ignored;
+        int code;
+        if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text ||
+            add_axis(plan, text, &ignored, &code) == NULL)
+            return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+static int read_row(kt_sweep_plan *plan, const char *path, int64_t line, const char *text) {
+    for (int i = 0; i < plan->count; i++) {
+        kt_axis *axis = &plan->axes[i];
+        if ((plan->points & (plan->points - 1)) == 0) { /* room grows by two */
+            double *more = realloc(axis->values, (size_t)(plan->points > 0 ? 2 * plan->points : 1) * sizeof *more);
+            if (more == NULL)
+                return say_no_memory();
+            axis->values = more;
+        }
+        if (!take_number(&text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
+            return say_table(path, line, "a row has a number for each name of the first line, with commas between");
+    }
+    plan->points++;
+    return -1;
+}
+
+static int read_table(kt_sweep_plan *plan, const char *path) {
+    char *line = NULL;
+    size_t room = 0;
+    int64_t number = 0;
+    int code = -1;
+    FILE *file = fopen(path, "r");
+    if (file == NULL) {
+        kt_say("sweep: %s cannot be read: %s", path, strerror(errno));
+        return KT_EXIT_USAGE;
+    }
+    while (code < 0 && getline(&line, &room, file) > 0) {
+        line[strcspn(line, "\r\n")] = '\0';
+        code = number++ == 0 ? read_names(plan, line) : line[0] != '\0' ? read_row(plan, path, number, line) : -1;
+    }
+    free(line);
+    (void)fclose(file);
+    plan->is_table = true;
+    if (code < 0 && plan->points == 0)
+        return say_table(path, number, "there are no rows; the first line has the names, each other a run");
+    return code;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+/* A permutation of the strata for each range (Fisher, Yates; Durstenfeld 1964). */
+static int permute(kt_sweep_plan *plan, int i) {
+    kt_axis *axis = &plan->axes[i];
+    axis->permutation = malloc((size_t)plan->points * sizeof *axis->permutation);
+    if (axis->permutation == NULL)
+        return say_no_memory();
+    for (int64_t k = 0; k < plan->points; k++)
+        axis->permutation[k] = k;
+    for (int64_t k = plan->points - 1; k > 0; k--) {
+        const int64_t j = (int64_t)(random_unit(plan->seed, k, i, 3) * (double)(k + 1)), kept = axis->permutation[k];
+        axis->permutation[k] = axis->permutation[j];
+        axis->permutation[j] = kept;
+    }
+    return -1;
+}
+
+static int set_sample(kt_sweep_plan *plan, const char *text) {
+    const char *rest = strchr(text, ':');
+    double count = 0.0;
+    int ranges = 0;
+    if (strncmp(text, "sobol:", 6) == 0)
+        plan->sample = KT_SAMPLE_SOBOL;
+    else if (strncmp(text, "latin:", 6) == 0)
+        plan->sample = KT_SAMPLE_LATIN;
+    else
+        rest = NULL;
+    if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
+        count != floor(count)) {
+        kt_say("sweep: --sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
+        return KT_EXIT_USAGE;
+    }
+    plan->points = (int64_t)count;
+    for (int i = 0; i < plan->count; i++) {
+        if (plan->axes[i].is_random)
+            continue;
+        ranges++;
+        if (plan->axes[i].values != NULL || plan->axes[i].count > 0) {
+            kt_say("sweep: --sample fills ranges: give --vary %s=FROM:TO", plan->axes[i].path);
+            return KT_EXIT_USAGE;
+        }
+        const int code = plan->sample == KT_SAMPLE_LATIN ? permute(plan, i) : -1;
+        if (code >= 0)
+            return code;
+    }
+    if (ranges == 0 || (plan->sample == KT_SAMPLE_SOBOL && ranges > KT_SOBOL_AXES)) {
+        kt_say("sweep: --sample fills ranges, 1 to %d of them with sobol: give --vary NAME=FROM:TO", KT_SOBOL_AXES);
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
+static int set_grid(kt_sweep_plan *plan) {
+    plan->points = 1;
+    for (int i = 0; i < plan->count; i++) {
+        const kt_axis *axis = &plan->axes[i];
+        if (axis->is_random)
+            continue;
+        if (axis->count == 0) {
+            kt_say("sweep: --vary %s: give the number of values, FROM:TO:COUNT, or --sample", axis->path);
+            return KT_EXIT_USAGE;
+        }
+        if (plan->points > INT64_C(1000000000000) / axis->count) {
+            kt_say("sweep: there are more than 1e12 runs");
+            return KT_EXIT_USAGE;
+        }
+        plan->points *= axis->count;
+    }
+    return -1;
+}
+
+int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan) {
+    int code = -1;
+    *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats};
+    if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL)) {
+        kt_say("sweep: --from gives the values of all runs; leave --vary and --sample out");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->from != NULL)
+        code = read_table(plan, arguments->from);
+    for (int i = 0; code < 0 && i < arguments->vary.count; i++)
+        code = read_vary(plan, arguments->vary.text[i]);
+    for (int i = 0; code < 0 && i < arguments->random.count; i++)
+        code = read_random(plan, arguments->random.text[i]);
+    if (code >= 0)
+        return code;
+    if (plan->count == 0) {
+        kt_say("sweep: nothing is varied; give --vary NAME=FROM:TO:COUNT, --random or --from");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->sample != NULL)
+        return set_sample(plan, arguments->sample);
+    return plan->is_table ? -1 : set_grid(plan);
+}
+
+void kt_sweep_plan_free(kt_sweep_plan *plan) {
+    for (int i = 0; i < plan->count; i++) {
+        free(plan->axes[i].path);
+        free(plan->axes[i].values);
+        free(plan->axes[i].permutation);
+    }
+    plan->count = 0;
+}

@@ -1,0 +1,99 @@
+/* Runs over several threads. Each takes the next run that nobody has; the calling thread hands the lines over in the order of
+ * the runs. So that those that wait for a slow run do not fill memory, no thread is further than WINDOW runs ahead. */
+#include "sweep/sweep.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+enum { WINDOW = 1024, THREADS_MAX = 256 };
+
+typedef struct shared {
+    const kt_sweep *sweep;
+    int64_t next, end;   /* runs that are to be taken */
+    int64_t written;     /* runs before this one have been handed over */
+    char *lines[WINDOW]; /* of run k in k % WINDOW; NULL: not there yet */
+    bool failed, stops;
+    pthread_mutex_t mutex;
+    pthread_cond_t line, room; /* there is a new line; there is room for one */
+} shared;
+
+static void *work(void *user) {
+    shared *s = user;
+    (void)pthread_mutex_lock(&s->mutex);
+    for (;;) {
+        while (!s->stops && s->next < s->end && s->next >= s->written + WINDOW)
+            (void)pthread_cond_wait(&s->room, &s->mutex);
+        if (s->stops || s->next >= s->end)
+            break;
+        const int64_t run = s->next++;
+        (void)pthread_mutex_unlock(&s->mutex);
+        char *line = kt_sweep_line(s->sweep, run);
+        (void)pthread_mutex_lock(&s->mutex);
+        s->lines[run % WINDOW] = line;
+        s->failed = s->failed || line == NULL;
+        (void)pthread_cond_signal(&s->line);
+        if (s->failed)
+            break;
+    }
+    (void)pthread_mutex_unlock(&s->mutex);
+    return NULL;
+}
+
+/* Hands lines over until the last one, or the first that fails. */
+static int hand_over(shared *s, int64_t first, kt_sweep_sink *sink, void *user) {
+    int failed = 0;
+    (void)pthread_mutex_lock(&s->mutex);
+    for (int64_t run = first; run < s->end && failed == 0; run++) {
+        while (s->lines[run % WINDOW] == NULL && !s->failed)
+            (void)pthread_cond_wait(&s->line, &s->mutex);
+        char *line = s->lines[run % WINDOW];
+        s->lines[run % WINDOW] = NULL;
+        if (line == NULL) {
+            kt_say("sweep: there is not enough memory");
+            failed = -1;
+            break;
+        }
+        s->written = run + 1;
+        (void)pthread_cond_broadcast(&s->room);
+        (void)pthread_mutex_unlock(&s->mutex);
+        failed = sink(user, run, line) != 0 ? -1 : 0;
+        free(line);
+        (void)pthread_mutex_lock(&s->mutex);
+    }
+    s->stops = true;
+    (void)pthread_cond_broadcast(&s->room);
+    (void)pthread_mutex_unlock(&s->mutex);
+    return failed;
+}
+
+int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user) {
+    pthread_t thread[THREADS_MAX];
+    shared *s = calloc(1, sizeof *s);
+    int count = 0, failed = -1;
+    if (s == NULL) {
+        kt_say("sweep: there is not enough memory");
+        return -1;
+    }
+    s->sweep = sweep;
+    s->next = s->written = first;
+    s->end = end;
+    (void)pthread_mutex_init(&s->mutex, NULL);
+    (void)pthread_cond_init(&s->line, NULL);
+    (void)pthread_cond_init(&s->room, NULL);
+    threads = threads < THREADS_MAX ? threads : THREADS_MAX;
+    while (count < threads && pthread_create(&thread[count], NULL, work, s) == 0)
+        count++;
+    if (count == 0)
+        kt_say("sweep: no thread can be started");
+    else
+        failed = hand_over(s, first, sink, user);
+    for (int i = 0; i < count; i++)
+        (void)pthread_join(thread[i], NULL);
+    for (int i = 0; i < WINDOW; i++)
+        free(s->lines[i]);
+    (void)pthread_cond_destroy(&s->room);
+    (void)pthread_cond_destroy(&s->line);
+    (void)pthread_mutex_destroy(&s->mutex);
+    free(s);
+    return failed;
+}

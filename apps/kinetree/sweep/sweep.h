@@ -1,0 +1,93 @@
+/* Many runs of one scene: which runs there are (plan.c), what one of them gives (one.c), all of them in their order over
+ * several threads (runs.c). */
+#ifndef KT_COMMAND_SWEEP_SWEEP_H
+#define KT_COMMAND_SWEEP_SWEEP_H
+
+#include "command.h"
+#include "text/arguments.h"
+
+#include "kinetree/scene.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* ---- which runs -------------------------------------------------------------------------------------------------- */
+
+typedef enum kt_sample { KT_SAMPLE_GRID = 0, KT_SAMPLE_SOBOL, KT_SAMPLE_LATIN } kt_sample;
+typedef enum kt_draw { KT_DRAW_UNIFORM = 0, KT_DRAW_NORMAL, KT_DRAW_LOGNORMAL } kt_draw;
+
+enum { KT_SWEEP_AXES_MAX = 32 };
+
+/* A value of the scene that runs differ in. */
+typedef struct kt_axis {
+    char *path;           /* as of --set: "L", "bodies.arm.mass" */
+    bool is_random;       /* drawn anew for each run */
+    kt_draw draw;         /* random: its distribution */
+    double a, b;          /* random: its numbers; of a range: its ends */
+    bool is_logarithmic;  /* of a range: equal ratios */
+    double *values;       /* of a list or a table; NULL: a range */
+    int64_t count;        /* of values, or of points of the range; 0: not given */
+    int64_t *permutation; /* of a Latin hypercube */
+} kt_axis;
+
+typedef struct kt_sweep_plan {
+    kt_axis axes[KT_SWEEP_AXES_MAX];
+    int count;
+    kt_sample sample;
+    bool is_table;   /* axes are read row by row */
+    int64_t points;  /* of the grid, the sample or the table */
+    int64_t repeats; /* runs of each point, which random values tell apart */
+    uint64_t seed;
+} kt_sweep_plan;
+
+typedef struct kt_sweep_arguments {
+    kt_settings settings, vary, random;
+    const char *sample, *from, *columns, *out, *shard;
+    long repeats, seed, jobs;
+    bool merge, resume, quiet;
+} kt_sweep_arguments;
+
+/* Makes the plan of the options; -1, or an exit code after printing what is wrong. kt_sweep_plan_free in any case. */
+int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan);
+void kt_sweep_plan_free(kt_sweep_plan *plan);
+static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return plan->points * plan->repeats; }
+
+/* The values of all axes in a run, which depend on the plan and the number of the run alone. */
+void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
+
+/* Coordinate `axis` (0 to KT_SOBOL_AXES - 1) of point `index` of Sobol's sequence, in [0, 1) (sobol.c). */
+enum { KT_SOBOL_AXES = 16 };
+double kt_sobol(int axis, uint64_t index);
+
+/* ---- one run ----------------------------------------------------------------------------------------------------- */
+
+/* What all runs share. */
+typedef struct kt_sweep {
+    const kt_sweep_arguments *arguments;
+    kt_sweep_plan plan;
+    const char *path;
+    char *text; /* of the scene */
+    size_t size;
+    char **columns; /* names of the columns of records that lines have extremes of */
+    size_t column_count;
+} kt_sweep;
+
+/* The first line, and that of a run: text that the caller frees, with its newline; NULL: not enough memory. */
+char *kt_sweep_header(const kt_sweep *sweep);
+char *kt_sweep_line(const kt_sweep *sweep, int64_t run);
+
+/* Finds the columns of the first run; an exit code after printing the errors of the scene, -1 if there are none. */
+int kt_sweep_list_columns(kt_sweep *sweep);
+void kt_sweep_free(kt_sweep *sweep);
+
+/* ---- all of them ------------------------------------------------------------------------------------------------- */
+
+/* Takes a line; returns 0 to go on. */
+typedef int kt_sweep_sink(void *user, int64_t run, const char *line);
+
+/* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order.
+ * Returns 0, or -1 if the sink stopped or memory or threads ran out. */
+int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user);
+
+#endif
