@@ -284,12 +284,10 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
         const size_t length = comma != NULL ? (size_t)(comma - from) : strlen(from);
         (void)snprintf(name, sizeof name, "%.*s", (int)length, from);
         if (find_column(columns, name, 0) == columns->count) {
-            char text[512];
             kt_nearest nearest = kt_nearest_make(name, NULL);
-            for (size_t i = 0; i < columns->count; i++) {
-                (void)kt_column_name(columns, i, text, sizeof text);
-                (void)kt_nearest_try(&nearest, text);
-            }
+            (void)add_all(sweep, columns); /* whose names stay, for the suggestion */
+            for (size_t i = 0; i < sweep->column_count; i++)
+                (void)kt_nearest_try(&nearest, sweep->columns[i]);
             kt_say("sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
                    kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
@@ -303,28 +301,45 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
     return -1;
 }
 
-int kt_sweep_list_columns(kt_sweep *sweep) {
+/* Reads and compiles the scene of a run. */
+static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scene_report *report, void *user,
+                            kt_error *error) {
     double values[KT_SWEEP_AXES_MAX];
+    kt_sweep_plan_values(&sweep->plan, run, values);
+    const kt_status status = read_scene(sweep, values, &m->scene, report, user, error);
+    return status == KT_OK ? compile(m, error) : status;
+}
+
+/* The first run whose scene is right; 0 if none of the first thousand is. */
+static int64_t find_right(const kt_sweep *sweep) {
+    const int64_t runs = kt_sweep_plan_runs(&sweep->plan), most = runs < 1000 ? runs : 1000;
+    for (int64_t run = 0; run < most; run++) {
+        made m = {.model = NULL};
+        kt_error error = {0};
+        const kt_status status = make_model(sweep, run, &m, NULL, NULL, &error);
+        release(&m);
+        if (status == KT_OK)
+            return run;
+    }
+    return 0;
+}
+
+int kt_sweep_list_columns(kt_sweep *sweep) {
     made m = {.model = NULL};
     kt_error error = {0};
     int code = -1;
-    kt_sweep_plan_values(&sweep->plan, 0, values);
-    kt_status status = read_scene(sweep, values, &m.scene, say_fault, NULL, &error);
-    if (status != KT_OK)
-        return kt_exit_code(status); /* its faults were printed */
-    const kt_model_options options = kt_compile_options(&m.scene);
-    status = kt_model_compile(&m.scene.description, &options, &m.model, &error);
+    kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
+    const bool read = status == KT_OK;
     if (status == KT_OK && !kt_columns_list(&m.columns, m.model, &m.scene.run, kt_run_record(&m.scene.run, m.model)))
         status = no_memory(&error);
     if (status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))
         status = no_memory(&error);
-    if (status != KT_OK) {
-        (void)kt_scene_locate(&m.scene, &error);
+    if (status != KT_OK && (read || m.scene.memory != NULL)) /* faults of reading were printed */
         kt_say_error(&error);
+    if (status != KT_OK)
         code = kt_exit_code(status);
-    }
     release(&m);
     return code;
 }

@@ -77,7 +77,7 @@ typedef struct kt_sweep {
 char *kt_sweep_header(const kt_sweep *sweep);
 char *kt_sweep_line(const kt_sweep *sweep, int64_t run);
 
-/* Finds the columns of the first run; an exit code after printing the errors of the scene, -1 if there are none. */
+/* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */
 int kt_sweep_list_columns(kt_sweep *sweep);
 void kt_sweep_free(kt_sweep *sweep);
 

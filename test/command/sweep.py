@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""Sweeps: what runs there are, what their lines say against closed forms, and the same bytes by threads, parts and breaks.
+
+sweep.py COMMAND
+"""
+import csv
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+command = sys.argv[1]
+passed = failed = 0
+
+
+def check(what, observed, bound, ratio=None):
+    """Prints observed, bound and ratio; a NaN fails."""
+    global passed, failed
+    good = observed <= bound
+    ratio = observed / bound if bound else float(observed)
+    print(f"{'ok  ' if good else 'FAIL'} {what}: observed {observed:.6g}, bound {bound:.6g}, ratio {ratio:.3g}")
+    passed, failed = passed + good, failed + (not good)
+
+
+def same(what, observed, expected):
+    check(f"{what} ({observed!r:.60}, expected {expected!r:.60})" if observed != expected else what, int(observed != expected), 0)
+
+
+def run(*arguments, code=0):
+    done = subprocess.run([command, "sweep", *arguments], capture_output=True, text=True, check=False)
+    if done.returncode != code:
+        print(done.stderr)
+    same(f"exit code of {' '.join(arguments)[:70]}", done.returncode, code)
+    return done
+
+
+def rows(text):
+    return list(csv.DictReader(text.splitlines()))
+
+
+FALL = """kinetree: 1
+parameters: {g: 9.81, m: 2}
+gravity: [0, 0, =-g]
+bodies: [{name: stone, joint: {type: prismatic, axis: z}, mass: =m}]
+simulate: {duration: 2}
+output: {record: [position, energy]}
+"""
+
+
+def grids():
+    lines = rows(run("fall.yaml", "--vary", "g=1:3:3", "--vary", "m=log:1:100:3", "--out", "-").stdout)
+    same("runs of a grid", len(lines), 9)
+    same("the last axis runs fastest", [(float(l["g"]), round(float(l["m"]), 9)) for l in lines[:4]],
+         [(1.0, 1.0), (1.0, 10.0), (1.0, 100.0), (2.0, 1.0)])
+    worst = max(abs(float(l["position.stone.end"]) + float(l["g"]) * 2.0) for l in lines)
+    check("z = -g t^2 / 2, m", worst, 1e-12)
+    worst = max(abs(float(l["energy.kinetic.max"]) - 0.5 * float(l["m"]) * (2 * float(l["g"])) ** 2) / float(l["m"]) for l in lines)
+    check("kinetic energy at the end, J/kg", worst, 1e-11)
+    lines = rows(run("fall.yaml", "--vary", "m=1,2.5,1e3", "--columns", "position.stone", "--out", "-").stdout)
+    same("a list", [float(l["m"]) for l in lines], [1.0, 2.5, 1000.0])
+    same("columns", list(lines[0])[7:], ["position.stone.end", "position.stone.min", "position.stone.max", "why"])
+
+
+def samples():
+    lines = rows(run("fall.yaml", "--vary", "g=1:2", "--vary", "m=1:2", "--sample", "sobol:255", "--columns", "position.stone", "--out", "-").stdout)
+    points = [(float(l["g"]) - 1, float(l["m"]) - 1) for l in lines] + [(0.0, 0.0)]  # the first point of the sequence is left out
+    for bits in range(9):  # a (0, 2)-sequence: of 2^8 points one in each elementary interval of area 2^-8
+        cells = {(int(x * 2 ** bits), int(y * 2 ** (8 - bits))) for x, y in points}
+        same(f"Sobol: elementary intervals {2 ** bits} x {2 ** (8 - bits)}", len(cells), 256)
+    lines = rows(run("fall.yaml", "--vary", "g=1:2", "--vary", "m=log:1:16", "--sample", "latin:64", "--seed", "3", "--columns", "position.stone", "--out", "-").stdout)
+    same("Latin hypercube: strata of g", len({int((float(l["g"]) - 1) * 64) for l in lines}), 64)
+    same("Latin hypercube: strata of log m", len({int(math.log(float(l["m"]), 16) * 64) for l in lines}), 64)
+    text = run("fall.yaml", "--random", "g=normal(9.81,0.5)", "--random", "m=lognormal(0,0.25)", "--repeats", "2000", "--seed", "1", "--columns", "position.stone", "--out", "-").stdout
+    lines = rows(text)
+    values = [float(l["g"]) for l in lines]
+    mean = sum(values) / len(values)
+    check("normal: mean, in its deviations", abs(mean - 9.81) / (0.5 / math.sqrt(2000)), 4)
+    deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / len(values))
+    check("normal: deviation", abs(deviation / 0.5 - 1), 4 / math.sqrt(4000))
+    logs = [math.log(float(l["m"])) for l in lines]
+    check("lognormal: deviation", abs(math.sqrt(sum(v * v for v in logs) / len(logs)) / 0.25 - 1), 4 / math.sqrt(4000))
+    correlation = sum((v - mean) * w for v, w in zip(values, logs)) / len(logs) / deviation / 0.25
+    check("two random values are independent", abs(correlation), 4 / math.sqrt(2000))
+    pathlib.Path("cases.csv").write_text("m,g\n1,2\n3,4\n5,6\n")
+    lines = rows(run("fall.yaml", "--from", "cases.csv", "--out", "-").stdout)
+    same("a table", [(l["m"], l["g"]) for l in lines], [("1", "2"), ("3", "4"), ("5", "6")])
+
+
+def bytes_of(*arguments):
+    run("fall.yaml", *arguments, "--quiet", "--out", "x.csv")
+    return pathlib.Path("x.csv").read_bytes()
+
+
+def equal_bytes():
+    sweep = ["--vary", "g=1:2:301", "--random", "m=uniform(1,2)"]
+    whole = bytes_of(*sweep, "--jobs", "1")
+    same("four threads", bytes_of(*sweep, "--jobs", "4") == whole, True)
+    for k in (1, 2, 3):
+        run("fall.yaml", *sweep, "--quiet", "--shard", f"{k}/3", "--out", f"part{k}.csv")
+    run("--merge", "part3.csv", "part1.csv", "part2.csv", "--out", "merged.csv")
+    same("three parts", pathlib.Path("merged.csv").read_bytes() == whole, True)
+    told = run("--merge", "part3.csv", "part1.csv", "--out", "merged.csv").stderr
+    same("a missing part is told", "100 runs before run 301 are in none" in told or "runs before run" in told, True)
+    for cut in (40, len(whole) // 3, len(whole) - 5):  # within the first line, a line, the last one
+        pathlib.Path("x.csv").unlink(missing_ok=True)
+        pathlib.Path("x.csv.partial").write_bytes(whole[:cut])
+        same(f"broken off after {cut} bytes", bytes_of(*sweep, "--resume") == whole, True)
+    pathlib.Path("x.csv").unlink()
+    pathlib.Path("x.csv.partial").write_bytes(whole[:len(whole) // 3])
+    told = run("fall.yaml", *sweep, "--set", "simulate.duration=1", "--resume", "--out", "x.csv", code=1).stderr
+    same("another scene is refused", "of another scene or sweep" in told, True)
+
+
+def killed():
+    """Killed for real, wherever it is; the rest is the same."""
+    sweep = ["fall.yaml", "--vary", "g=1:2:4000", "--quiet", "--out", "k.csv"]
+    run(*sweep)
+    whole = pathlib.Path("k.csv").read_bytes()
+    pathlib.Path("k.csv").unlink()
+    breaks = 0
+    while breaks < 3 and not pathlib.Path("k.csv").exists():
+        process = subprocess.Popen([command, "sweep", *sweep, *(["--resume"] if breaks else [])])
+        time.sleep(0.05)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        breaks += 1
+    if not pathlib.Path("k.csv").exists():
+        run(*sweep, "--resume")
+    same(f"after {breaks} kills", pathlib.Path("k.csv").read_bytes() == whole, True)
+
+
+def faults():
+    lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
+    same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
+    same("and says why", "m" in lines[0]["why"] and lines[0]["position.stone.end"] == "", True)
+    for arguments, words in ((["--vary", "g=1:2:0"], "FROM:TO:COUNT"), (["--vary", "g=1:2"], "--sample"), (["--vary", "g"], "NAME=VALUES"),
+                             (["--vary", "g=1", "--vary", "g=2"], "twice"), (["--random", "g=normal(1)"], "normal(MEAN,DEVIATION)"),
+                             (["--vary", "g=log:-1:2:3"], "above zero"), ([], "nothing is varied"), (["--vary", "g=1:2", "--sample", "sobol"], "sobol:COUNT"),
+                             (["--vary", "g=1,2", "--columns", "position.stona"], "did you mean 'position.stone'"),
+                             (["--vary", "g=1,2", "--shard", "4/3"], "K/N"), (["--from", "none.csv"], "cannot be read")):
+        same(f"words of {arguments}", words in run("fall.yaml", *arguments, "--out", "-", code=1).stderr, True)
+    same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    command = os.path.realpath(command)
+    os.chdir(folder)
+    pathlib.Path("fall.yaml").write_text(FALL)
+    for part in (grids, samples, equal_bytes, killed, faults):
+        part()
+print(f"{passed} passed, {failed} failed")
+sys.exit(failed > 0)
