@@ -212,6 +212,58 @@ KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
 
+/* ---- periodic motion --------------------------------------------------------------------------------------------- */
+
+/* What becomes of a small difference from a periodic motion in one period: a Floquet multiplier mu, an eigenvalue of
+ * the monodromy matrix. A conjugate pair is represented by the one with imaginary > 0. */
+typedef struct kt_multiplier {
+    double real, imaginary; /* mu */
+    double modulus;         /* |mu|: above 1 the difference grows */
+    double growth;          /* log |mu| / period, 1/s */
+    double frequency;       /* |arg mu| / (2 pi period), Hz, up to multiples of 1 / period and its sign */
+    double error;           /* estimated error of mu: of steps, and of rounding */
+    int count;              /* eigenvalues represented: 2 for a conjugate pair, else 1 */
+} kt_multiplier;
+
+/* The period, and how it is stepped through. */
+typedef struct kt_floquet_options {
+    double period;           /* s, > 0 */
+    const kt_method *method; /* an explicit Runge-Kutta method */
+    int steps;               /* of the period; even */
+} kt_floquet_options;
+
+/* 400 steps of rk4. */
+KT_API kt_floquet_options kt_floquet_options_default(double period);
+
+/* The Floquet multipliers of a periodic motion, and the workspace that computes them. */
+typedef struct kt_floquet kt_floquet;
+
+/* Allocates it; kt_floquet_free releases it. The model must outlive it. Errors: KT_ERROR_ARGUMENT (period, steps,
+ * method), KT_ERROR_MEMORY, KT_ERROR_UNSUPPORTED without LAPACK. */
+KT_API KT_CHECKED kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options,
+                                              kt_floquet **floquet, kt_error *error);
+/* Releases it; does nothing with NULL. */
+KT_API void kt_floquet_free(kt_floquet *floquet);
+
+/* Computes the multipliers of the motion that is at (q, v) at time t, from the exact derivatives of the steps
+ * (kt_step_derivatives) over one period, and once more by half as many steps, which gives the error. What loops forbid
+ * is left out. That the motion comes back is the caller's to see (kt_floquet_gap). Errors: as kt_step_derivatives;
+ * KT_ERROR_NOT_FINITE. Cost: 1.5 times `steps` derivatives of a step and products of matrices, O(steps nv^3). Allocates
+ * nothing. */
+KT_API KT_CHECKED kt_status kt_floquet_evaluate(kt_floquet *floquet, double t, const double *q, const double *v,
+                                                kt_error *error);
+
+/* The number of multipliers found by the last evaluation; one of them, by falling modulus. */
+KT_API int kt_floquet_count(const kt_floquet *floquet);
+KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
+
+/* The monodromy matrix, 2 nv x 2 nv, column-major, in tangent coordinates (xi, dv) as of kt_step_derivatives. */
+KT_API const double *kt_floquet_monodromy(const kt_floquet *floquet);
+
+/* How far from its start the motion is after the period: the largest change of a position (rad or m; whole turns of
+ * angles are none) and of a velocity times the period. NaN before an evaluation. */
+KT_API double kt_floquet_gap(const kt_floquet *floquet);
+
 /* ---- stability along a motion ------------------------------------------------------------------------------------ */
 
 /* The modes of a mechanism at some states of a motion; they bound the step size of an explicit method. */

@@ -197,3 +197,27 @@ KT_TEST(scene_without_freedoms_is_said_to_have_no_modes) {
     kt_check_contains("stability", kt_shell("$K stability n.yaml").out,
                       "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
 }
+
+/* -7 +- 5.657i of Baumgarte's gains 7 and 9 beside the pendulum's +- 3.132i; zeros of force projection. */
+KT_TEST(modes_of_a_formulation_show_what_it_adds) {
+    const kt_ran ran =
+        kt_shell("$K modes " KT_SCENES "/point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("the pendulum's", ran.out, "0      +- 3.13209  the mechanism's\n");
+    kt_check_contains("Baumgarte's", ran.out, "-7      +- 5.65685  added by the formulation\n");
+    kt_check_contains("projection", kt_shell("$K modes " KT_SCENES "/point-pendulum.yaml --formulation projection").out,
+                      "0               0  added by the formulation\n");
+    kt_check_contains("gains alone", kt_shell("$K modes " KT_SCENES "/pendulum.yaml --alpha 7").err,
+                      "--formulation baumgarte goes with them");
+}
+
+KT_TEST(modes_over_a_period_are_multipliers) {
+    const kt_ran ran = kt_shell("$K modes " KT_SCENES "/ground-resonance.yaml --period 0.36959913571644626 --json");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("growth", ran.out, "\"growth\": 1.2029");
+    kt_check_equal_int("said", (long long)strlen(ran.err), 0);
+    kt_check_contains("another period", kt_shell("$K modes " KT_SCENES "/ground-resonance.yaml --period 0.3").err,
+                      "it has another period");
+    kt_check_contains("with --at", kt_shell("$K modes " KT_SCENES "/pendulum.yaml --period 1 --at initial").err,
+                      "no --at, --nearest, --plot or --formulation with it");
+}

@@ -75,6 +75,8 @@ typedef struct fixture {
     kt_constraint_formulation_options formulation_options;
     kt_dae *dae;
     kt_dae_options dae_options;
+    kt_floquet *floquet;
+    kt_floquet_options floquet_options;
     ptrdiff_t place;
     kt_plan_step steps[256];
     const double *slope;
@@ -313,6 +315,8 @@ static bool make_objects(fixture *f) {
     kt_simulation_save(f->simulation, f->block);
     f->formulation_options = kt_constraint_formulation_options_default((kt_constraint_formulation_type)0, 0.01);
     f->dae_options = kt_dae_options_default((kt_dae_type)0);
+    f->floquet_options = kt_floquet_options_default(0.02);
+    f->floquet_options.steps = 2;
     f->variant = kt_variant_default(&f->run);
     if (kt_model_nv(f->model) > 0 && kt_dynamics_mass(f->model, f->data, f->q, f->identity, e) == KT_OK)
         (void)!kt_mass_factor_compute(f->factor, f->identity, e);
@@ -322,6 +326,8 @@ static bool make_objects(fixture *f) {
         f->formulation = NULL;
     if (kt_dae_create(f->model, &f->dae_options, &f->dae, e) != KT_OK)
         f->dae = NULL;
+    if (kt_floquet_create(f->model, &f->floquet_options, &f->floquet, e) != KT_OK)
+        f->floquet = NULL;
     return true;
 }
 

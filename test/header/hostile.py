@@ -22,7 +22,7 @@ BY_NAME = {
     "y": "f->y", "previous_y": "f->y", "history": "f->history",
     "t": "0.0", "t_limit": "1e9", "t_end": "1e9", "period": "0.01", "duration": "1.0", "step": "0.01", "growth": "2.0", "goal": "1e-3", "setting": "0.01",
     "size": "MEMORY", "work_size": "MEMORY", "n": "2", "count": "2", "body": "1", "marker": "0", "loop": "0", "row": "0", "group": "0", "effect": "0",
-    "rows": "2", "columns": "2", "column": "0", "mode": "0", "sample": "0", "samples": "2", "index": "0", "rank": "1", "sequence": "123", "axis": "2",
+    "rows": "2", "columns": "2", "column": "0", "mode": "0", "multiplier": "0", "sample": "0", "samples": "2", "index": "0", "rank": "1", "sequence": "123", "axis": "2",
     "which": "0", "stages": "4", "most": "4", "k": "0", "code": "0", "adaptive": "false", "velocity": "0",
     "memory": "f->memory", "work": "f->memory", "block": "f->block", "user": "NULL", "text": "f->text", "path": "\"none.yaml\"",
     "name": "\"gravity\"", "kt_scene_parse.text": "\"kinetree: 1\\n\"", "kt_scene_parse.size": "12", "kt_robot_parse.text": "\"<robot/>\"",
@@ -69,13 +69,14 @@ BY_TYPE = {
     "double *": None, "const double **": "&f->slope", "void *": "f->memory", "const void *": "f->block",
     "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
     "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
+    "kt_floquet *": "f->floquet", "const kt_floquet *": "f->floquet", "const kt_floquet_options *": "&f->floquet_options",
     "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
     "const kt_variable *": "&f->variable", "kt_variable *": "&f->variable_out",
 }
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_accuracy"]
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy"]
 ENUMS = r"kt_(joint|loop|effect|shape|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
 
 

@@ -1,9 +1,9 @@
 /* kinetree modes: computes frequencies, damping and shapes of a scene's small motions. */
+#include "subcommands/modes.h"
 #include "command.h"
 #include "plot/plot.h"
 #include "plot/shapes.h"
 #include "records/output.h"
-#include "scene/linear.h"
 #include "text/arguments.h"
 
 #include <math.h>
@@ -80,11 +80,15 @@ typedef struct kt_modes_arguments {
     kt_settings settings;
     int at; /* index of the choice; -1: not given */
     bool nearest, json, dark;
-    long count;
+    long count, steps;
+    double period, alpha, beta;
+    int formulation; /* index of the choice; -1: not given */
     const char *plot;
 } kt_modes_arguments;
 
 enum { AT_INITIAL = 0, AT_EQUILIBRIUM };
+
+#define KT_FORMULATION_CHOICE "gauss|baumgarte|augmented|projection"
 
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_modes_arguments, settings)),
@@ -95,6 +99,16 @@ static const kt_option options[] = {
      "the equilibrium nearest to the initial position, stable or not", NULL},
     {"count", KT_OPTION_COUNT, offsetof(kt_modes_arguments, count), "N",
      "show the N slowest that are not neutral; default 40", NULL},
+    {"period", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, period), "S",
+     "the Floquet multipliers of the motion from the initial state over this period, seconds, instead", NULL},
+    {"steps", KT_OPTION_COUNT, offsetof(kt_modes_arguments, steps), "N",
+     "with --period: steps of rk4 in it, an even number; default 400", NULL},
+    {"formulation", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, formulation), "NAME",
+     "what another formulation of the loops adds to the spectrum, instead", KT_FORMULATION_CHOICE},
+    {"alpha", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, alpha), "A",
+     "with --formulation baumgarte or augmented: its first gain, 1/s; default 10", NULL},
+    {"beta", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, beta), "B",
+     "with --formulation: its second gain, 1/s; default: the first", NULL},
     {"json", KT_OPTION_FLAG, offsetof(kt_modes_arguments, json), NULL,
      "everything as JSON: modes with their shapes, state, input and output matrices", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(kt_modes_arguments, plot), "FILE",
@@ -107,13 +121,18 @@ const kt_usage kt_usage_modes = {
     .examples = "  kinetree modes double-pendulum.yaml\n"
                 "  kinetree modes bicycle.yaml --at initial\n"
                 "  kinetree modes chain.yaml --plot shapes.svg\n"
-                "  kinetree modes cart-pole.yaml --at initial --json | jq .state_matrix\n",
+                "  kinetree modes cart-pole.yaml --at initial --json | jq .state_matrix\n"
+                "  kinetree modes ground-resonance.yaml --period 0.36959913571644626\n"
+                "  kinetree modes point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
     .about = "Linearises a scene and prints its modes, slowest first: frequency in Hz, rate in 1/s (the real part of\n"
              "the eigenvalue: negative decays, positive grows), damping ratio, and the joints that move most with\n"
-             "their amplitudes relative to the first, and phases in degrees.\n",
+             "their amplitudes relative to the first, and phases in degrees.\n"
+             "--period: about a motion that repeats itself, such as that of a rotor, linearisation at an instant says\n"
+             "little; the multipliers of a period say whether differences grow.\n"
+             "--formulation: eigenvalues in all tree coordinates; those that are not the mechanism's are its price.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -394,8 +413,32 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
 
 /* ---- command ----------------------------------------------------------------------------------------------------- */
 
+/* Each of --period and --formulation prints a table of its own. */
+static int check_together(const kt_modes_arguments *a) {
+    const bool period = !isnan(a->period), formulation = a->formulation >= 0;
+    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL)) {
+        kt_say("modes: --period is about the motion from the initial state, in a table: no --at, --nearest, --plot or "
+               "--formulation with it");
+        return KT_EXIT_USAGE;
+    }
+    if (formulation && a->plot != NULL) {
+        kt_say("modes: --formulation prints eigenvalues, which have no --plot");
+        return KT_EXIT_USAGE;
+    }
+    if (!formulation && !(isnan(a->alpha) && isnan(a->beta))) {
+        kt_say("modes: --alpha and --beta are gains of a formulation: --formulation baumgarte goes with them");
+        return KT_EXIT_USAGE;
+    }
+    if (!period && a->steps > 0) {
+        kt_say("modes: --steps divides a period: --period S goes with it");
+        return KT_EXIT_USAGE;
+    }
+    return -1;
+}
+
 int kt_command_modes(int argc, char **argv) {
-    kt_modes_arguments arguments = {.at = -1, .count = 40};
+    kt_modes_arguments arguments = {
+        .at = -1, .count = 40, .formulation = -1, .period = (double)NAN, .alpha = (double)NAN, .beta = (double)NAN};
     kt_small_motion motion;
     int operands;
     int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
@@ -405,11 +448,19 @@ int kt_command_modes(int argc, char **argv) {
         kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
         return KT_EXIT_USAGE;
     }
+    if ((code = check_together(&arguments)) >= 0)
+        return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", arguments.plot, true}};
     if ((code = kt_check_files("modes", uses, 2)) >= 0 ||
         (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
+    if (!isnan(arguments.period)) {
+        if (code == KT_EXIT_DONE)
+            code = kt_modes_print_period(&motion, arguments.period, arguments.steps, arguments.json);
+        kt_small_motion_close(&motion);
+        return code;
+    }
     if (code == KT_EXIT_DONE)
         code = choose_state(&motion, &arguments);
     if (code == KT_EXIT_DONE)
@@ -419,8 +470,12 @@ int kt_command_modes(int argc, char **argv) {
         const char *state = name_state(&motion, system);
         if (system->states > 0)
             warn(system, state);
-        code = arguments.json ? kt_json_write(describe(&motion, state), "-")
-                              : print_table(&motion, state, arguments.count);
+        if (arguments.formulation >= 0)
+            code = kt_modes_print_formulation(&motion, (kt_constraint_formulation_type)arguments.formulation,
+                                              arguments.alpha, arguments.beta, arguments.json);
+        else
+            code = arguments.json ? kt_json_write(describe(&motion, state), "-")
+                                  : print_table(&motion, state, arguments.count);
         if (code == KT_EXIT_DONE && arguments.plot != NULL)
             code = kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
     }

@@ -1,0 +1,262 @@
+/* Floquet multipliers of a periodic motion.
+ *
+ * Small differences from a motion of period T follow dx(T) = Phi dx(0). Phi, the monodromy matrix, is the product of the
+ * exact derivatives of the steps that make up the period (kt_step_derivatives), so that it has the error of the method
+ * and none of differences. Its eigenvalues mu are the multipliers: a difference grows from period to period by |mu|, at
+ * the rate log |mu| / T and with the frequency arg mu / (2 pi T), up to a multiple of 1 / T, which nothing distinguishes.
+ *
+ * What the loops forbid has the multiplier 0: the projection of the last step removes it. As many of them as the
+ * equations determine are left out, the smallest ones.
+ *
+ * Source: G. Floquet, Annales scientifiques de l'E.N.S. 12 (1883) 47; C. E. Hammond, An application of Floquet theory to
+ * prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
+ */
+#include "base/arena.h"
+#include "base/require.h"
+#include "kinetree/analysis.h"
+#include "kinetree/descriptor.h"
+#include "kinetree/joint.h"
+#include "kinetree/loop.h"
+#include "kinetree/sensitivity.h"
+#include "linear/lapack.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define KT_FLOQUET_FIELDS(X)                                                                                           \
+    X(double, monodromy, n *n, "Phi")                                                                                  \
+    X(double, coarse, n *n, "Phi of half as many steps")                                                               \
+    X(double, step, n *n, "derivatives of a step")                                                                     \
+    X(double, product, n *n, "scratch")                                                                                \
+    X(double, left, n *n, "vectors")                                                                                   \
+    X(double, right, n *n, "vectors")                                                                                  \
+    X(double, real, n, "of multipliers")                                                                               \
+    X(double, imaginary, n, "of multipliers")                                                                          \
+    X(double, coarse_real, n, "of the multipliers of half as many steps")                                              \
+    X(double, coarse_imaginary, n, "of these")                                                                         \
+    X(double, condition, n, "of multipliers")                                                                          \
+    X(double, scale, n, "of balancing")                                                                                \
+    X(double, lapack, 66 * n + 64, "of LAPACK")                                                                        \
+    X(kt_multiplier, multiplier, n, "handed out")                                                                      \
+    X(double, q, nq, "the motion")                                                                                     \
+    X(double, v, n, "the motion")                                                                                      \
+    X(double, gap, n, "its difference from the start")                                                                 \
+    X(char, data_memory, data_size, "the model's data")                                                                \
+    X(char, work, work_size, "of a step")
+
+struct kt_floquet {
+    void *owned; /* memory of kt_floquet_create */
+    const kt_model *model;
+    kt_data *data;
+    kt_floquet_options options;
+    size_t n, work_size; /* 2 nv */
+    int count, states;
+    double gap_size;
+    KT_ARENA_DECLARE(KT_FLOQUET_FIELDS)
+};
+
+KT_ARENA_LAYOUT(lay_out, kt_floquet, KT_FLOQUET_FIELDS, size_t n, size_t nq, size_t data_size, size_t work_size)
+
+static const double pi = 3.14159265358979323846;
+
+kt_floquet_options kt_floquet_options_default(double period) {
+    const kt_floquet_options options = {.period = period, .steps = 400, .method = kt_method_find("rk4")};
+    return options;
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_error *error) {
+    if (!(isfinite(o->period) && o->period > 0.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "period", "%g s: must be above zero", o->period);
+    if (o->steps < 2 || o->steps % 2 != 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "steps",
+                            "%d: must be even and 2 or more; half of them show the error", o->steps);
+    if (kt_step_work_size(model, o->method) == 0)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "method",
+            "%s is not explicit: derivatives of steps are those of explicit Runge-Kutta methods, such as "
+            "rk4 or dop853",
+            o->method->name);
+    return KT_OK;
+}
+
+static size_t place(void *memory, const kt_model *model, const kt_floquet_options *o) {
+    return lay_out(memory, 2 * (size_t)kt_model_nv(model), (size_t)kt_model_nq(model), kt_data_size(model),
+                   kt_step_work_size(model, o->method));
+}
+
+kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options, kt_floquet **floquet,
+                            kt_error *error) {
+    KT_REQUIRE(error, model, options, options->method, floquet);
+    kt_status status = check(model, options, error);
+    if (status == KT_OK)
+        status = kt_lapack_open(error);
+    if (status != KT_OK)
+        return status;
+    const size_t size = place(NULL, model, options);
+    kt_floquet *made = kt_arena_allocate(size, "Floquet multipliers", error);
+    if (made == NULL)
+        return KT_ERROR_MEMORY;
+    memset(made, 0, size);
+    (void)place(made, model, options);
+    made->model = model;
+    made->options = *options;
+    made->n = 2 * (size_t)kt_model_nv(model);
+    made->work_size = kt_step_work_size(model, options->method);
+    status = kt_arena_own(made, kt_data_init(model, made->data_memory, kt_data_size(model), &made->data, error));
+    if (status == KT_OK)
+        *floquet = made;
+    return status;
+}
+
+void kt_floquet_free(kt_floquet *floquet) { kt_arena_free(floquet); }
+
+/* ---- the monodromy matrix ---------------------------------------------------------------------------------------- */
+
+/* phi = step phi */
+static void multiply(kt_floquet *f, double *phi) {
+    const size_t n = f->n;
+    memset(f->product, 0, n * n * sizeof(double));
+    for (size_t j = 0; j < n; j++)
+        for (size_t k = 0; k < n; k++) {
+            const double x = phi[j * n + k];
+            for (size_t i = 0; i < n && x != 0.0; i++)
+                f->product[j * n + i] += f->step[k * n + i] * x;
+        }
+    memcpy(phi, f->product, n * n * sizeof(double));
+}
+
+static kt_status follow(kt_floquet *f, double t, const double *q, const double *v, int steps, double *phi,
+                        kt_error *error) {
+    const double h = f->options.period / steps;
+    kt_step step = {.method = f->options.method, .h = h};
+    kt_status status = KT_OK;
+    memcpy(f->q, q, (size_t)kt_model_nq(f->model) * sizeof *q);
+    memcpy(f->v, v, f->n / 2 * sizeof *v);
+    memset(phi, 0, f->n * f->n * sizeof(double));
+    for (size_t i = 0; i < f->n; i++)
+        phi[i * f->n + i] = 1.0;
+    for (int i = 0; i < steps && status == KT_OK; i++) {
+        step.t = t + i * h;
+        status = kt_step_derivatives(f->model, f->data, f->work, f->work_size, &step, f->q, f->v, f->q, f->v, f->step,
+                                     NULL, error);
+        if (status == KT_OK)
+            multiply(f, phi);
+    }
+    return status;
+}
+
+/* How far the motion is from its start after the period: whole turns of revolute joints do not count. */
+static double measure_gap(kt_floquet *f, const double *q, const double *v) {
+    double most = 0.0;
+    kt_position_subtract(f->model, f->q, q, f->gap);
+    for (int body = 1; body < kt_model_body_count(f->model); body++) {
+        const kt_coordinates at = kt_body_coordinates(f->model, body);
+        for (int k = 0; k < at.nv; k++) {
+            const bool turns = kt_joint_coordinate_kind(at.type, k) == KT_COORDINATE_ANGLE;
+            const double x = f->gap[at.v + k], rate = f->v[at.v + k] - v[at.v + k];
+            most = fmax(most, fabs(turns ? remainder(x, 2.0 * pi) : x));
+            most = fmax(most, fabs(rate) * f->options.period);
+        }
+    }
+    return most;
+}
+
+/* ---- multipliers ------------------------------------------------------------------------------------------------- */
+
+static bool solve(kt_floquet *f, double *matrix) {
+    double norm;
+    return kt_lapack_geevx((int)f->n, matrix, f->real, f->imaginary, f->left, f->right, f->scale, &norm, f->condition,
+                           f->lapack, (int)(66 * f->n + 64)) == 0;
+}
+
+/* Equations of velocities alone forbid velocities and no positions. */
+static int forbidden(const kt_model *model) {
+    int lost = 2 * kt_model_mobility(model).rank;
+    for (int loop = 0; loop < kt_loop_count(model); loop++)
+        for (int r = 0; r < kt_loop_rows_of(model, loop).count; r++)
+            lost -= kt_loop_measure_of(model, loop, r) == KT_MEASURE_NONE;
+    return lost;
+}
+
+/* Multipliers by falling modulus, a conjugate pair as the one above the axis; the smallest `lost` eigenvalues are those
+ * that the loops forbid. */
+static void hand_out(kt_floquet *f, int lost) {
+    const double period = f->options.period;
+    f->count = f->states = 0;
+    for (int left = (int)f->n - lost; left > 0;) {
+        size_t best = f->n;
+        for (size_t i = 0; i < f->n; i++)
+            if (!isnan(f->real[i]) && f->imaginary[i] >= 0.0 &&
+                (best == f->n || hypot(f->real[i], f->imaginary[i]) > hypot(f->real[best], f->imaginary[best])))
+                best = i;
+        if (best == f->n)
+            break;
+        kt_multiplier m = {.real = f->real[best], .imaginary = f->imaginary[best]};
+        m.count = m.imaginary > 0.0 ? 2 : 1;
+        m.modulus = hypot(m.real, m.imaginary);
+        m.growth = log(m.modulus) / period;
+        m.frequency = fabs(atan2(m.imaginary, m.real)) / (2.0 * pi * period);
+        m.error = f->condition[best]; /* for the moment */
+        f->multiplier[f->count++] = m;
+        f->states += m.count;
+        left -= m.count;
+        f->real[best] = (double)NAN;
+    }
+}
+
+/* The nearest multiplier of half as many steps differs by 2^p - 1 times the error, p the method's order; rounding moves
+ * a multiplier by that of the matrix over its condition, and a multiple one by the root. */
+static void estimate(kt_floquet *f) {
+    double size = 0.0;
+    const double power = ldexp(1.0, f->options.method->order) - 1.0;
+    for (size_t i = 0; i < f->n * f->n; i++)
+        size += f->monodromy[i] * f->monodromy[i];
+    const double rounding = 16.0 * DBL_EPSILON * (double)f->n * sqrt(size);
+    for (int i = 0; i < f->count; i++) {
+        kt_multiplier *m = &f->multiplier[i];
+        double nearest = HUGE_VAL;
+        for (size_t k = 0; k < f->n; k++)
+            nearest = fmin(nearest, hypot(m->real - f->coarse_real[k], m->imaginary - f->coarse_imaginary[k]));
+        m->error =
+            nearest / power + fmin(rounding / fmax(m->error, DBL_EPSILON), sqrt(rounding * fmax(1.0, m->modulus)));
+    }
+}
+
+kt_status kt_floquet_evaluate(kt_floquet *f, double t, const double *q, const double *v, kt_error *error) {
+    KT_REQUIRE(error, f, q || kt_model_nq(f->model) == 0, v || f->n == 0, isfinite(t));
+    f->count = f->states = 0;
+    f->gap_size = (double)NAN;
+    kt_status status = follow(f, t, q, v, f->options.steps / 2, f->coarse, error);
+    if (status == KT_OK)
+        status = follow(f, t, q, v, f->options.steps, f->monodromy, error);
+    if (status != KT_OK)
+        return status;
+    bool solved = f->n == 0 || solve(f, f->coarse);
+    memcpy(f->coarse_real, f->real, f->n * sizeof(double));
+    memcpy(f->coarse_imaginary, f->imaginary, f->n * sizeof(double));
+    memcpy(f->step, f->monodromy, f->n * f->n * sizeof(double));
+    solved = solved && (f->n == 0 || solve(f, f->step));
+    if (!solved)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "Floquet multipliers",
+                            "the multipliers of the period cannot be computed: the motion runs away within it");
+    f->gap_size = measure_gap(f, q, v);
+    hand_out(f, forbidden(f->model));
+    estimate(f);
+    return KT_OK;
+}
+
+/* ---- results ----------------------------------------------------------------------------------------------------- */
+
+int kt_floquet_count(const kt_floquet *floquet) { return floquet ? floquet->count : 0; }
+
+kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier) {
+    const kt_multiplier none = {.real = (double)NAN, .imaginary = (double)NAN, .modulus = (double)NAN};
+    return floquet && multiplier >= 0 && multiplier < floquet->count ? floquet->multiplier[multiplier] : none;
+}
+
+const double *kt_floquet_monodromy(const kt_floquet *floquet) { return floquet ? floquet->monodromy : NULL; }
+
+double kt_floquet_gap(const kt_floquet *floquet) { return floquet ? floquet->gap_size : (double)NAN; }
