@@ -287,6 +287,8 @@ class Header:
         """A list of values in the place of the macros that make them of it."""
         name = re.search(r"(\w+_LIST)\(", found[0])[1]
         valued = re.match(r"#define \w+\(.*?\) \w+ = (\w+)", found[0])
+        pasted = re.match(r"#define \w+\(.*?\) (\w+)##\w+", found[0])  # KT_QUANTITY_##id
+        prefix = pasted[1] if pasted else ""
         out = ""
         for entry, comment in self.lists[name]:
             fields = [field.strip() for field in split(entry)]
@@ -296,7 +298,7 @@ class Header:
             else:
                 last = fields[-1]
                 words = inline(last[1:-1]) if last.startswith('"') else f'"{last}"'
-            out += f" {fields[0]}{value}, /**< {words} */"
+            out += f" {prefix}{fields[0]}{value}, /**< {words} */"
         return out + "\n" * found[0].count("\n")
 
     def joined(self, inside):

@@ -434,10 +434,10 @@ typedef enum kt_variable_type {
 
 /* A variable of a formula, by its place in a description. */
 typedef struct kt_variable {
-    kt_variable_type type;
-    int body;      /* whose joint or marker it is: index in kt_description.bodies */
-    int marker;    /* index in that body's markers */
-    int component; /* of the joint's positions or velocities, or x, y, z (0, 1, 2) */
+    kt_variable_type type; /* what it measures */
+    int body;              /* whose joint or marker it is: index in kt_description.bodies */
+    int marker;            /* index in that body's markers */
+    int component;         /* of the joint's positions or velocities, or x, y, z (0, 1, 2) */
 } kt_variable;
 
 /* Finds a variable by its name, that of the column that records it: "t", "velocity.crank", "position.ball[2]" (where a
