@@ -27,12 +27,14 @@ typedef enum kt_robot_inertia {
 
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
 typedef struct kt_robot_options {
-    bool floating;            /* the root link moves freely; default: it is fixed to the world */
-    double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
-    double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
-    kt_robot_inertia inertia; /* which inertias are accepted */
-    double density;           /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
-    const char *keyframe;     /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
+    bool floating;             /* the root link moves freely; default: it is fixed to the world */
+    double stop_stiffness;     /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_damping;       /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+    kt_robot_inertia inertia;  /* which inertias are accepted */
+    double density;            /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
+    const char *const *masses; /* URDF: masses of links, kg, each "LINK=MASS" */
+    int mass_count;            /* length of masses */
+    const char *keyframe;      /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
 } kt_robot_options;
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
@@ -47,9 +49,10 @@ typedef struct kt_robot_options {
  *     follows puts it.
  *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
  *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
+ *   - The rotor inertia of a transmission, times the square of its reduction, becomes the joint's armature.
  *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
- *     where a link has an inertia that no body has, but options->inertia accepts it.
- *   - Left out: meshes, contacts, limits of effort and speed, transmissions, extensions of simulators.
+ *     where a link has an inertia that no body has, but options->inertia accepts it, or where nothing has a mass.
+ *   - Left out: meshes, contacts, limits of effort and speed, extensions of simulators.
  * MJCF:
  *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
  *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.

@@ -110,6 +110,12 @@ static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_note_put(&n, &u->by_density,
                 "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
                 u->by_density.count);
+    kt_note_put(&n, &u->massless,
+                "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
+                "masses by shapes, --mass LINK=MASS one)");
+    kt_note_put(&n, &u->geared, "transmissions whose rotor inertia became the joint's armature: %d", u->geared.count);
+    kt_note_put(&n, &u->ungeared, "transmissions that are left out, since they have no rotor inertia: %d",
+                u->ungeared.count);
     kt_note_put(&n, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
     kt_note_put(&n, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
     kt_note_put(&n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
@@ -139,6 +145,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     if (u->r->out_of_memory || u->r->fault_count > 0)
         return;
     kt_urdf_judge_inertias(u);
+    kt_urdf_given_masses(u);
     const char *name = kt_xml_attribute(u->robot, "name");
     if (name != NULL) {
         scene->description.name = kt_pool_text(&u->r->keep, name, strlen(name));

@@ -17,6 +17,7 @@ typedef struct kt_urdf_joint {
     int parent, child;        /* links; -1: not found */
     double lower, upper;      /* infinite where there are none */
     double start;             /* initial position of a scalar joint */
+    double armature;          /* by a transmission */
     int master;               /* the joint that it follows; -1: none */
     double multiplier, offset;
     bool is_placed; /* its start has been found */
@@ -47,6 +48,7 @@ typedef struct kt_urdf {
                                                 limits, and that are left out */
     kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
     double worst_excess;                       /* of the first */
+    kt_left geared, ungeared, massless;        /* transmissions with and without armature; a robot without masses */
     kt_left by_density;                        /* links with a mass by density */
     kt_left undeclared, freed;                 /* the link `world`; links on it that move freely */
     kt_xml_late late;
@@ -77,6 +79,9 @@ void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy
 /* Numbers what is below <robot>, in the order of the file. Returns false where there is no memory. */
 bool kt_urdf_collect(kt_urdf *u);
 
+/* Reads armatures from transmissions. */
+void kt_urdf_transmissions(kt_urdf *u);
+
 /* Finds which joint each follows, and where all of them start. */
 void kt_urdf_follow(kt_urdf *u);
 
@@ -98,6 +103,9 @@ void kt_urdf_names(kt_urdf *u, int root);
 void kt_urdf_judge_inertias(kt_urdf *u);
 
 /* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
+
+/* Gives links the masses that the options name. */
+void kt_urdf_given_masses(kt_urdf *u);
 
 /* Bodies, loops and effects of the description, in memory that has been taken. */
 void kt_urdf_bodies(kt_urdf *u);

@@ -145,8 +145,10 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     }
     if (j->kind->type != KT_JOINT_FIXED && j->kind->type != KT_JOINT_FREE)
         body->joint.axis = kt_urdf_vector(u->r, kt_xml_child(j->element, "axis"), "xyz", kt_vec3_make(1.0, 0.0, 0.0));
-    if (j->kind->is_scalar)
-        body->joint.position[0] = j->start;
+    if (!j->kind->is_scalar)
+        return;
+    body->joint.position[0] = j->start;
+    body->joint.armature[0] = j->armature;
 }
 
 /* ---- effects and couplings --------------------------------------------------------------------------------------- */

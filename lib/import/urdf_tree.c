@@ -45,6 +45,8 @@ static bool has_word(const char *words, const char *word) {
 /* Counts attributes and elements that are not known, so that a misspelt one is told. */
 static void count_strange(kt_urdf *u, const kt_element *e) {
     size_t i = 0;
+    if (strcmp(e->name, "transmission") == 0)
+        return; /* of which all that concerns the motion is read */
     const size_t most = sizeof known / sizeof *known;
     while (i < most && strcmp(known[i][0], e->name) != 0)
         i++;
@@ -280,6 +282,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     declare_world(u);
     for (int i = 0; i < u->joint_count; i++)
         read_joint(u, i);
+    kt_urdf_transmissions(u);
     kt_urdf_follow(u);
     return !u->r->out_of_memory;
 }

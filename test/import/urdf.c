@@ -247,6 +247,8 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
         {"r.urdf:1:17", "link 'a' is fixed to the world (--floating lets it move); gravity is 9.81 m/s^2 along -z"},
         {"r.urdf:5:1", "joints that start at a limit, since zero is outside their limits: 1"},
         {"r.urdf:5:1", "joints whose limits of position are left out (--stops makes effects of them): 1"},
+        {"r.urdf:1:1", "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density "
+                       "gives masses by shapes, --mass LINK=MASS one)"},
         {"r.urdf:5:1", "joints whose limits of effort and speed are left out: 1"},
         {"r.urdf:2:1", "meshes that are left out of pictures: 1"},
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
@@ -713,5 +715,81 @@ KT_TEST(masses_come_from_shapes_and_a_density) {
     kt_check_near("centre", com.z, 0.15, 1e-16);
     kt_check_near("about x", inertia.xx, 6.0 * (0.04 + 0.09) / 12.0, 1e-15);
     kt_check_equal_int("told", count_notes(&scene, "by --density: 1"), 1);
+    kt_scene_free(&scene);
+}
+
+/* ---- masses that the file does not have -------------------------------------------------------------------------- */
+
+static const char *find_note(const kt_scene *scene, const char *begins) {
+    for (int i = 0; i < scene->note_count; i++)
+        if (strncmp(scene->notes[i].what, begins, strlen(begins)) == 0)
+            return scene->notes[i].what;
+    return NULL;
+}
+
+#define BARE                                                                                                           \
+    "<robot name='r'><link name='a'/><link name='b'><visual><geometry><sphere radius='0.5'/></geometry></visual>"      \
+    "</link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>"
+
+/* Places and mobility exist without masses, accelerations do not; one mass is enough for this robot. */
+KT_TEST(robot_without_masses_has_places_but_no_accelerations) {
+    static const char *const masses[] = {"b=2"};
+    const kt_robot_options weighed = {.masses = masses, .mass_count = 1};
+    const double q = 0.3, v = 1.0;
+    kt_scene scene;
+    for (int with = 0; with < 2; with++) {
+        kt_model *model = NULL;
+        kt_data *data = NULL;
+        kt_error error = {0};
+        double a = 0.0;
+        if (!parse_right(BARE, with ? &weighed : NULL, &scene))
+            continue;
+        if (kt_check_equal_int("it is compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK) &&
+            kt_check_equal_int("data", kt_data_create(model, &data, &error), KT_OK)) {
+            kt_check_equal_int("degrees of freedom", kt_model_mobility(model).minimal, 1);
+            kt_check_equal_int("places", kt_kinematics_update(model, data, &q, &v, NULL, &error), KT_OK);
+            kt_check_equal_int("accelerations",
+                               kt_acceleration_evaluate(model, data, 0.0, &q, &v, NULL, NULL, &a, &error),
+                               with ? KT_OK : KT_ERROR_SINGULAR);
+        }
+        kt_check_equal_int("it is told", find_note(&scene, "no link has a mass") != NULL, !with);
+        kt_check_equal_bits("mass", &find_body(&scene, "b")->mass, &(double){with ? 2.0 : 0.0}, 1);
+        kt_data_free(data);
+        kt_model_free(model);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(masses_of_links_are_those_that_options_name) {
+    static const char *const right[] = {"b=4"}, *const wrong[] = {"c=1", "b=-1"};
+    const kt_robot_options options = {.masses = right, .mass_count = 1}, bad = {.masses = wrong, .mass_count = 2};
+    kt_scene scene;
+    if (parse_right(PAIR("", ""), &options, &scene)) {
+        kt_check_equal_bits("mass", &find_body(&scene, "b")->mass, &(double){4.0}, 1);
+        kt_check_equal_bits("its inertia grows with it", &find_body(&scene, "b")->inertia.xx, &(double){4.0}, 1);
+        kt_scene_free(&scene);
+    }
+    kt_check_equal_int("refused", parse(PAIR("", ""), &bad, &scene), KT_ERROR_SCENE);
+    kt_check_text("faults", faults.text,
+                  "1:1: mass 'c=1': there is no link of this name\n"
+                  "1:1: mass 'b=-1': expected LINK=MASS, with a mass above zero\n");
+}
+
+/* n^2 J at the joint. */
+KT_TEST(rotors_of_transmissions_are_armature) {
+    static const char text[] =
+        PAIR("", "<transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='j'/>"
+                 "<actuator name='m'><mechanicalReduction> 50 </mechanicalReduction><rotorInertia>2e-4</rotorInertia>"
+                 "</actuator></transmission>"
+                 "<transmission><joint name='j'/><actuator name='n'><drake:gear_ratio value='3'/><drake:rotor_inertia "
+                 "value='0.5'/></actuator></transmission>"
+                 "<transmission name='u'><joint name='j'/><actuator name='n'><mechanicalReduction>7"
+                 "</mechanicalReduction></actuator></transmission>");
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_near("armature", find_body(&scene, "b")->joint.armature[0], 50.0 * 50.0 * 2e-4 + 9.0 * 0.5, 1e-15);
+    kt_check_true("both are told", find_note(&scene, "transmissions whose rotor inertia") != NULL);
+    kt_check_true("the third is left out", find_note(&scene, "transmissions that are left out") != NULL);
     kt_scene_free(&scene);
 }

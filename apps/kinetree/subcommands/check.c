@@ -209,6 +209,10 @@ static int check_accelerations(check *c) {
     const kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, c->a, &error);
     if (status == KT_OK)
         return KT_EXIT_DONE;
+    if (status == KT_ERROR_SINGULAR && c->scene->description.inertia_check == KT_INERTIA_ACCEPT) {
+        warn(c, "accelerations cannot be computed: %s: %s", error.where, error.message);
+        return KT_EXIT_DONE;
+    }
     fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
     return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : kt_exit_code(status);
 }

@@ -54,6 +54,7 @@ typedef struct kt_evaluation {
     double *multiplier, *basis;                 /* lambda; N column-major, NULL if it is left out */
     int columns;                                /* of N */
     kt_residual violation;
+    bool may_lack_inertia, lacks_inertia; /* by `inertia_check: accept`; then there are no accelerations */
 } kt_evaluation;
 
 static double *make(size_t count) { return calloc(count + 1, sizeof(double)); }
@@ -138,14 +139,19 @@ static kt_status compute(kt_evaluation *e, kt_error *error) {
         status = kt_loop_equations(model, e->data, 0.0, e->q, e->v, e->jacobian, e->residual, e->rate, e->drift, error);
     if (status == KT_OK)
         status = kt_acceleration_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
+    if (status == KT_ERROR_SINGULAR && e->may_lack_inertia) {
+        kt_say("acceleration is left out: %s: %s", error->where, error->message);
+        e->lacks_inertia = true;
+        status = KT_OK;
+    }
     if (status == KT_OK)
         status = kt_effect_forces(model, e->data, 0.0, e->q, e->v, e->applied, error);
-    if (status == KT_OK)
+    if (status == KT_OK && !e->lacks_inertia)
         status = kt_multiplier_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->multiplier, error);
     if (status == KT_OK && e->basis != NULL)
         status = kt_loop_nullspace(model, e->data, 0.0, e->q, e->basis, &e->columns, error);
     if (status == KT_OK)
-        status = kt_kinematics_update(model, e->data, e->q, e->v, e->a, error);
+        status = kt_kinematics_update(model, e->data, e->q, e->v, e->lacks_inertia ? NULL : e->a, error);
     return status;
 }
 
@@ -183,7 +189,8 @@ static json_t *describe_constraint(const kt_evaluation *e) {
     json_object_set_new(constraint, "residual", kt_json_numbers(e->residual, e->rows));
     json_object_set_new(constraint, "rate", kt_json_numbers(e->rate, e->rows));
     json_object_set_new(constraint, "drift", kt_json_numbers(e->drift, e->rows));
-    json_object_set_new(constraint, "multiplier", kt_json_numbers(e->multiplier, e->rows));
+    json_object_set_new(constraint, "multiplier",
+                        e->lacks_inertia ? json_null() : kt_json_numbers(e->multiplier, e->rows));
     json_object_set_new(constraint, "null_space",
                         e->basis != NULL ? list_rows(e->basis, e->nv, e->columns) : json_null());
     return constraint;
@@ -242,7 +249,7 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv, e->nv) : json_null());
     json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
     json_object_set_new(root, "applied_force", kt_json_numbers(e->applied, e->nv));
-    json_object_set_new(root, "acceleration", kt_json_numbers(e->a, e->nv));
+    json_object_set_new(root, "acceleration", e->lacks_inertia ? json_null() : kt_json_numbers(e->a, e->nv));
     if (with_inverse)
         json_object_set_new(root, "inverse_dynamics", kt_json_numbers(e->inverse, e->nv));
     json_object_set_new(root, "energy", describe_energy(e));
@@ -254,7 +261,7 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
 }
 
 static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
-    kt_evaluation e = {0};
+    kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
     if (!allocate(&e, model)) {

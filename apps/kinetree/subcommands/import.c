@@ -10,6 +10,7 @@ typedef struct kt_import_arguments {
     const char *out, *inertia, *keyframe;
     bool floating;
     double stops, stop_damping, density;
+    kt_settings masses;
 } kt_import_arguments;
 
 #define AT(member) offsetof(kt_import_arguments, member)
@@ -25,6 +26,8 @@ static const kt_option options[] = {
      NULL},
     {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
      "URDF: links without <inertial> have the mass and inertia of their shape, kg/m^3 (they have none)", NULL},
+    {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
+     "URDF: mass of a link, kg; its inertia grows with it, or is that of its shape. Any number of times", NULL},
     {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
      "MJCF: positions, velocities and controls at the start are those of this keyframe (reference positions)", NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
@@ -83,6 +86,8 @@ int kt_command_import(int argc, char **argv) {
                                   .stop_damping = a.stop_damping,
                                   .inertia = (kt_robot_inertia)inertia,
                                   .density = a.density,
+                                  .masses = a.masses.text,
+                                  .mass_count = a.masses.count,
                                   .keyframe = a.keyframe};
     kt_scene scene;
     kt_error error = {0};

@@ -1,0 +1,109 @@
+/* Masses that files in URDF do not have where they belong: by the options, by shapes, and rotors of transmissions.
+ *
+ * A rotor of inertia J behind a reduction n, which turns n times as fast as the joint, has the armature n^2 J.
+ */
+#include "import/urdf.h"
+
+#include <string.h>
+
+/* ---- transmissions --------------------------------------------------------------------------------------------------- */
+
+/* A number that stands in an attribute `value`, or as text. Returns whether there is one. */
+static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
+    const char *text = e != NULL ? kt_xml_attribute(e, "value") : NULL;
+    text = text == NULL && e != NULL ? e->text : text;
+    if (text == NULL)
+        return false;
+    if (kt_parse_numbers(text, 1, value) != 1)
+        return kt_urdf_fault(u->r, e, "expected a number, found '%.60s'", text);
+    return true;
+}
+
+/* The first element of one of the names in a joint or an actuator of a transmission. */
+static const kt_element *find_in(const kt_element *transmission, const char *const *names) {
+    for (const kt_element *part = transmission->first; part != NULL; part = part->next)
+        for (int i = 0; names[i] != NULL; i++)
+            if (kt_xml_child(part, names[i]) != NULL)
+                return kt_xml_child(part, names[i]);
+    return NULL;
+}
+
+static void read_transmission(kt_urdf *u, const kt_element *e) {
+    static const char *const reductions[] = {"mechanicalReduction", "mechanical_reduction", "drake:gear_ratio", NULL};
+    static const char *const inertias[] = {"rotorInertia", "motorInertia", "rotor_inertia", "drake:rotor_inertia",
+                                           NULL};
+    const kt_element *joint = kt_xml_child(e, "joint");
+    const char *name = joint != NULL ? kt_xml_attribute(joint, "name") : NULL;
+    const int index = name != NULL ? kt_names_find(&u->names, JOINTS, name) : -1;
+    double reduction = 1.0, inertia = 0.0;
+    (void)read_value(u, find_in(e, reductions), &reduction);
+    const bool has_rotor = read_value(u, find_in(e, inertias), &inertia) && inertia != 0.0;
+    if (!has_rotor || index < 0 || u->joints[index].kind == NULL || !u->joints[index].kind->is_scalar) {
+        kt_left_count(&u->ungeared, e);
+        return;
+    }
+    u->joints[index].armature += reduction * reduction * inertia;
+    kt_left_count(&u->geared, e);
+}
+
+void kt_urdf_transmissions(kt_urdf *u) {
+    for (const kt_element *e = kt_xml_child(u->robot, "transmission"); e != NULL; e = kt_xml_next(e, "transmission"))
+        read_transmission(u, e);
+}
+
+/* ---- masses of the options -------------------------------------------------------------------------------------------- */
+
+static kt_sym3 scaled(double s, kt_sym3 a) {
+    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
+}
+
+/* A mass in place of a link's: its inertia grows as the mass does; one that has no mass takes that of its shape. */
+static void give_mass(kt_body *body, double mass) {
+    if (body->mass > 0.0)
+        body->inertia = scaled(mass / body->mass, body->inertia);
+    else if (body->shape.type != KT_SHAPE_NONE)
+        body->com_of_shape = body->inertia_of_shape = true;
+    body->mass = mass;
+}
+
+static void give(kt_urdf *u, const char *text) {
+    const char *sign = strrchr(text, '=');
+    double mass = 0.0;
+    const size_t length = sign != NULL ? (size_t)(sign - text) : 0;
+    const char *link = kt_pool_text(&u->r->scratch, text, length);
+    if (link == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    const int index = kt_names_find(&u->names, LINKS, link);
+    if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
+        (void)kt_urdf_fault(u->r, u->robot, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
+        return;
+    }
+    for (int b = 0; b < u->description->body_count && index >= 0; b++)
+        if (u->body_links[b] == index) {
+            give_mass(&u->bodies[b], mass);
+            return;
+        }
+    (void)kt_urdf_fault(u->r, u->robot, "mass '%.60s': there is no link of this name", text);
+}
+
+/* Without any mass there are places and pictures, but no accelerations. */
+static void find_masses(kt_urdf *u) {
+    bool moves = false;
+    for (int b = 0; b < u->description->body_count; b++) {
+        if (u->bodies[b].mass > 0.0)
+            return;
+        moves = moves || u->bodies[b].joint.type != KT_JOINT_FIXED;
+    }
+    if (!moves)
+        return;
+    u->description->inertia_check = KT_INERTIA_ACCEPT;
+    kt_left_count(&u->massless, u->robot);
+}
+
+void kt_urdf_given_masses(kt_urdf *u) {
+    for (int i = 0; i < u->options->mass_count && !u->r->out_of_memory; i++)
+        give(u, u->options->masses[i]);
+    find_masses(u);
+}
