@@ -388,13 +388,16 @@ static void imply_mass(maker *m, int body) {
         add_solid(m, solid);
 }
 
-/* Connects a point of a body with the nearest solid of its rigid part, if it is not at one already. */
+/* Connects a point of a body with the nearest solid of its rigid part, if it is not at one already; of what is fixed to
+ * the world, with those of the body itself. */
 static void attach(maker *m, int body, kt_vec3 point) {
     const kt_picture *p = m->picture;
     const kt_vec3 at = kt_pose_apply(m->poses[body], point);
     kt_vec3 nearest = at;
     double least = DBL_MAX;
-    for (int i = m->first[p->part[body]]; i >= 0 && p->part[body] > 0; i = m->next[i]) {
+    for (int i = m->first[p->part[body]]; i >= 0; i = m->next[i]) {
+        if (p->part[body] == 0 && p->solids[i].body != body)
+            continue;
         const kt_pose pose = kt_pose_compose(m->poses[p->solids[i].body], p->solids[i].pose);
         const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
         const kt_vec3 found = kt_pose_apply(pose, kt_solid_nearest(&p->solids[i], local));
@@ -408,16 +411,32 @@ static void attach(maker *m, int body, kt_vec3 point) {
         add_solid(m, thin_rod(m, body, point, kt_pose_apply(kt_pose_invert(m->poses[body]), nearest)));
 }
 
-/* A body without any solid is a star of rods from its own joint. */
+/* Whether a body has a solid yet: of a rigid part any, of what is fixed to the world its own. */
+static bool has_solid(const maker *m, int body) {
+    const kt_picture *p = m->picture;
+    int i = m->first[p->part[body]];
+    while (i >= 0 && p->part[body] == 0 && p->solids[i].body != body)
+        i = m->next[i];
+    return i >= 0;
+}
+
+/* A body without any solid is a star of rods from its own joint, or, if it is fixed to the world, from its origin. */
 static void begin_star(maker *m, int body, kt_vec3 point) {
-    const kt_joint *joint = &source_of(m, body)->joint;
-    const bool has_place = joint->type != KT_JOINT_FREE && joint->type != KT_JOINT_FIXED;
-    const kt_vec3 hub = kt_vec3_make(0.0, 0.0, 0.0);
-    if (has_place && m->first[m->picture->part[body]] < 0 &&
-        kt_vec3_norm(kt_vec3_sub(point, hub)) > 1.5 * m->picture->radius)
-        add_solid(m, thin_rod(m, body, hub, point));
+    const kt_joint_type type = source_of(m, body)->joint.type;
+    const bool is_base = m->picture->part[body] == 0;
+    const bool has_place = is_base || (type != KT_JOINT_FREE && type != KT_JOINT_FIXED);
+    if (has_place && !has_solid(m, body) && kt_vec3_norm(point) > 1.5 * m->picture->radius)
+        add_solid(m, thin_rod(m, body, kt_vec3_make(0.0, 0.0, 0.0), point));
     else
         attach(m, body, point);
+}
+
+/* A body that is fixed to one without any solid is at the end of a rod, as a joint there would be. */
+static void attach_fixed(maker *m, int body) {
+    const kt_body *source = source_of(m, body);
+    const int parent = source->parent != NULL ? kt_body_find(m->picture->model, source->parent) : 0;
+    if (parent > 0 && m->picture->part[body] > 0 && source->joint.type == KT_JOINT_FIXED && !has_solid(m, body))
+        begin_star(m, parent, source->joint.at);
 }
 
 static void attach_frame(maker *m, const kt_body_frame *frame) {
@@ -442,6 +461,8 @@ static void imply_solids(maker *m) {
     for (int i = 0; i < p->joint_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
             attach_frame(m, &p->joints[i].frame);
+    for (int body = 1; body < p->body_count; body++)
+        attach_fixed(m, body);
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             attach_frame(m, &p->loops[i].ends[k]);

@@ -89,6 +89,35 @@ KT_TEST(body_without_shape_is_a_ball_at_its_mass_and_rods_to_its_joints) {
     hide(&s);
 }
 
+/* Whether a rod without a radius of its own joins two points of the world, either way round. */
+static bool has_rod(const shown *s, kt_vec3 a, kt_vec3 b) {
+    bool found = false;
+    for (int i = 0; i < s->picture->solid_count; i++) {
+        const kt_solid *rod = &s->picture->solids[i];
+        const kt_pose *pose = &s->poses[rod->body];
+        for (double sign = -1.0; sign < 2.0; sign += 2.0)
+            found = found || (rod->type == KT_SOLID_ROD && rod->source == KT_SOURCE_IMPLIED &&
+                              kt_vec3_norm(kt_vec3_sub(kt_pose_apply(*pose, end_of(rod, sign)), a)) < 1e-12 &&
+                              kt_vec3_norm(kt_vec3_sub(kt_pose_apply(*pose, end_of(rod, -sign)), b)) < 1e-12);
+    }
+    return found;
+}
+
+/* A robot without shapes: base, arm, and a tool that is fixed to the arm. */
+KT_TEST(rods_join_joints_from_the_base_to_what_is_fixed_at_the_end) {
+    shown s;
+    const kt_vec3 base = kt_vec3_make(0.0, 0.0, 0.5), hip = kt_vec3_make(0.0, 0.0, 1.5);
+    if (show_text(&s, "kinetree: 1\ninertia_check: accept\nbodies:\n"
+                      "  - {name: base, joint: {type: fixed, at: [0, 0, 0.5]}}\n"
+                      "  - {name: arm, parent: base, joint: {type: revolute, axis: y, at: [0, 0, 1]}}\n"
+                      "  - {name: tool, parent: arm, joint: {type: fixed, at: [2, 0, 0]}}\n") != NULL) {
+        kt_check_true("from the base to the joint", has_rod(&s, base, hip));
+        kt_check_true("from the joint to the tool", has_rod(&s, hip, kt_vec3_make(2.0, 0.0, 1.5)));
+        kt_check_equal_int("and no more", s.picture->solid_count, 2);
+    }
+    hide(&s);
+}
+
 KT_TEST(bodies_that_fixed_joints_join_are_one_part_of_one_colour) {
     shown s;
     const kt_picture *p = show_text(
