@@ -29,6 +29,10 @@ typedef enum kt_function_type {
     KT_FUNCTION_RAMP,       /* from one value to another, smoothly */
     KT_FUNCTION_POLYNOMIAL, /* coefficients of powers of t */
     KT_FUNCTION_TABLE,      /* interpolated between rows */
+    KT_FUNCTION_BUMP,       /* rises once and falls back, smoothly */
+    KT_FUNCTION_SUM,        /* of other functions */
+    KT_FUNCTION_PRODUCT,    /* of other functions */
+    KT_FUNCTION_EXPRESSION, /* a formula of t in text */
 } kt_function_type;
 
 /* Between the rows of a table: straight lines, a natural spline, or cubics that do not overshoot. */
@@ -47,6 +51,9 @@ typedef struct kt_function {
     const double *numbers;                      /* polynomial: c0, c1, ... of t; table: t0, y0, t1, y1, ... */
     int number_count;                           /* length of numbers */
     kt_interpolation interpolation;             /* of a table */
+    const struct kt_function *parts;            /* sum, product */
+    int part_count;                             /* length of parts */
+    const char *text;                           /* expression */
 } kt_function;
 
 /* Functions of each type. Lists of numbers stay the caller's; kt_model_compile copies them.
@@ -60,12 +67,25 @@ typedef struct kt_function {
  *     overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
  *     continuous slope that stay between the values of their two rows (Fritsch and Butland 1984), and whose second
  *     derivative jumps at rows. Outside its rows a table keeps its first or last value, with no slope; at the first and
- *     the last it has that of the inside. */
+ *     the last it has that of the inside;
+ *   bump: height (4 s (1 - s))^3 with s = (t - start) / (end - start) between start and end, else 0: value, slope and
+ *     second derivative are continuous, the third jumps at both ends;
+ *   sum, product: of at least one function, each of any type, of at most KT_FUNCTION_DEPTH_MAX within one another;
+ *   expression: a formula (expression.h) whose only name is t, "0.5*(1 - cos(2*t))". Steps end at its corners, and
+ *     where its first three derivatives change their sign.
+ * A library without Jacobians (-Djacobian=disabled) has the first five only. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
 KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
 KT_API kt_function kt_function_polynomial(const double *coefficients, int count);
 KT_API kt_function kt_function_table(const double *rows, int number_count, kt_interpolation interpolation);
+KT_API kt_function kt_function_bump(double height, double start, double end);
+KT_API kt_function kt_function_sum(const kt_function *parts, int part_count);
+KT_API kt_function kt_function_product(const kt_function *parts, int part_count);
+KT_API kt_function kt_function_expression(const char *text);
+
+/* How many sums and products may be within one another. */
+enum { KT_FUNCTION_DEPTH_MAX = 4 };
 
 /* ---- joints and bodies ------------------------------------------------------------------------------------------- */
 

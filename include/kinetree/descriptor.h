@@ -37,6 +37,8 @@ typedef enum kt_key_kind {
     KT_KEY_LIST,      /* kt_function.numbers: coefficients of a polynomial */
     KT_KEY_ROWS,      /* kt_function.numbers: rows [t, y] of a table */
     KT_KEY_METHOD,    /* kt_function.interpolation */
+    KT_KEY_PARTS,     /* kt_function.parts */
+    KT_KEY_FORMULA,   /* const char *: a formula (expression.h) */
     KT_KEY_KIND_COUNT /* how many */
 } kt_key_kind;
 

@@ -6,6 +6,7 @@
  * A partial derivative that is infinite where the argument does not change does not count: sqrt(0) has no slope, but a
  * constant under the root has none to pass on.
  */
+#include "expression/corner.h"
 #include "expression/expression.h"
 
 #include <math.h>
@@ -114,6 +115,49 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
         }
     }
     return stack[0];
+}
+
+/* Which of its branches an operation takes: 0 or 1, of sign also 2; those of smooth ones are all 0. */
+static uint64_t branch_of(kt_operator code, double x, double y) {
+    switch (code) {
+    case KT_OPERATOR_ABS:
+        return x > 0.0;
+    case KT_OPERATOR_SIGN:
+        return (uint64_t)(x > 0.0) + (uint64_t)(x >= 0.0);
+    case KT_OPERATOR_STEP:
+        return x >= 0.0;
+    case KT_OPERATOR_MIN:
+    case KT_OPERATOR_MAX:
+    case KT_OPERATOR_LESS:
+    case KT_OPERATOR_GREATER_EQUAL:
+        return x < y;
+    case KT_OPERATOR_LESS_EQUAL:
+    case KT_OPERATOR_GREATER:
+    case KT_OPERATOR_EQUAL:
+    case KT_OPERATOR_NOT_EQUAL:
+        return x <= y;
+    default:
+        return 0;
+    }
+}
+
+uint64_t kt_expression_branches(const kt_expression *expression, const double *values) {
+    static const uint64_t prime = 1099511628211U; /* Fowler, Noll and Vo */
+    double stack[KT_EXPRESSION_DEPTH_MAX + 1] = {0.0};
+    uint64_t hash = 14695981039346656037U;
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = code == KT_OPERATOR_NUMBER ? term->number : values[term->symbol];
+            continue;
+        }
+        top -= kt_operator_is_binary(code);
+        hash = (hash ^ branch_of(code, stack[top], stack[top + 1])) * prime;
+        stack[top] = value_of(code, stack[top], stack[top + 1]);
+    }
+    return hash;
 }
 
 bool kt_expression_is_angle(const kt_expression *expression) { return expression && expression->is_angle; }

@@ -28,7 +28,8 @@ typedef enum kt_operator {
 
 typedef struct kt_expression_term {
     double number;  /* KT_OPERATOR_NUMBER */
-    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index */
+    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index; KT_OPERATOR_NUMBER that a name stands for: the name's column in
+                       the text, from 1; else 0 */
     int32_t code;   /* kt_operator */
 } kt_expression_term;
 

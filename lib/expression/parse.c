@@ -154,6 +154,20 @@ static bool find(const kt_parser *p, const char *from, const char *to, char name
     return p->symbols != NULL && p->symbols->find != NULL && p->symbols->find(p->symbols->user, name, symbol);
 }
 
+/* Reports a name that is unknown and resembles none, with the first names that there are. */
+static bool refuse_with_list(kt_parser *p, const char *spot, const char *name) {
+    enum { SHOWN = 6 };
+    char list[KT_MESSAGE_SIZE / 2] = "";
+    size_t used = 0;
+    for (int k = 0; k <= SHOWN && used < sizeof list; k++) {
+        const char *known = p->symbols->list(p->symbols->user, k);
+        if (known != NULL)
+            used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", k > 0 ? ", " : "",
+                                     k < SHOWN ? known : "...");
+    }
+    return refuse(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
+}
+
 /* Reports a name that is unknown, with the nearest known one. */
 static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
@@ -165,6 +179,9 @@ static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool i
             (void)kt_nearest_try(&nearest, p->symbols->list(p->symbols->user, k));
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
         (void)kt_nearest_try(&nearest, functions[k].name);
+    if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&
+        p->symbols->list(p->symbols->user, 0) != NULL)
+        return refuse_with_list(p, spot, name);
     return refuse(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name", kt_name_quote(name).text,
                   nearest.best != NULL ? "; did you mean '" : "", nearest.best != NULL ? nearest.best : "",
                   nearest.best != NULL ? "'?" : "");
@@ -193,6 +210,10 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
     if (!known && *p->at == '(')
         return parse_call(p, spot, name);
     *is_angle = known && symbol.is_angle;
+    if (known && symbol.is_fixed)
+        return put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER,
+                                           .number = symbol.number,
+                                           .symbol = (int32_t)(spot - p->text) + 1});
     if (known)
         return put(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
     if (strcmp(name, "pi") == 0)

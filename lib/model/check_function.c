@@ -1,5 +1,8 @@
 /* Rules for functions of time in a description. */
+#include "base/aligned.h"
+#include "base/arena.h"
 #include "model/check.h"
+#include "model/function_formula.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -69,7 +72,64 @@ static bool check_table(kt_checker *checker, const char *field, const kt_functio
     return true;
 }
 
-bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function) {
+static bool check_bump(kt_checker *checker, const char *field, const kt_function *f) {
+    bool fine = kt_checker_value(checker, field, -1, ".bump.height", -1, f->amplitude);
+    fine = kt_checker_value(checker, field, -1, ".bump.start", -1, f->start) && fine;
+    fine = kt_checker_value(checker, field, -1, ".bump.end", -1, f->end) && fine;
+    if (fine && !(f->end - f->start >= least_step)) {
+        kt_checker_fault(checker, field, -1, "%s.bump starts at %.17g and ends at %.17g; it must end later", field,
+                         f->start, f->end);
+        fine = false;
+    }
+    return fine;
+}
+
+static bool check_expression(kt_checker *checker, const char *field, const kt_function *f) {
+    const kt_expression *expression = NULL;
+    kt_error error = {0};
+    if (f->text == NULL) {
+        kt_checker_fault(checker, field, -1, "%s has no formula; give it as text", field);
+        return false;
+    }
+    const size_t size = kt_expression_size(f->text);
+    void *memory = kt_arena_allocate(size, "reading a formula", &error);
+    const bool fine = memory != NULL && kt_formula_of_time(f->text, memory, size, &expression, NULL, &error) == KT_OK;
+    if (!fine)
+        kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
+                         kt_name_quote(f->text).text);
+    kt_aligned_release(memory);
+    return fine;
+}
+
+static bool check_any(kt_checker *checker, const char *field, const kt_function *function, int depth);
+
+static bool check_parts(kt_checker *checker, const char *field, const kt_function *f, int depth) {
+    bool fine = true;
+    if (f->part_count < 1 || f->parts == NULL || depth >= KT_FUNCTION_DEPTH_MAX) {
+        kt_checker_fault(checker, field, -1,
+                         depth < KT_FUNCTION_DEPTH_MAX
+                             ? "%s.%s has no functions; give one or more"
+                             : "%s.%s is within too many others; put fewer of them into one another",
+                         field, f->type == KT_FUNCTION_SUM ? "sum" : "product");
+        return false;
+    }
+    for (int i = 0; i < f->part_count; i++) {
+        if (f->parts[i].type == KT_FUNCTION_NONE)
+            kt_checker_fault(checker, field, -1, "%s: part %d is no function", field, i);
+        fine = f->parts[i].type != KT_FUNCTION_NONE && check_any(checker, field, &f->parts[i], depth + 1) && fine;
+    }
+    return fine;
+}
+
+static bool check_formula(kt_checker *checker, const char *field, const kt_function *function, int depth) {
+    if (function->type == KT_FUNCTION_BUMP)
+        return check_bump(checker, field, function);
+    if (function->type == KT_FUNCTION_EXPRESSION)
+        return check_expression(checker, field, function);
+    return check_parts(checker, field, function, depth);
+}
+
+static bool check_any(kt_checker *checker, const char *field, const kt_function *function, int depth) {
     switch (function->type) {
     case KT_FUNCTION_NONE:
         return true;
@@ -83,11 +143,22 @@ bool kt_checker_function(kt_checker *checker, const char *field, const kt_functi
         return check_polynomial(checker, field, function);
     case KT_FUNCTION_TABLE:
         return check_table(checker, field, function);
+    case KT_FUNCTION_BUMP:
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
+    case KT_FUNCTION_EXPRESSION:
+        if (KT_HAS_FORMULAS)
+            return check_formula(checker, field, function, depth);
+        break;
     }
     kt_checker_fault(checker, field, -1,
                      "%s has function type %d, and there is none of that number; take one of kt_function_type", field,
                      (int)function->type);
     return false;
+}
+
+bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function) {
+    return check_any(checker, field, function, 0);
 }
 
 /* Returns the least value that the function is known to take: of a polynomial the value at t = 0, of a table the least
@@ -109,6 +180,11 @@ static double least_value(const kt_function *f) {
     case KT_FUNCTION_TABLE:
         for (int k = 1; k < f->number_count; k += 2)
             least = fmin(least, f->numbers[k]);
+        break;
+    case KT_FUNCTION_BUMP: /* known at each time alone */
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
+    case KT_FUNCTION_EXPRESSION:
         break;
     }
     return least;

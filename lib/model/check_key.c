@@ -218,6 +218,8 @@ static void check_key(kt_checked *c, const kt_key *key) {
     case KT_KEY_LIST:  /* of functions: check_function.c */
     case KT_KEY_ROWS:
     case KT_KEY_METHOD:
+    case KT_KEY_PARTS:
+    case KT_KEY_FORMULA:
     case KT_KEY_KIND_COUNT:
         break;
     }

@@ -5,6 +5,7 @@
  *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1]: the cubic whose slope is zero
  *               at both ends, so that y and y' are continuous and y'' jumps at both
  *   polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
+ *   bump        y = a (4 s (1 - s))^3,  s = (t - c) / (d - c) limited to [0, 1]
  *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
  *                 y = y_k + s (b_k + s (c_k + s d_k))
  *
@@ -34,6 +35,7 @@
 #include "model/function.h"
 
 #include "model/describe.h"
+#include "model/function_formula.h"
 
 #include <float.h>
 #include <math.h>
@@ -85,6 +87,35 @@ kt_function kt_function_table(const double *rows, int number_count, kt_interpola
     return function;
 }
 
+kt_function kt_function_bump(double height, double start, double end) {
+    kt_function function = function_of(KT_FUNCTION_BUMP);
+    function.amplitude = height;
+    function.start = start;
+    function.end = end;
+    return function;
+}
+
+static kt_function function_of_parts(kt_function_type type, const kt_function *parts, int part_count) {
+    kt_function function = function_of(type);
+    function.parts = parts;
+    function.part_count = part_count;
+    return function;
+}
+
+kt_function kt_function_sum(const kt_function *parts, int part_count) {
+    return function_of_parts(KT_FUNCTION_SUM, parts, part_count);
+}
+
+kt_function kt_function_product(const kt_function *parts, int part_count) {
+    return function_of_parts(KT_FUNCTION_PRODUCT, parts, part_count);
+}
+
+kt_function kt_function_expression(const char *text) {
+    kt_function function = function_of(KT_FUNCTION_EXPRESSION);
+    function.text = text;
+    return function;
+}
+
 /* ---- compilation ------------------------------------------------------------------------------------------------- */
 
 /* A row of a compiled table: the polynomial that is valid from its t to the next row's t. */
@@ -95,7 +126,7 @@ size_t kt_curve_number_count(const kt_function *function) {
         return (size_t)function->number_count;
     if (function->type == KT_FUNCTION_TABLE)
         return (size_t)(function->number_count / 2) * ROW_SIZE;
-    return 0;
+    return KT_HAS_FORMULAS ? kt_curve_formula_numbers(function) : 0;
 }
 
 /* Stores m_k in each row's C, by elimination of the tridiagonal equations:
@@ -218,6 +249,9 @@ kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t f
         curve.count = function->number_count / 2;
         compile_table(function, numbers + first);
         break;
+    default:
+        if (KT_HAS_FORMULAS)
+            kt_curve_formula_compile(function, numbers, &curve);
     }
     return curve;
 }
@@ -303,10 +337,12 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     case KT_FUNCTION_TABLE:
         evaluate_table(numbers + curve->first, curve->count, t, out);
         break;
-    default: { /* KT_CURVE_FOLLOWS */
+    default: { /* KT_CURVE_FOLLOWS, and formulas */
         const double s = t - curve->d;
-        set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
-        break;
+        if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+            kt_curve_formula_evaluate(curve, numbers, t, out);
+        else
+            set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
     }
     }
 }
@@ -336,8 +372,9 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
         return speed;
     case KT_FUNCTION_TABLE:
         return table_speed(numbers + curve->first, curve->count, t);
-    default: /* KT_CURVE_FOLLOWS */
-        return fabs(curve->b) + fabs((t - curve->d) * curve->c);
+    default: /* KT_CURVE_FOLLOWS, and formulas */
+        return KT_HAS_FORMULAS && kt_curve_is_formula(curve) ? kt_curve_formula_speed(curve, numbers, t)
+                                                             : fabs(curve->b) + fabs((t - curve->d) * curve->c);
     }
 }
 
@@ -371,6 +408,8 @@ static int jump_at_row(const double *rows, int count, int k) {
 }
 
 bool kt_curve_has_corners(const kt_curve *curve) {
+    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        return true;
     return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
 }
 
@@ -388,12 +427,16 @@ kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, dou
         return (kt_corner){HUGE_VAL, 0};
     if (curve->type == KT_FUNCTION_TABLE)
         return next_row(numbers + curve->first, curve->count, t);
+    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        return kt_curve_formula_corner(curve, numbers, t);
     return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
 }
 
-double kt_curve_longest_step(const kt_curve *curve) {
+double kt_curve_longest_step(const kt_curve *curve, const double *numbers) {
     static const double quarter_turn = 1.5707963267948966192313216916398;
     const bool is_sine = curve->type == KT_FUNCTION_SINE && curve->b != 0.0 && curve->c != 0.0;
+    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        return kt_curve_formula_longest_step(curve, numbers);
     return is_sine ? quarter_turn / fabs(curve->c) : HUGE_VAL;
 }
 
@@ -415,6 +458,21 @@ static const kt_key ramp_keys[] = {
     {"to", KT_KEY_NUMBER, AT(to), "y", KT_WORDS("b, the value from `end` on"), .needed = true},
     {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
     {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
+};
+static const kt_key bump_keys[] = {
+    {"height", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A, the value in the middle"), .needed = true},
+    {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
+    {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
+};
+static const kt_key sum_keys[] = {
+    {"sum", KT_KEY_PARTS, AT(parts), "y", KT_WORDS("[f, g, ...]: functions of time of any type"), .needed = true},
+};
+static const kt_key product_keys[] = {
+    {"product", KT_KEY_PARTS, AT(parts), "y", KT_WORDS("[f, g, ...]: functions of time of any type"), .needed = true},
+};
+static const kt_key expression_keys[] = {
+    {"text", KT_KEY_FORMULA, AT(text), "y",
+     KT_WORDS("a formula of t and parameters; the text alone stands for the function"), .needed = true},
 };
 static const kt_key polynomial_keys[] = {
     {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", KT_WORDS("[c0, c1, c2, ...]"), .needed = true},
@@ -485,8 +543,47 @@ static const kt_descriptor descriptors[] = {
             .keys = table_keys,
             .key_count = 2,
         },
+    [KT_FUNCTION_BUMP] =
+        {
+            .name = "bump",
+            .help = KT_WORDS("up and back once, with continuous slope and second derivative"),
+            .formula = KT_WORDS("y = A (4 s (1 - s))^3,  s = (t - t0) / (t1 - t0), from 0 to 1"),
+            .example = KT_WORDS(MOTOR("{bump: {height: 2, start: 0.2, end: 0.6}}")),
+            .keys = bump_keys,
+            .key_count = 3,
+        },
+    [KT_FUNCTION_SUM] =
+        {
+            .name = "sum",
+            .help = KT_WORDS("the sum of functions of time"),
+            .formula = KT_WORDS("y = f(t) + g(t) + ..."),
+            .example = KT_WORDS(MOTOR("{sum: [1, {sine: {amplitude: 1, frequency: 0.5}}]}")),
+            .keys = sum_keys,
+            .key_count = 1,
+        },
+    [KT_FUNCTION_PRODUCT] =
+        {
+            .name = "product",
+            .help = KT_WORDS("the product of functions of time"),
+            .formula = KT_WORDS("y = f(t) g(t) ..."),
+            .example = KT_WORDS(MOTOR("{product: [{ramp: {from: 0, to: 1, start: 0, end: 0.5}}, {sine: {amplitude: 2, "
+                                      "frequency: 2}}]}")),
+            .keys = product_keys,
+            .key_count = 1,
+        },
+    [KT_FUNCTION_EXPRESSION] =
+        {
+            .name = "expression",
+            .help = KT_WORDS("a formula of t and parameters; steps end at its corners and where its shape turns"),
+            .formula =
+                KT_WORDS("y = f(t)    + - * / ^, comparisons, sin cos tan asin acos atan atan2 sinh cosh tanh exp\n"
+                         "            log sqrt abs sign min max hypot step(x) clamp(x, a, b)"),
+            .example = KT_WORDS(MOTOR("\"2*exp(-t)*sin(2*pi*t)\"")),
+            .keys = expression_keys,
+            .key_count = 1,
+        },
 };
 
 const kt_descriptor *kt_function_descriptor(kt_function_type type) {
-    return type > KT_FUNCTION_NONE && type <= KT_FUNCTION_TABLE ? &descriptors[type] : NULL;
+    return type > KT_FUNCTION_NONE && type <= KT_FUNCTION_EXPRESSION ? &descriptors[type] : NULL;
 }

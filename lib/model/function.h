@@ -7,13 +7,22 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* Whether there are functions that are made of others, and formulas. A library without Jacobians, which is meant to be
+ * small, has none. */
+#ifdef KT_NO_JACOBIAN
+enum { KT_HAS_FORMULAS = 0 };
+#else
+enum { KT_HAS_FORMULAS = 1 };
+#endif
+
 /* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
  * numbers[first] on, so that a curve contains no pointer. */
 typedef struct kt_curve {
     kt_function_type type;
-    int count;         /* polynomial: coefficients; table: rows */
-    size_t first;      /* where its numbers begin */
-    double a, b, c, d; /* constant: a; sine: a + b sin(c t + d); ramp: from a to b between t = c and t = d */
+    int count;         /* polynomial: coefficients; table: rows; sum, product: parts */
+    size_t first;      /* where its numbers begin; those of a sum or product begin with its parts' curves */
+    double a, b, c, d; /* constant: a; sine: a + b sin(c t + d); ramp: from a to b between t = c and t = d; bump: of
+                          height a between t = c and t = d */
 } kt_curve;
 
 /* Returns how many of the caller's numbers the compiled function takes. */
@@ -24,7 +33,7 @@ size_t kt_curve_number_count(const kt_function *function);
 kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first);
 
 /* A parameter that has been set (kinetree/model.h): a + b s + c s^2 / 2 with s = t - d. */
-#define KT_CURVE_FOLLOWS ((kt_function_type)(KT_FUNCTION_TABLE + 1))
+#define KT_CURVE_FOLLOWS ((kt_function_type)(KT_FUNCTION_EXPRESSION + 1))
 static inline bool kt_curve_follows(const kt_curve *curve) { return curve->type == KT_CURVE_FOLLOWS; }
 
 /* Whether the function keeps one value, which is curve->a. */
@@ -43,18 +52,22 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
 /* A corner: a time at which a derivative jumps. */
 typedef struct kt_corner {
     double time; /* HUGE_VAL: there is none */
-    int order;   /* the lowest derivative that jumps: 1 the slope; above 2: a higher one */
+    int order;   /* the lowest derivative that jumps: 0 the value, 1 the slope; above 2: a higher one, or none */
 } kt_corner;
 
+/* At corners above this order nothing jumps: they are where steps end so that they see what a formula does. */
+enum { KT_CORNER_ORDER_MAX = 3 };
+
 /* Whether the function has corners: a ramp's start and end, and rows of a table at which its pieces differ. Between two
- * corners it is one polynomial or one sine. */
+ * corners it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
 bool kt_curve_has_corners(const kt_curve *curve);
 
-/* The first corner after t. O(1); of a table O(log rows), and 1 for each row without a corner. */
+/* The first corner after t. O(1); of a table O(log rows), and 1 for each row without a corner; of a formula some hundred
+ * evaluations. */
 kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t);
 
-/* The longest step whose stages cannot miss what the function does between two corners: a quarter of a sine's period;
- * HUGE_VAL for all others, which are polynomials there. */
-double kt_curve_longest_step(const kt_curve *curve);
+/* The longest step whose stages cannot miss what the function does between two corners: a quarter of a sine's period,
+ * of a product of sines that of the sum of their frequencies; HUGE_VAL for all others. */
+double kt_curve_longest_step(const kt_curve *curve, const double *numbers);
 
 #endif

@@ -176,6 +176,15 @@ static double typical_value(const kt_function *f) {
         for (int i = 1; i < f->number_count; i += 2)
             value = fabs(f->numbers[i]) > fabs(value) ? f->numbers[i] : value;
         return value;
+    case KT_FUNCTION_BUMP:
+        return f->amplitude;
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
+        for (int i = f->part_count - 1; i >= 0; i--)
+            value = typical_value(&f->parts[i]) != 0.0 ? typical_value(&f->parts[i]) : value;
+        return value;
+    case KT_FUNCTION_EXPRESSION: /* it has a direction, but neither sign nor size are known without evaluation */
+        return 1.0;
     default:
         return f->value;
     }

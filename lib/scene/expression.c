@@ -1,7 +1,11 @@
 /* Expressions of parameters where a scene has a number. */
 #include "scene/expression.h"
 
+#include "expression/expression.h"
+#include "scene/number.h"
+
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
@@ -29,8 +33,7 @@ bool kt_is_parameter(const kt_reader *r, const char *name) {
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
 
-/* The place within an expression: `column` from 1, in bytes, of the text after '='. Texts over several lines have only a
- * beginning. */
+/* The place within an expression: `column` from 0, in bytes of the text. Texts over several lines have only a beginning. */
 static kt_node spot_of(const kt_node *node, int column) {
     kt_node spot = *node;
     const char *text = node->of.text;
@@ -42,9 +45,10 @@ static kt_node spot_of(const kt_node *node, int column) {
     return spot;
 }
 
-const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node) {
-    const kt_symbols symbols = {.find = find_parameter, .list = list_parameter, .user = r};
-    const char *text = node->of.text + 1;
+/* Reads text[skip], text[skip + 1], ... of a node. */
+static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_node *node, int skip,
+                                       const kt_symbols *symbols) {
+    const char *text = node->of.text + skip;
     const size_t size = kt_expression_size(text);
     const kt_expression *expression = NULL;
     void *memory = kt_pool_take(&r->scratch, size, 1);
@@ -54,12 +58,108 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
         (void)kt_reader_out_of_memory(r);
         return NULL;
     }
-    if (kt_expression_parse(text, &symbols, memory, size, &expression, &column, &error) == KT_OK)
+    if (kt_expression_parse(text, symbols, memory, size, &expression, &column, &error) == KT_OK)
         return expression;
-    kt_node spot = spot_of(node, column);
+    kt_node spot = spot_of(node, skip + column - 1);
     (void)kt_fault_at(r, KT_ERROR_SCENE, scope, &spot, "%s", error.message);
     node->faulty = true;
     return NULL;
+}
+
+const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node) {
+    const kt_symbols symbols = {.find = find_parameter, .list = list_parameter, .user = r};
+    return parse_node(r, scope, node, 1, &symbols);
+}
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* The names of a formula: variables, then parameters. */
+typedef struct kt_formula_names {
+    kt_reader *r;
+    const kt_symbols *variables;
+    bool waits; /* a parameter has no value: that has been reported */
+} kt_formula_names;
+
+static bool find_either(void *user, const char *name, kt_symbol *symbol) {
+    kt_formula_names *names = user;
+    if (names->variables->find(names->variables->user, name, symbol))
+        return true;
+    if (!find_parameter(names->r, name, symbol))
+        return false;
+    const kt_named_number *parameter = &names->r->parameters[symbol->index];
+    names->waits = names->waits || !parameter->is_known;
+    symbol->is_fixed = true;
+    symbol->number = parameter->value;
+    return true;
+}
+
+static const char *list_either(void *user, int k) {
+    kt_formula_names *names = user;
+    const char *name = k < names->r->parameter_count ? list_parameter(names->r, k) : NULL;
+    const bool ends = k < names->r->parameter_count; /* where the effort is used up */
+    return name != NULL || ends ? name : names->variables->list(names->variables->user, k - names->r->parameter_count);
+}
+
+/* "(-0.5)", "(0.25 rad)" in place of a parameter: returns the length. */
+static size_t put_parameter(const kt_reader *r, const char *name, size_t length, double value, char *to, size_t room) {
+    bool is_angle = false;
+    for (int k = 0; k < r->parameter_count; k++)
+        if (strlen(r->parameters[k].name) == length && strncmp(r->parameters[k].name, name, length) == 0)
+            is_angle = r->parameters[k].is_angle;
+    char number[KT_NUMBER_SIZE];
+    kt_number_format(number, value);
+    return (size_t)snprintf(to, room, "(%s%s)", number, is_angle ? " rad" : "");
+}
+
+/* The text of a formula with numbers in place of parameters. NULL if it is too long then. */
+static const char *fill_in(kt_reader *r, const char *text, const kt_expression *expression) {
+    char filled[KT_EXPRESSION_LENGTH_MAX + 1];
+    size_t length = 0, from = 0, to = 0;
+    for (size_t i = 0; i <= expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        if (i < expression->count && (term->code != KT_OPERATOR_NUMBER || term->symbol == 0))
+            continue;
+        to = i < expression->count ? (size_t)term->symbol - 1 : strlen(text);
+        if (length + (to - from) + KT_NUMBER_SIZE + 8 > sizeof filled)
+            return NULL;
+        memcpy(filled + length, text + from, to - from);
+        length += to - from;
+        if (i == expression->count)
+            break;
+        const size_t name = strspn(text + to, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_");
+        length += put_parameter(r, text + to, name, term->number, filled + length, sizeof filled - length);
+        from = to + name;
+    }
+    const char *kept = kt_pool_text(&r->keep, filled, length);
+    if (kept == NULL)
+        (void)kt_reader_out_of_memory(r);
+    return kept;
+}
+
+bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
+                     const char **text) {
+    kt_formula_names names = {.r = r, .variables = variables};
+    const kt_symbols symbols = {.find = find_either, .list = list_either, .user = &names};
+    const bool hidden = node->faulty || r->parameters_are_hidden;
+    const kt_expression *expression = hidden ? NULL : parse_node(r, scope, node, 0, &symbols);
+    if (expression == NULL || names.waits) {
+        node->faulty = true;
+        return false;
+    }
+    if (kt_expression_is_angle(expression) && !angle)
+        return kt_fault_at(
+            r, KT_ERROR_SCENE, scope, node,
+            "expected a number, found the angle %s; divide by 1 rad where its number in radians is meant",
+            kt_name_quote(node->of.text).text);
+    const char *filled = fill_in(r, node->of.text, expression);
+    if (filled == NULL)
+        return r->out_of_memory ? false
+                                : kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                                              "with numbers in place of parameters the formula has more than %d "
+                                              "characters; compute a part of it as a parameter",
+                                              KT_EXPRESSION_LENGTH_MAX);
+    *text = filled;
+    return true;
 }
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */

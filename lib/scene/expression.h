@@ -27,6 +27,12 @@ bool kt_is_expression(const kt_node *node);
 /* Reads the expression of a node, which lives as long as the reading; NULL after reporting a fault. */
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node);
 
+/* Reads a formula without '=', whose names are parameters, which it holds as numbers, and `variables`, whose `find` is
+ * asked first. *text is the formula with numbers in place of parameters, and is kept. Reports a fault and returns false.
+ * An angle is one where `angle` is false. */
+bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
+                     const char **text);
+
 /* Evaluates an expression of parameters that have values; reports a value that is not finite, and then leaves *out
  * untouched and returns false. */
 bool kt_expression_value(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,

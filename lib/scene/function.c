@@ -1,7 +1,12 @@
-/* Functions of time: a number, {sine: ...}, {ramp: ...}, {polynomial: [...]} or {table: [...], interpolation: ...}. */
+/* Functions of time: a number, a formula of t, {sine: ...}, {ramp: ...}, {bump: ...}, {polynomial: [...]},
+ * {table: [...], interpolation: ...}, {sum: [...]} or {product: [...]}. */
+#include "base/decimal.h"
+#include "scene/expression.h"
+#include "scene/number.h"
 #include "scene/part.h"
 
 #include <stddef.h>
+#include <string.h>
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
@@ -50,8 +55,36 @@ static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
+static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_function *function = object;
+    const kt_quantity quantity = (kt_quantity)r->quantity;
+    if (node->kind != KT_NODE_LIST || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a list of functions of time [f, g, ...]");
+    kt_function *parts = kt_pool_take(&r->keep, node->count, sizeof *parts);
+    if (parts == NULL)
+        return kt_reader_out_of_memory(r);
+    if (++r->function_depth > KT_FUNCTION_DEPTH_MAX) {
+        r->function_depth--;
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "more than %d sums and products within one another",
+                           KT_FUNCTION_DEPTH_MAX);
+    }
+    bool good = true;
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = kt_read_function(r, &here, item, quantity, &parts[i]) && good;
+    }
+    r->function_depth--;
+    r->quantity = (int)quantity;
+    function->parts = parts;
+    function->part_count = (int)node->count;
+    return good;
+}
+
 /* Written by kt_write_function. */
-static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {.read = read_table};
+static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {.read = read_table},
+                     kind_parts = {.read = read_parts};
 
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
 
@@ -64,19 +97,27 @@ static const kt_table sine_table = {
 static const kt_table ramp_table = {
     .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_RAMP, .flow = true};
 
-enum { FORM_COUNT = 4 };
+static const kt_table bump_table = {
+    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_BUMP, .flow = true};
+
+enum { FORM_COUNT = 7 };
 static const kt_field form_fields[] = {
     {.key = "sine", .kind = &kt_kind_map, .detail = &sine_table},
     {.key = "ramp", .kind = &kt_kind_map, .detail = &ramp_table},
     {.key = "polynomial", .kind = &kind_polynomial},
     {.key = "table", .kind = &kind_table},
+    {.key = "bump", .kind = &kt_kind_map, .detail = &bump_table},
+    {.key = "sum", .kind = &kind_parts},
+    {.key = "product", .kind = &kind_parts},
     {.key = "interpolation",
      .kind = &kt_kind_choice,
      .offset = offsetof(kt_function, interpolation),
      .detail = &interpolations},
 };
-static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE, KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
-                                                        KT_FUNCTION_TABLE};
+static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
+                                                        KT_FUNCTION_TABLE,  KT_FUNCTION_BUMP, KT_FUNCTION_SUM,
+                                                        KT_FUNCTION_PRODUCT};
+#define FORMS "sine, ramp, polynomial, table, bump, sum, product"
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
 
 /* Returns the one form that the mapping has; NONE after reporting what is wrong. */
@@ -95,7 +136,7 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
     if (found < 0) {
         if (!kt_node_is_faulty(node))
             kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                        "the function is missing; give a number or one of sine, ramp, polynomial, table");
+                        "the function is missing; give a number, a formula of t, or one of " FORMS);
         return KT_FUNCTION_NONE;
     }
     if (form_types[found] != KT_FUNCTION_TABLE && kt_node_find(node, "interpolation") != NULL)
@@ -104,13 +145,50 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
     return form_types[found];
 }
 
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+static bool find_time(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    *symbol = (kt_symbol){.index = 0};
+    return strcmp(name, "t") == 0;
+}
+
+static const char *list_time(void *user, int k) {
+    (void)user;
+    return k == 0 ? "t" : NULL;
+}
+
+/* "30 degrees", "2 N m": a number with a unit that there is not, whose message is that of numbers. */
+static bool has_unit(const char *text) {
+    const char *end = kt_decimal_end(text), *unit = end + strspn(end, " \t");
+    return end > text && unit > end && *unit != '\0' &&
+           unit[strspn(unit, " ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz")] == '\0';
+}
+
+/* Whether a scalar is the text of a formula: what is no number, and no word of YAML. */
+static bool is_formula(const kt_node *node) {
+    double value;
+    return !kt_is_expression(node) && !has_unit(node->of.text) &&
+           (!node->plain || kt_scalar_classify(node->of.text, &value) == KT_SCALAR_TEXT);
+}
+
+static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
+    const kt_symbols time = {.find = find_time, .list = list_time};
+    out->type = KT_FUNCTION_EXPRESSION;
+    return kt_read_formula(r, scope, node, &time, quantity == KT_QUANTITY_ANGLE, &out->text);
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
     kt_function function = {.type = KT_FUNCTION_CONSTANT};
     r->quantity = (int)quantity;
     if (node->kind == KT_NODE_LIST)
-        return kt_fault_expected(r, scope, node,
-                                 "a function of time (a number, or one of sine, ramp, polynomial, table)");
-    if (node->kind == KT_NODE_TEXT) {
+        return kt_fault_expected(r, scope, node, "a function of time (a number, a formula of t, or one of " FORMS ")");
+    if (node->kind == KT_NODE_TEXT && is_formula(node)) {
+        if (!read_formula(r, scope, node, quantity, &function))
+            return false;
+    } else if (node->kind == KT_NODE_TEXT) {
         if (!kt_read_number(r, scope, node, quantity, &function.value))
             return false;
     } else {
@@ -134,8 +212,11 @@ static void write_points(kt_emitter *e, const kt_function *function) {
 
 void kt_write_function(kt_emitter *e, const kt_function *function) {
     static const kt_function zero = {.type = KT_FUNCTION_NONE};
-    if (function->type == KT_FUNCTION_CONSTANT) {
-        kt_emit_number(e, function->value);
+    if (function->type == KT_FUNCTION_CONSTANT || function->type == KT_FUNCTION_EXPRESSION) {
+        if (function->type == KT_FUNCTION_CONSTANT)
+            kt_emit_number(e, function->value);
+        else
+            kt_emit_text(e, function->text);
         return;
     }
     kt_emit_map(e, true);
@@ -159,8 +240,19 @@ void kt_write_function(kt_emitter *e, const kt_function *function) {
             kt_emit_word(e, interpolation_names[function->interpolation]);
         }
         break;
+    case KT_FUNCTION_BUMP:
+        kt_table_write(e, &bump_table, function, &zero);
+        break;
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
+        kt_emit_list(e, true);
+        for (int i = 0; i < function->part_count; i++)
+            kt_write_function(e, &function->parts[i]);
+        kt_emit_end(e);
+        break;
     case KT_FUNCTION_NONE:
     case KT_FUNCTION_CONSTANT:
+    case KT_FUNCTION_EXPRESSION:
         break;
     }
     kt_emit_end(e);

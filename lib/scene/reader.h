@@ -40,6 +40,7 @@ struct kt_reader {
     kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
     bool names_are_known;              /* the name of every body could be read */
     int quantity;                      /* kt_quantity of the values of the function that is being read */
+    int function_depth;                /* sums and products that the function is within */
     int joint_quantity;                /* kt_quantity of the position of the joint that the item acts in */
 
     kt_named_number *parameters; /* of the file; see parameter.c */

@@ -3,8 +3,9 @@
  * An adaptive method sees forces at its stages alone. Where nothing moves its steps grow tenfold, and what begins later
  * would fall between two stages, or a step would reach across a corner, where a method has only the order of the
  * derivatives that are continuous. Steps therefore end at corners. Between two of them every function of time is one
- * polynomial, whose values each step samples, or a sine, of which a step is a quarter of a period at most
- * (kt_simulation_longest_step).
+ * polynomial, whose values each step samples, a sine, of which a step is a quarter of a period at most
+ * (kt_simulation_longest_step), or a formula that is monotone with its first two derivatives, so that the ends of a step
+ * tell all of it (expression/corner.c).
  *
  * Where the accelerations themselves jump (a drive whose second derivative does, the target of a servo with a jump of
  * its slope), a step that ends there needs the limit from the left and the step that begins there the one from the
@@ -74,10 +75,10 @@ bool kt_simulation_has_corners(const kt_model *model) {
 double kt_simulation_longest_step(const kt_model *model) {
     double longest = HUGE_VAL;
     for (size_t i = 0; i < model->n.loop; i++)
-        longest = fmin(longest, kt_curve_longest_step(&model->loop[i].curve));
+        longest = fmin(longest, kt_curve_longest_step(&model->loop[i].curve, model->number));
     for (size_t i = 0; i < model->n.effect; i++)
         for (int k = 0; k < 3; k++)
-            longest = fmin(longest, kt_curve_longest_step(&model->effect[i].curve[k]));
+            longest = fmin(longest, kt_curve_longest_step(&model->effect[i].curve[k], model->number));
     return longest;
 }
 
@@ -182,16 +183,24 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
     return begin[0] != middle[0] || middle[0] != end[0];
 }
 
+/* The first corner after t at which something jumps. */
+static double next_jump(const kt_curve *curve, const double *numbers, double t) {
+    kt_corner next = kt_curve_next_corner(curve, numbers, t);
+    while (next.order > KT_CORNER_ORDER_MAX && next.time < HUGE_VAL)
+        next = kt_curve_next_corner(curve, numbers, next.time);
+    return next.time;
+}
+
 /* Whether t lies between two corners of the function, *a and *b, both within the last step, where it changes and no
  * stage is. */
 static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
     const kt_integrator *integrator = simulation->integrator;
     const double *numbers = simulation->model->number;
     const double t0 = kt_integrator_previous_time(integrator), t1 = kt_integrator_time(integrator);
-    *b = kt_curve_next_corner(curve, numbers, nextafter(t0, -HUGE_VAL)).time;
+    *b = next_jump(curve, numbers, nextafter(t0, -HUGE_VAL));
     do {
         *a = *b;
-        *b = kt_curve_next_corner(curve, numbers, *a).time;
+        *b = next_jump(curve, numbers, *a);
     } while (*b < t);
     return *a < t && *b < t1 && changes(curve, numbers, *a, *b) &&
            !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);

@@ -27,7 +27,8 @@ typedef struct course {
     shape shape;
     int count;
     double t[ROWS], y[ROWS], m[ROWS]; /* m: second derivatives of the natural spline */
-    double rows[2 * ROWS];            /* for the library */
+    double rows[2 * ROWS];            /* for the library, */
+    char text[ROWS * 96];             /* as a table or as a formula */
 } course;
 
 /* Natural spline, by Gauss-Seidel iteration of its diagonally dominant equations. */
@@ -64,7 +65,27 @@ static void course_at(const course *c, double t, double inside, double out[3]) {
     out[2] = p * m0 + s * m1;
 }
 
+/* The same as a formula, whose corners are found: a clamped cubic, or straight lines by their changes of slope. */
+static kt_function formula_of(course *c) {
+    double slope = 0.0;
+    int used = snprintf(c->text, sizeof c->text, "%.17g", c->y[0]);
+    for (int k = 0; c->shape == LINES && k < c->count; k++) {
+        const double next = k + 1 < c->count ? (c->y[k + 1] - c->y[k]) / (c->t[k + 1] - c->t[k]) : 0.0;
+        used += snprintf(c->text + used, sizeof c->text - (size_t)used, " + (%.17g)*max(0, t - %.17g)", next - slope,
+                         c->t[k]);
+        slope = next;
+    }
+    if (c->shape == RAMP)
+        snprintf(c->text + used, sizeof c->text - (size_t)used,
+                 " + (%.17g)*clamp((t - %.17g)/%.17g, 0, 1)^2*(3 - 2*clamp((t - %.17g)/%.17g, 0, 1))",
+                 c->y[1] - c->y[0], c->t[0], c->t[1] - c->t[0], c->t[0], c->t[1] - c->t[0]);
+    return kt_function_expression(c->text);
+}
+
+/* Every other one is a formula. */
 static kt_function function_of(course *c) {
+    if (c->shape != SPLINE && (long)(1e6 * c->t[1]) % 2 == 0)
+        return formula_of(c);
     if (c->shape == RAMP)
         return kt_function_ramp(c->y[0], c->y[1], c->t[0], c->t[1]);
     for (int k = 0; k < c->count; k++) {

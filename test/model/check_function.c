@@ -80,8 +80,26 @@ KT_TEST(lists_of_functions_can_be_read) {
             AT_DRIVE ".interpolation is 3; there are linear (0), cubic (1) and monotone (2)\n");
     passes("two rows", DRIVE, kt_function_table(numbers, 4, KT_INTERPOLATION_CUBIC));
     kt_function unknown = kt_function_constant(1.0);
-    unknown.type = (kt_function_type)6;
-    refuses(unknown, AT_DRIVE " has function type 6, and there is none of that number; take one of kt_function_type\n");
+    unknown.type = (kt_function_type)10;
+    refuses(unknown,
+            AT_DRIVE " has function type 10, and there is none of that number; take one of kt_function_type\n");
+}
+
+KT_TEST(functions_made_of_others_are_whole) {
+    const kt_function parts[] = {kt_function_constant(1.0), kt_function_ramp(0.0, 1.0, 2.0, 2.0), {.text = NULL}};
+    kt_function deep[6] = {kt_function_constant(1.0)};
+    refuses(kt_function_bump(1.0, 2.0, 2.0), AT_DRIVE ".bump starts at 2 and ends at 2; it must end later\n");
+    refuses(kt_function_sum(parts, 0), AT_DRIVE ".sum has no functions; give one or more\n");
+    refuses(kt_function_product(NULL, 1), AT_DRIVE ".product has no functions; give one or more\n");
+    refuses(kt_function_sum(parts, 2), AT_DRIVE ".ramp starts at 2 and ends at 2; it must end later\n");
+    refuses(kt_function_product(parts + 2, 1), AT_DRIVE ": part 0 is no function\n");
+    refuses(kt_function_expression(NULL), AT_DRIVE " has no formula; give it as text\n");
+    refuses(kt_function_expression("2*s"), AT_DRIVE ": there is no name 's'; names are t (column 3 of '2*s')\n");
+    for (int i = 1; i < 6; i++)
+        deep[i] = kt_function_sum(&deep[i - 1], 1);
+    refuses(deep[5], AT_DRIVE ".sum is within too many others; put fewer of them into one another\n");
+    passes("four deep", DRIVE, deep[4]);
+    passes("formula", ROD, kt_function_expression("2 + sin(t)"));
 }
 
 KT_TEST(times_of_tables_increase) {

@@ -31,7 +31,7 @@ static const struct family {
     {loop, loop_name, 0, KT_LOOP_TYPE_COUNT, sizeof(kt_loop)},
     {effect, effect_name, 0, KT_EFFECT_TYPE_COUNT, sizeof(kt_effect)},
     {shape, shape_name, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, sizeof(kt_shape)},
-    {function, NULL, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1, sizeof(kt_function)},
+    {function, NULL, KT_FUNCTION_NONE + 1, KT_FUNCTION_EXPRESSION + 1, sizeof(kt_function)},
 };
 
 static bool has_text(const char *text) { return text != NULL && *text != '\0'; }

@@ -314,13 +314,52 @@ KT_TEST(time_that_is_no_number_gives_no_number) {
     }
 }
 
+KT_TEST(functions_made_of_others_have_exact_derivatives) {
+    const kt_function parts[] = {kt_function_sine(2.0, 0.2, 0.5, 1.0), kt_function_expression("exp(-t/4)*cos(t)"),
+                                 kt_function_bump(0.5, -4.0, 4.0)};
+    const kt_function inner[] = {kt_function_sum(parts, 3),
+                                 kt_function_polynomial((const double[]){1.0, -0.2, 0.1}, 3)};
+    const struct {
+        const char *what;
+        kt_function function;
+        double scale;
+    } rows[] = {{"bump", parts[2], 4.0},
+                {"expression", parts[1], 4.0},
+                {"sum", inner[0], 8.0},
+                {"product", kt_function_product(parts, 3), 16.0},
+                {"product of a sum", kt_function_product(inner, 2), 32.0}};
+    double times[40];
+    for (int i = 0; i < 40; i++)
+        times[i] = -3.9 + 7.8 * i / 39.0;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const ready r = make_ready(rows[i].function);
+        check_derivatives(rows[i].what, &r, times, 40, rows[i].scale, 3.0);
+    }
+    const ready bump = make_ready(parts[2]), product = make_ready(kt_function_product(parts, 3));
+    kt_check_near("crest", value_at(&bump, 0.0, 0), 0.5, DBL_EPSILON);
+    kt_check_equal_bits("outside", (const double[]){value_at(&bump, -4.1, 0), value_at(&bump, 4.0, 1)},
+                        (const double[]){0.0, 0.0}, 2);
+    const double t = 1.25, u = 1.0 - t * t / 16.0;
+    kt_check_near("product", value_at(&product, t, 0),
+                  (1.0 + 2.0 * sin(0.4 * acos(-1.0) * t + 0.5)) * exp(-t / 4.0) * cos(t) * 0.5 * u * u * u,
+                  8.0 * DBL_EPSILON);
+}
+
+KT_TEST(products_of_sines_bound_steps_by_the_sum_of_their_frequencies) {
+    const kt_function parts[] = {kt_function_sine(2.0, 3.0, 0.5, 1.0), kt_function_sine(1.0, 1.0, 0.0, 0.0)};
+    const ready sum = make_ready(kt_function_sum(parts, 2)), product = make_ready(kt_function_product(parts, 2));
+    kt_check_near("sum, s", kt_curve_longest_step(&sum.curve, sum.numbers), 1.0 / 12.0, DBL_EPSILON);
+    kt_check_near("product, s", kt_curve_longest_step(&product.curve, product.numbers), 1.0 / 16.0, DBL_EPSILON);
+}
+
 /* In a block of the very size, so that the sanitizers see one number too many, written or read. */
 KT_TEST(functions_stay_in_their_place) {
     static const double numbers[] = {1.0, 2.0, 3.0, 8.0, 4.0, 1.0, 5.0, 0.5};
     const kt_function functions[] = {kt_function_constant(1.0), kt_function_polynomial(numbers, 8),
                                      kt_function_table(numbers, 8, KT_INTERPOLATION_LINEAR),
-                                     kt_function_table(numbers, 8, KT_INTERPOLATION_CUBIC)};
-    static const size_t counts[] = {0, 8, 20, 20};
+                                     kt_function_table(numbers, 8, KT_INTERPOLATION_CUBIC),
+                                     kt_function_expression("1+t")};
+    static const size_t counts[] = {0, 8, 20, 20, 10};
     for (size_t i = 0; i < sizeof functions / sizeof *functions; i++) {
         const size_t count = kt_curve_number_count(&functions[i]);
         kt_check_equal_int("numbers", (long long)count, (long long)counts[i]);

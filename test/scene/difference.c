@@ -54,6 +54,11 @@ static bool function_differs(const char *where, const kt_function *a, const kt_f
     VALUE(interpolation);
     for (int i = 0; i < a->number_count; i++)
         BITS(numbers[i]);
+    TEXT(text);
+    VALUE(part_count);
+    for (int i = 0; i < a->part_count; i++)
+        if (function_differs(where, &a->parts[i], &b->parts[i]))
+            return true;
     return false;
 }
 

@@ -182,7 +182,10 @@ static void invent_body(inventor *v, int i) {
 
 /* `above_zero`: a length, which must stay so. */
 static kt_function function(inventor *v, double *numbers, bool above_zero) {
-    kt_function made = {.type = (kt_function_type)(KT_FUNCTION_CONSTANT + pick(v, 5))};
+    static const kt_function_type types[] = {KT_FUNCTION_CONSTANT,   KT_FUNCTION_SINE,  KT_FUNCTION_RAMP,
+                                             KT_FUNCTION_POLYNOMIAL, KT_FUNCTION_TABLE, KT_FUNCTION_BUMP,
+                                             KT_FUNCTION_EXPRESSION};
+    kt_function made = {.type = types[pick(v, above_zero ? 5 : 7)]};
     double base = above_zero ? 1000.0 : any(v);
     switch (made.type) {
     case KT_FUNCTION_CONSTANT:
@@ -211,6 +214,15 @@ static kt_function function(inventor *v, double *numbers, bool above_zero) {
         if (made.type == KT_FUNCTION_TABLE && chance(v))
             made.interpolation = chance(v) ? KT_INTERPOLATION_CUBIC : KT_INTERPOLATION_MONOTONE;
         break;
+    case KT_FUNCTION_BUMP:
+        made.amplitude = base;
+        made.end = positive(v);
+        break;
+    case KT_FUNCTION_EXPRESSION:
+        made.text = chance(v) ? "1 - 2*exp(-t/3)" : "max(0, sin(2*pi*t))";
+        break;
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
     case KT_FUNCTION_NONE:
         break;
     }

@@ -210,11 +210,22 @@ int kt_start_report(const kt_scene *scene, const kt_model *model) {
 
 /* ---- motions ----------------------------------------------------------------------------------------------------- */
 
+/* Whether the value of a formula may jump. */
+static bool may_jump(const char *text) {
+    static const char *const words[] = {"sign(", "step(", "<", ">", "==", "!="};
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (strstr(text, words[k]) != NULL)
+            return true;
+    return false;
+}
+
 const char *kt_start_jumping(const kt_scene *scene) {
     const kt_description *d = &scene->description;
     for (int i = 0; i < d->loop_count; i++) {
         const kt_function *f = &d->loops[i].function;
         if (f->type == KT_FUNCTION_TABLE && f->number_count > 4 && f->interpolation == KT_INTERPOLATION_LINEAR)
+            return d->loops[i].name;
+        if (f->type == KT_FUNCTION_EXPRESSION && may_jump(f->text))
             return d->loops[i].name;
     }
     return NULL;

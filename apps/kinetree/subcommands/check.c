@@ -173,7 +173,13 @@ static void check_function_angles(check *c, const char *what, const char *name, 
             break; /* one row is enough */
         }
         break;
+    case KT_FUNCTION_BUMP:
+        CHECK_PART("bump.height", f->amplitude);
+        break;
     case KT_FUNCTION_NONE:
+    case KT_FUNCTION_SUM:
+    case KT_FUNCTION_PRODUCT:
+    case KT_FUNCTION_EXPRESSION:
     case KT_FUNCTION_POLYNOMIAL: /* its coefficients are rates, too, and 40 rad/s is usual */
         break;
     }
@@ -240,8 +246,8 @@ static int check_start(check *c) {
     const char *jumping = kt_start_jumping(c->scene);
     if (jumping != NULL)
         warn(c,
-             "the speed of loop '%s' jumps at the rows of its table; give the table 'interpolation: cubic' or "
-             "'monotone'",
+             "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula; give the table "
+             "'interpolation: cubic' or 'monotone', the formula no sign, step or comparison",
              jumping);
     return KT_EXIT_DONE;
 }

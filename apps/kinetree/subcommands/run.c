@@ -475,9 +475,12 @@ static void warn_of_jumps(kt_outcome *outcome) {
     const kt_warning warning = {.code = "speed_jump",
                                 .time = (double)NAN,
                                 .value = (double)NAN,
-                                .remedy = "Give the table 'interpolation: cubic' or 'monotone'"};
+                                .remedy =
+                                    "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
+                                    "step or comparison"};
     if (loop != NULL)
-        kt_warn(&outcome->warnings, &warning, "the speed of loop '%s' jumps at the rows of its table", loop);
+        kt_warn(&outcome->warnings, &warning,
+                "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
 }
 
 /* What an import has left out was printed when the scene was read. */

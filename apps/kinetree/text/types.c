@@ -56,7 +56,7 @@ static const family families[] = {
      "coordinate q: an angle, or a length; v is its rate. Of two units the first is that of an angle.\n",
      effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT, true},
     {"function", "Functions of time", "Where a key takes a function of time y(t). y stands for its unit.\n", function,
-     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_TABLE + 1, false},
+     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_EXPRESSION + 1, false},
     {"shape", "Shapes",
      "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
      "none.\n",

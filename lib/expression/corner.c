@@ -1,0 +1,187 @@
+/* Times at which formulas of time have corners, and at which steps end so that they see what a formula does.
+ *
+ * Corners are where an operation that is not smooth takes another branch. The sign of its decision changes there: x of
+ * abs(x), x - y of min(x, y) and of comparisons. Between two corners a step may still leap over a feature, a pulse
+ * exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end where f', f'' or f''' change their sign:
+ * between two such times f, f' and f'' are monotone, so that their values at the ends of a step, which every method
+ * sees, tell whether anything happens between.
+ *
+ * Both are zeros of a function g along time, and are found by exclusion and bisection (Moore, Kearfott and Cloud 2009,
+ * chapter 8): g has none in an interval over whose bounds (jet.h) 0 is not, and at most one where 0 is not in the bounds
+ * of g'. Other intervals are halved, the earlier half first. What is left when they are very short is a zero at which
+ * the sign does not change, as of (t - 1)^2, or two that cancel.
+ */
+#include "expression/corner.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+
+/* A search: `seek` corners, or else changes of derivatives. */
+typedef struct search {
+    const kt_expression *expression;
+    bool corners;
+    int effort; /* intervals that may still be looked at */
+} search;
+
+/* ---- one interval ------------------------------------------------------------------------------------------------ */
+
+typedef enum finding { NOTHING, ONCE, UNKNOWN } finding; /* of zeros of each function: none, one at most, any number */
+
+static bool holds_zero(kt_interval x) { return !(x.lo > 0.0 || x.hi < 0.0); }
+
+/* Of g and its derivative. What is 0 but for `nothing` throughout changes no sign. */
+static finding find(kt_interval g, kt_interval slope, double nothing) {
+    if (!holds_zero(g) || (g.lo >= -nothing && g.hi <= nothing))
+        return NOTHING;
+    return holds_zero(slope) ? UNKNOWN : ONCE;
+}
+
+static void meet(void *user, const kt_jet *decision) {
+    finding *worst = user;
+    const finding here = find(decision->c[0], decision->c[1], 0.0);
+    if (here > *worst)
+        *worst = here;
+}
+
+/* Derivatives that change the value over the interval by no more than its rounding errors are none. */
+static finding look(search *s, double from, double to) {
+    static const double rounding = 1e-13, underflow = 1e-200;
+    finding worst = NOTHING;
+    s->effort--;
+    const kt_jet jet = kt_expression_bound(s->expression, from, to, s->corners ? meet : NULL, &worst);
+    double nothing = rounding * jet.size + underflow;
+    for (int k = 1; k < KT_JET_ORDER && !s->corners; k++) {
+        nothing /= to - from;
+        const finding here = find(jet.c[k], jet.c[k + 1], nothing);
+        worst = here > worst ? here : worst;
+    }
+    return worst;
+}
+
+/* ---- one time ---------------------------------------------------------------------------------------------------- */
+
+/* All branches at a time, or the signs of the derivatives, as a number that changes with each of them. */
+static uint64_t signature_of(const search *s, double t) {
+    if (s->corners)
+        return kt_expression_branches(s->expression, &t);
+    const kt_jet jet = kt_expression_bound(s->expression, t, t, NULL, NULL);
+    uint64_t signs = 0;
+    for (int k = 1; k < KT_JET_ORDER; k++)
+        signs = signs << 1U | (uint64_t)(jet.c[k].lo + jet.c[k].hi > 0.0);
+    return signs;
+}
+
+/* The first time at which the signature is not what it is at `from`; at `to` it is not. Corners are found to the last
+ * bit: the branch is that of the formula's own rounded values. */
+static double change_between(const search *s, double from, double to) {
+    const uint64_t before = signature_of(s, from);
+    const double enough = s->corners ? 0.0 : 1e-9 * (to - from);
+    while (to - from > enough) {
+        const double middle = from + 0.5 * (to - from);
+        if (!(middle > from) || !(middle < to))
+            break;
+        if (signature_of(s, middle) != before)
+            to = middle;
+        else
+            from = middle;
+    }
+    return to;
+}
+
+/* ---- many intervals ---------------------------------------------------------------------------------------------- */
+
+enum { DEPTH = 30, EFFORT = 4000 };
+
+/* The first change in (from, to]; HUGE_VAL: none. *clear: up to where that is known. */
+static double first_change(search *s, double from, double to, double *clear) {
+    double end[DEPTH + 1] = {to}, begin = from;
+    int depth = 0;
+    *clear = from;
+    while (depth >= 0) {
+        const double last = end[depth], middle = begin + 0.5 * (last - begin);
+        const finding found = look(s, begin, last);
+        const bool divisible = depth < DEPTH && middle > begin && middle < last;
+        if (found == UNKNOWN && divisible && s->effort > 0) {
+            end[++depth] = middle;
+            continue;
+        }
+        if (found == UNKNOWN && s->effort <= 0)
+            return HUGE_VAL;
+        const double inside = fmin(nextafter(begin, HUGE_VAL), last);
+        if (found != NOTHING && signature_of(s, inside) != signature_of(s, last))
+            return change_between(s, inside, last);
+        *clear = begin = last;
+        depth--;
+    }
+    return HUGE_VAL;
+}
+
+/* The first change after t and up to `limit`, in intervals that grow while there is none. Returns what is known to be
+ * clear where the effort does not suffice, with *known false. */
+static double seek(search *s, double t, double limit, bool *known) {
+    static const double first_length = 1.0 / 1024.0;
+    double from = t, length = fmax(first_length, 1e-9 * fabs(t)), clear = t;
+    s->effort = EFFORT;
+    *known = true;
+    while (from < limit) {
+        const double to = fmin(from + length, limit), change = first_change(s, from, to, &clear);
+        if (change < HUGE_VAL)
+            return change;
+        if (s->effort <= 0) {
+            *known = false;
+            return fmax(clear, t + length);
+        }
+        from = to;
+        length *= 2.0;
+    }
+    return HUGE_VAL;
+}
+
+static const double horizon = 1e12; /* s: no run is as long */
+
+/* The lowest derivative that may jump where a branch changes; 3: there are no branches. */
+static int jump_of(const kt_expression *expression) {
+    int order = 3;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_operator code = (kt_operator)expression->term[i].code;
+        if (code == KT_OPERATOR_ABS || code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX)
+            order = order > 1 ? 1 : order;
+        else if (code == KT_OPERATOR_SIGN || code == KT_OPERATOR_STEP ||
+                 (code >= KT_OPERATOR_LESS && code <= KT_OPERATOR_NOT_EQUAL))
+            order = 0;
+    }
+    return order;
+}
+
+/* The first corner after t, of which times next to 0 are not told apart from 0. */
+static double next_corner(const kt_expression *expression, double t, int *order) {
+    search s = {.expression = expression, .corners = true};
+    bool known;
+    const int jump = jump_of(expression);
+    double next = jump < 3 ? seek(&s, t, horizon, &known) : HUGE_VAL;
+    if (next < HUGE_VAL && known)
+        *order = jump;
+    s.corners = false;
+    const double feature = seek(&s, t, fmin(next, horizon), &known);
+    if (feature < next) {
+        next = feature;
+        *order = 4;
+    }
+    return next;
+}
+
+double kt_expression_next_corner(const kt_expression *expression, double t, int *order) {
+    static const double beside = 1e-30; /* s: from 0 */
+    *order = 4;
+    if (!(fabs(t) < horizon) || kt_expression_symbols(expression, 0, NULL) == 0)
+        return HUGE_VAL;
+    const double next = next_corner(expression, t >= 0.0 ? fmax(t, beside) : t, order);
+    return fabs(next) <= beside ? 0.0 : next;
+}
+
+double kt_expression_speed(const kt_expression *expression, double t) {
+    const kt_interval slope = kt_expression_bound(expression, t, t, NULL, NULL).c[1];
+    const double size = fmax(fabs(slope.lo), fabs(slope.hi)), rounding = (slope.hi - slope.lo) / (4.0 * DBL_EPSILON);
+    return isfinite(rounding) ? fmax(size, rounding) : size;
+}

@@ -1,0 +1,421 @@
+/* Interval arithmetic with Taylor coefficients (Moore, Kearfott and Cloud 2009, Introduction to Interval Analysis,
+ * chapter 9). With x_k the k-th derivative of x over k!,
+ *
+ *     z = x y      z_k = sum_i x_i y_(k-i)
+ *     z = x / y    z_k = (x_k - sum_(i<k) z_i y_(k-i)) / y_0
+ *     z = sqrt x   z_k = (x_k - sum_(0<i<k) z_i z_(k-i)) / (2 z_0)
+ *     z = exp x    k z_k = sum_(i>0) i x_i z_(k-i)
+ *     z = log x    z_k = (x_k - (1/k) sum_(0<i<k) i z_i x_(k-i)) / x_0
+ *     s = sin x, c = cos x    k s_k = sum_(i>0) i x_i c_(k-i),  k c_k = -sum_(i>0) i x_i s_(k-i)
+ *
+ * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. An interval is widened by two roundings
+ * in each operation, so that it holds what exact arithmetic gives.
+ */
+#include "expression/jet.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { ORDER = KT_JET_ORDER };
+
+static const kt_interval everything = {-HUGE_VAL, HUGE_VAL};
+static const kt_interval zero = {0.0, 0.0};
+
+/* ---- intervals --------------------------------------------------------------------------------------------------- */
+
+static kt_interval widened(double lo, double hi) {
+    if (isnan(lo) || isnan(hi))
+        return everything;
+    if (lo == 0.0 && hi == 0.0)
+        return zero;
+    const kt_interval wide = {lo - 2.0 * DBL_EPSILON * fabs(lo) - DBL_TRUE_MIN,
+                              hi + 2.0 * DBL_EPSILON * fabs(hi) + DBL_TRUE_MIN};
+    return wide;
+}
+
+static bool is_point(kt_interval x, double value) { return x.lo == value && x.hi == value; }
+
+static kt_interval add(kt_interval x, kt_interval y) { return widened(x.lo + y.lo, x.hi + y.hi); }
+static kt_interval negate(kt_interval x) { return (kt_interval){-x.hi, -x.lo}; }
+static kt_interval subtract(kt_interval x, kt_interval y) { return add(x, negate(y)); }
+static kt_interval hull(kt_interval x, kt_interval y) { return (kt_interval){fmin(x.lo, y.lo), fmax(x.hi, y.hi)}; }
+
+static double bound_product(double x, double y) { return x == 0.0 || y == 0.0 ? 0.0 : x * y; }
+
+static kt_interval multiply(kt_interval x, kt_interval y) {
+    const double a = bound_product(x.lo, y.lo), b = bound_product(x.lo, y.hi), c = bound_product(x.hi, y.lo),
+                 d = bound_product(x.hi, y.hi);
+    return widened(fmin(fmin(a, b), fmin(c, d)), fmax(fmax(a, b), fmax(c, d)));
+}
+
+static kt_interval scale(double factor, kt_interval x) { return multiply((kt_interval){factor, factor}, x); }
+
+static kt_interval divide(kt_interval x, kt_interval y) {
+    if (is_point(x, 0.0) && !is_point(y, 0.0))
+        return zero;
+    if (y.lo <= 0.0 && y.hi >= 0.0)
+        return everything;
+    return multiply(x, widened(1.0 / y.hi, 1.0 / y.lo));
+}
+
+/* Of a function that rises everywhere. */
+static kt_interval raise(double (*f)(double), kt_interval x) {
+    const kt_interval y = widened(f(x.lo), f(x.hi));
+    return widened(y.lo, y.hi);
+}
+
+/* sin over [lo, hi]: its crests are at (4 n + 1) pi / 2. */
+static kt_interval bound_sin(kt_interval x) {
+    static const double pi = 3.14159265358979323846;
+    const double slop = 4.0 * DBL_EPSILON * (1.0 + fmax(fabs(x.lo), fabs(x.hi)));
+    if (!(x.hi - x.lo < 2.0 * pi) || !(slop < 1.0))
+        return (kt_interval){-1.0, 1.0};
+    const double a = sin(x.lo), b = sin(x.hi);
+    const double crest = ceil((x.lo - slop - 0.5 * pi) / (2.0 * pi)) * 2.0 * pi + 0.5 * pi;
+    const double trough = ceil((x.lo - slop + 0.5 * pi) / (2.0 * pi)) * 2.0 * pi - 0.5 * pi;
+    const kt_interval ends = widened(fmin(a, b), fmax(a, b));
+    return (kt_interval){trough <= x.hi + slop ? -1.0 : fmax(-1.0, ends.lo - slop),
+                         crest <= x.hi + slop ? 1.0 : fmin(1.0, ends.hi + slop)};
+}
+
+static kt_interval bound_cos(kt_interval x) {
+    static const double half_pi = 1.57079632679489661923;
+    return bound_sin(add(x, (kt_interval){half_pi, half_pi}));
+}
+
+/* Cut to where a function is defined; everything where it is nowhere. */
+static kt_interval within(kt_interval x, double lo, double hi) {
+    const kt_interval cut = {fmax(x.lo, lo), fmin(x.hi, hi)};
+    return cut.lo <= cut.hi ? cut : everything;
+}
+
+static kt_interval bound_log(kt_interval x) { return x.hi > 0.0 ? raise(log, within(x, 0.0, HUGE_VAL)) : everything; }
+static kt_interval bound_sqrt(kt_interval x) {
+    return x.hi >= 0.0 ? raise(sqrt, within(x, 0.0, HUGE_VAL)) : everything;
+}
+
+/* ---- Taylor coefficients ----------------------------------------------------------------------------------------- */
+
+static kt_jet constant(kt_interval value) { return (kt_jet){.c = {value, zero, zero, zero, zero}}; }
+static kt_jet number(double value) { return constant((kt_interval){value, value}); }
+
+static bool is_constant(const kt_jet *x) {
+    for (int k = 1; k <= ORDER; k++)
+        if (!is_point(x->c[k], 0.0))
+            return false;
+    return true;
+}
+
+static kt_jet jet_sum(const kt_jet *x, const kt_jet *y) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++)
+        z.c[k] = add(x->c[k], y->c[k]);
+    return z;
+}
+
+static kt_jet jet_scale(double factor, const kt_jet *x) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++)
+        z.c[k] = scale(factor, x->c[k]);
+    return z;
+}
+
+static kt_jet jet_difference(const kt_jet *x, const kt_jet *y) {
+    const kt_jet minus = jet_scale(-1.0, y);
+    return jet_sum(x, &minus);
+}
+
+static kt_jet jet_product(const kt_jet *x, const kt_jet *y) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++) {
+        z.c[k] = zero;
+        for (int i = 0; i <= k; i++)
+            z.c[k] = add(z.c[k], multiply(x->c[i], y->c[k - i]));
+    }
+    return z;
+}
+
+static kt_jet jet_quotient(const kt_jet *x, const kt_jet *y) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++) {
+        kt_interval sum = x->c[k];
+        for (int i = 0; i < k; i++)
+            sum = subtract(sum, multiply(z.c[i], y->c[k - i]));
+        z.c[k] = divide(sum, y->c[0]);
+    }
+    return z;
+}
+
+static kt_jet jet_sqrt(const kt_jet *x) {
+    kt_jet z = {.size = 0.0};
+    z.c[0] = bound_sqrt(x->c[0]);
+    for (int k = 1; k <= ORDER; k++) {
+        kt_interval sum = x->c[k];
+        for (int i = 1; i < k; i++)
+            sum = subtract(sum, multiply(z.c[i], z.c[k - i]));
+        z.c[k] = divide(sum, scale(2.0, z.c[0]));
+    }
+    return z;
+}
+
+static kt_jet jet_exp(const kt_jet *x) {
+    kt_jet z = {.size = 0.0};
+    z.c[0] = raise(exp, x->c[0]);
+    z.c[0].lo = fmax(0.0, z.c[0].lo);
+    for (int k = 1; k <= ORDER; k++) {
+        kt_interval sum = zero;
+        for (int i = 1; i <= k; i++)
+            sum = add(sum, scale((double)i / k, multiply(x->c[i], z.c[k - i])));
+        z.c[k] = sum;
+    }
+    return z;
+}
+
+static kt_jet jet_log(const kt_jet *x) {
+    kt_jet z = {.size = 0.0};
+    z.c[0] = bound_log(x->c[0]);
+    for (int k = 1; k <= ORDER; k++) {
+        kt_interval sum = x->c[k];
+        for (int i = 1; i < k; i++)
+            sum = subtract(sum, scale((double)i / k, multiply(z.c[i], x->c[k - i])));
+        z.c[k] = divide(sum, x->c[0]);
+    }
+    return z;
+}
+
+static void jet_sincos(const kt_jet *x, kt_jet *s, kt_jet *c) {
+    s->c[0] = bound_sin(x->c[0]);
+    c->c[0] = bound_cos(x->c[0]);
+    for (int k = 1; k <= ORDER; k++) {
+        s->c[k] = c->c[k] = zero;
+        for (int i = 1; i <= k; i++) {
+            s->c[k] = add(s->c[k], scale((double)i / k, multiply(x->c[i], c->c[k - i])));
+            c->c[k] = subtract(c->c[k], scale((double)i / k, multiply(x->c[i], s->c[k - i])));
+        }
+    }
+}
+
+/* z' = x' / y with the value z_0, the integral of which is meant. */
+static kt_jet jet_integral(kt_interval value, const kt_jet *x, const kt_jet *y) {
+    kt_jet rate = number(0.0), z = {.c = {value}};
+    for (int k = 0; k < ORDER; k++)
+        rate.c[k] = scale(k + 1.0, x->c[k + 1]);
+    rate = jet_quotient(&rate, y); /* its last coefficient is not used */
+    for (int k = 1; k <= ORDER; k++)
+        z.c[k] = scale(1.0 / k, rate.c[k - 1]);
+    return z;
+}
+
+static kt_jet one_plus_square(const kt_jet *x, double sign) {
+    kt_jet square = jet_product(x, x);
+    const kt_jet one = number(1.0);
+    square.c[0].lo = fmax(0.0, square.c[0].lo);
+    square = jet_scale(sign, &square);
+    return jet_sum(&one, &square);
+}
+
+static kt_jet jet_atan(const kt_jet *x) {
+    const kt_jet y = one_plus_square(x, 1.0);
+    return jet_integral(raise(atan, x->c[0]), x, &y);
+}
+
+static kt_jet jet_asin(const kt_jet *x) {
+    const kt_jet square = one_plus_square(x, -1.0), y = jet_sqrt(&square);
+    return jet_integral(raise(asin, within(x->c[0], -1.0, 1.0)), x, &y);
+}
+
+static kt_jet jet_acos(const kt_jet *x) {
+    static const double half_pi = 1.57079632679489661923;
+    const kt_jet angle = jet_asin(x), right = number(half_pi);
+    return jet_difference(&right, &angle);
+}
+
+static kt_jet jet_tan(const kt_jet *x) {
+    kt_jet s, c;
+    jet_sincos(x, &s, &c);
+    return jet_quotient(&s, &c);
+}
+
+/* (e^x + sign e^-x) / 2 */
+static kt_jet jet_hyperbolic(const kt_jet *x, double sign) {
+    const kt_jet minus = jet_scale(-1.0, x), e = jet_exp(x);
+    kt_jet other = jet_exp(&minus);
+    other = jet_scale(sign, &other);
+    other = jet_sum(&e, &other);
+    return jet_scale(0.5, &other);
+}
+
+/* 1 - 2 / (e^2x + 1) */
+static kt_jet jet_tanh(const kt_jet *x) {
+    const kt_jet twice = jet_scale(2.0, x), one = number(1.0), two = number(2.0);
+    kt_jet z = jet_exp(&twice);
+    z = jet_sum(&z, &one);
+    z = jet_quotient(&two, &z);
+    z = jet_difference(&one, &z);
+    z.c[0] = within(z.c[0], -1.0, 1.0);
+    return z;
+}
+
+static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
+    const double n = y->c[0].lo;
+    const bool whole = is_constant(y) && is_point(y->c[0], n) && n == rint(n) && fabs(n) <= 64.0;
+    kt_jet z = number(1.0);
+    if (!whole) {
+        z = jet_log(x);
+        z = jet_product(&z, y);
+        return jet_exp(&z);
+    }
+    for (int i = 0; i < (int)fabs(n); i++)
+        z = jet_product(&z, x);
+    if (fmod(n, 2.0) == 0.0 && n != 0.0)
+        z.c[0].lo = fmax(0.0, z.c[0].lo);
+    const kt_jet one = number(1.0);
+    return n < 0.0 ? jet_quotient(&one, &z) : z;
+}
+
+/* ---- branches ---------------------------------------------------------------------------------------------------- */
+
+static kt_jet jet_hull(const kt_jet *x, const kt_jet *y) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++)
+        z.c[k] = hull(x->c[k], y->c[k]);
+    return z;
+}
+
+/* What is x where the decision is above 0, and y where it is below. */
+static kt_jet chosen(const kt_jet *decision, const kt_jet *x, const kt_jet *y) {
+    return decision->c[0].lo > 0.0 ? *x : decision->c[0].hi < 0.0 ? *y : jet_hull(x, y);
+}
+
+static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+    const bool one = !kt_operator_is_binary(code);
+    const kt_jet decision = one ? *x : jet_difference(x, y), minus = jet_scale(-1.0, x);
+    const kt_jet below = number(code == KT_OPERATOR_SIGN ? -1.0 : 0.0), above = number(1.0);
+    if (meet != NULL)
+        meet(user, &decision);
+    switch (code) {
+    case KT_OPERATOR_ABS: {
+        kt_jet z = chosen(&decision, x, &minus);
+        z.c[0].lo = fmax(0.0, z.c[0].lo);
+        return z;
+    }
+    case KT_OPERATOR_MIN:
+        return chosen(&decision, y, x);
+    case KT_OPERATOR_MAX:
+        return chosen(&decision, x, y);
+    case KT_OPERATOR_EQUAL:
+    case KT_OPERATOR_NOT_EQUAL:
+        return constant((kt_interval){0.0, 1.0});
+    case KT_OPERATOR_LESS:
+    case KT_OPERATOR_LESS_EQUAL:
+        return chosen(&decision, &below, &above);
+    default: /* sign, step, greater */
+        return chosen(&decision, &above, &below);
+    }
+}
+
+/* atan2(y, x), of which the first argument is y. */
+static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
+    static const kt_interval turn = {-3.2, 3.2};
+    const kt_jet minus = jet_scale(-1.0, x);
+    if (x->c[0].lo > 0.0) {
+        const kt_jet ratio = jet_quotient(y, x);
+        return jet_atan(&ratio);
+    }
+    if (y->c[0].lo > 0.0 || y->c[0].hi < 0.0) { /* atan(-x / y) plus or minus a right angle */
+        const kt_jet ratio = jet_quotient(&minus, y), angle = jet_atan(&ratio);
+        const kt_jet right = number(y->c[0].lo > 0.0 ? 1.57079632679489661923 : -1.57079632679489661923);
+        return jet_sum(&right, &angle);
+    }
+    if (x->c[0].hi < 0.0) { /* the slopes are those of atan(y / x); the value jumps where y changes its sign */
+        const kt_jet ratio = jet_quotient(y, x);
+        kt_jet angle = jet_atan(&ratio);
+        angle.c[0] = turn;
+        return angle;
+    }
+    return (kt_jet){.c = {turn, everything, everything, everything, everything}};
+}
+
+static kt_jet jet_hypot(const kt_jet *x, const kt_jet *y) {
+    kt_jet a = jet_product(x, x), b = jet_product(y, y);
+    a.c[0].lo = fmax(0.0, a.c[0].lo);
+    b.c[0].lo = fmax(0.0, b.c[0].lo);
+    a = jet_sum(&a, &b);
+    return jet_sqrt(&a);
+}
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+    kt_jet s, c;
+    switch (code) {
+    case KT_OPERATOR_NEGATE:
+        return jet_scale(-1.0, x);
+    case KT_OPERATOR_ADD:
+        return jet_sum(x, y);
+    case KT_OPERATOR_SUBTRACT:
+        return jet_difference(x, y);
+    case KT_OPERATOR_MULTIPLY:
+        return jet_product(x, y);
+    case KT_OPERATOR_DIVIDE:
+        return jet_quotient(x, y);
+    case KT_OPERATOR_POWER:
+        return jet_power(x, y);
+    case KT_OPERATOR_SIN:
+    case KT_OPERATOR_COS:
+        jet_sincos(x, &s, &c);
+        return code == KT_OPERATOR_SIN ? s : c;
+    case KT_OPERATOR_TAN:
+        return jet_tan(x);
+    case KT_OPERATOR_ASIN:
+        return jet_asin(x);
+    case KT_OPERATOR_ACOS:
+        return jet_acos(x);
+    case KT_OPERATOR_ATAN:
+        return jet_atan(x);
+    case KT_OPERATOR_ATAN2:
+        return jet_atan2(x, y);
+    case KT_OPERATOR_SINH:
+        return jet_hyperbolic(x, -1.0);
+    case KT_OPERATOR_COSH:
+        return jet_hyperbolic(x, 1.0);
+    case KT_OPERATOR_TANH:
+        return jet_tanh(x);
+    case KT_OPERATOR_EXP:
+        return jet_exp(x);
+    case KT_OPERATOR_LOG:
+        return jet_log(x);
+    case KT_OPERATOR_SQRT:
+        return jet_sqrt(x);
+    case KT_OPERATOR_HYPOT:
+        return jet_hypot(x, y);
+    default:
+        return jet_switch(code, x, y, meet, user);
+    }
+}
+
+kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user) {
+    const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}};
+    kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
+    double size = 0.0;
+    int top = -1;
+    stack[0] = number(0.0);
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (code == KT_OPERATOR_NUMBER) {
+            stack[++top] = number(term->number);
+        } else if (code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = time;
+        } else if (kt_operator_is_binary(code)) {
+            top--;
+            stack[top] = jet_of(code, &stack[top], &stack[top + 1], meet, user);
+        } else {
+            stack[top] = jet_of(code, &stack[top], &stack[top], meet, user);
+        }
+        const double largest = fmax(fabs(stack[top].c[0].lo), fabs(stack[top].c[0].hi));
+        size = isfinite(largest) ? fmax(size, largest) : size;
+    }
+    stack[0].size = size;
+    return stack[0];
+}

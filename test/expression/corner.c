@@ -1,0 +1,154 @@
+/* Corners and features of formulas of time, held against dense samples of the formula and against known times. */
+#include "check.h"
+
+#include "expression/corner.h"
+#include "model/function_formula.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MEMORY = 8192 };
+
+static const kt_expression *formula(const char *text, double memory[MEMORY]) {
+    const kt_expression *expression = NULL;
+    kt_error error = {0};
+    if (kt_formula_of_time(text, memory, MEMORY * sizeof *memory, &expression, NULL, &error) != KT_OK)
+        kt_check_text(text, error.message, "");
+    return expression;
+}
+
+/* ---- bounds ------------------------------------------------------------------------------------------------------ */
+
+/* Every function and operator, over intervals in which it is defined. */
+KT_TEST(bounds_hold_values_and_derivatives) {
+    static const struct {
+        const char *text;
+        double from, to;
+    } rows[] = {
+        {"3 - 2*t + t^3 - t/4", -2.0, 2.0},
+        {"1/(1.5 + t)", -1.0, 3.0},
+        {"sin(7*t)*cos(t)", -9.0, 9.0},
+        {"tan(t/4)", -3.0, 3.0},
+        {"asin(t/4) + acos(t/5)", -3.0, 3.0},
+        {"atan(3*t)", -3.0, 3.0},
+        {"atan2(t, 2)", -3.0, 3.0},
+        {"atan2(1 + t^2, t)", -3.0, 3.0},
+        {"atan2(-1 - t^2, t)", -3.0, 3.0},
+        {"atan2(t, -4)", 0.5, 3.0},
+        {"sinh(t) - cosh(2*t)", -2.0, 2.0},
+        {"tanh(5*t)", -4.0, 4.0},
+        {"exp(-t^2)", -4.0, 4.0},
+        {"log(3 + t)", -2.0, 4.0},
+        {"sqrt(5 + t)", -4.0, 4.0},
+        {"(4 + t)^2.5", -3.0, 3.0},
+        {"2^t", -3.0, 3.0},
+        {"(5 + t)^-3", -3.0, 3.0},
+        {"hypot(t, 0.5)", -2.0, 2.0},
+        {"abs(t - 1)", -3.0, 3.0},
+        {"max(t, 1 - t, 0.2)", -3.0, 3.0},
+        {"min(t, t^2)", -3.0, 3.0},
+        {"clamp(t, -1, 1)^2", -3.0, 3.0},
+        {"sign(t)*t + step(t - 1)", -3., 3.},
+        {"(t < 1) + 2*(t >= 0.5)*t", -3.0, 3.0},
+        {"(t > 1) - (t <= 0.5) + (t == 2)*(t != 3)", -3.0, 3.0},
+    };
+    kt_random random = kt_random_named("bounds of formulas");
+    double memory[MEMORY];
+    int outside = 0, wide = 0;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const kt_expression *f = formula(rows[i].text, memory);
+        for (int k = 0; f != NULL && k < 2000; k++) {
+            const double a = kt_random_uniform(&random, rows[i].from, rows[i].to);
+            const double b = fmin(rows[i].to, a + pow(10.0, kt_random_uniform(&random, -6.0, 0.5)));
+            const double t = kt_random_uniform(&random, a, b), rate = 1.0;
+            const kt_jet jet = kt_expression_bound(f, a, b, NULL, NULL);
+            double y[3];
+            kt_expression_taylor(f, &t, &rate, NULL, y);
+            for (int n = 0; n < 3; n++) {
+                const double c = n == 2 ? 0.5 * y[2] : y[n], room = 1e-12 * (1.0 + fabs(c));
+                outside += !(jet.c[n].lo - room <= c && c <= jet.c[n].hi + room);
+                wide += !(jet.c[n].hi - jet.c[n].lo < 1e9);
+            }
+        }
+    }
+    kt_check_equal_int("outside", outside, 0);
+    kt_check_below("without a finite bound, of 156,000", wide, 100);
+}
+
+/* ---- corners ----------------------------------------------------------------------------------------------------- */
+
+KT_TEST(corners_are_where_branches_change) {
+    static const struct {
+        const char *text;
+        int count, order;
+        double time[4];
+    } rows[] = {
+        {"abs(t - 1)", 1, 1, {1.0}},
+        {"max(0, sin(3*t))",
+         4,
+         1,
+         {0.0, 3.14159265358979323846 / 3.0, 2.0 * 3.14159265358979323846 / 3.0, 3.14159265358979323846}},
+        {"step(t - 2)*(t < 2.001)", 2, 0, {2.0, 2.001}},
+        {"clamp(t, 1, 4)", 2, 1, {1.0, 4.0}},
+        {"sign(t - 1e6)", 1, 0, {1e6}},
+        {"min(t, 1e-6)", 1, 1, {1e-6}},
+        {"abs(t^2 + 1)", 0, 0, {0.0}},
+        {"abs(2 + sin(t))", 0, 0, {0.0}},
+    };
+    double memory[MEMORY];
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const kt_expression *f = formula(rows[i].text, memory);
+        double t = -0.1;
+        int found = 0, steps = 0;
+        kt_check_true(rows[i].text, f != NULL);
+        while (f != NULL && found < rows[i].count && steps++ < 200) {
+            int order;
+            t = kt_expression_next_corner(f, t, &order);
+            if (order > 3)
+                continue;
+            kt_check_equal_int("order", order, rows[i].order);
+            kt_check_near("time, s", t, rows[i].time[found], 1e-15 * (1.0 + fabs(t)));
+            found++;
+        }
+        kt_check_equal_int("found", found, rows[i].count);
+        for (steps = 0; f != NULL && rows[i].count < 4 && t < 1e11 && steps < 100; steps++) {
+            int order;
+            t = kt_expression_next_corner(f, t, &order);
+            kt_check_true("no more", order > 3);
+        }
+    }
+}
+
+/* Between two of the times the formula and its first two derivatives are monotone: sampled. */
+KT_TEST(formulas_are_monotone_between_features) {
+    static const char *const texts[] = {"exp(-((t - 5)/0.01)^2)", "sin(40*t)*exp(-t)", "t^3 - 6*t^2 + t",
+                                        "tanh((t - 3)/0.02)",     "1/(1 + (t - 2)^2)", "sin(t^2)",
+                                        "sqrt(1.1 + cos(t))",     "log(1.01 + sin(t))"};
+    double memory[MEMORY];
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        const kt_expression *f = formula(texts[i], memory);
+        double t = 0.0;
+        int turns = 0, pieces = 0;
+        while (f != NULL && t < 8.0 && pieces < 2000) {
+            enum { SAMPLES = 60 };
+            int order, signs[2] = {0, 0};
+            const double from = t;
+            t = fmin(kt_expression_next_corner(f, t, &order), 8.0);
+            pieces++;
+            for (int k = 1; k < SAMPLES; k++) {
+                const double at = from + (t - from) * (0.001 + 0.998 * k / SAMPLES), rate = 1.0;
+                double y[3];
+                kt_expression_taylor(f, &at, &rate, NULL, y);
+                for (int n = 0; n < 2; n++) {
+                    const int sign = y[n + 1] > 0.0 ? 1 : y[n + 1] < 0.0 ? -1 : signs[n];
+                    turns += signs[n] != 0 && sign != signs[n] && fabs(y[n + 1]) > 1e-150;
+                    signs[n] = sign;
+                }
+            }
+        }
+        kt_check_equal_int(texts[i], turns, 0);
+        kt_check_above("pieces", pieces, 2);
+        kt_check_below("pieces", pieces, 1000);
+    }
+}
