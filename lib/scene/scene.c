@@ -6,6 +6,7 @@
 #include "kinetree/scene.h"
 #include "base/require.h"
 
+#include "scene/beam.h"
 #include "scene/file.h"
 #include "scene/number.h"
 #include "scene/parameter.h"
@@ -37,7 +38,8 @@ static void write_version(kt_emitter *e, const kt_field *field, const void *obje
 
 static const kt_kind kind_version = {.read = read_version, .write = write_version};
 
-/* Reads nothing: parameters are read before anything else is. They are written as the numbers that they stand for. */
+/* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, and the bodies
+ * and effects, that they stand for. */
 static bool same_parameters(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)object;
@@ -58,6 +60,7 @@ static const kt_field fields[] = {
     {.key = "parameters", .kind = &kind_parameters},
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
+    {.key = "beams", .kind = &kind_parameters},
     {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
@@ -203,6 +206,7 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     if (!check_version(r, r->root))
         return;
     kt_parameters_read(r);
+    kt_beams_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)
