@@ -57,12 +57,14 @@ typedef struct kt_robot_options {
  *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
  *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.
  *     Positions are MuJoCo's. A body without joints is fixed, or `floating` if it is the world's.
- *   - Masses and inertias are those of <inertial>, else of the geoms; then come the settings of <compiler>.
+ *   - Masses and inertias are those of <inertial>, else of the geoms, meshes in files among them; then come the
+ * settings
+ *     of <compiler>.
  *   - stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects, equalities loops (which
  *     are exact, not soft), named sites markers.
  *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
  *     sensors, cameras, polynomials of equalities beyond the linear term.
- *   - <include> reads files within the folder of `path` alone.
+ *   - <include> reads files within the folder of `path` alone; meshes may lie elsewhere.
  * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
  * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released
  * with kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to

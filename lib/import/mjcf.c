@@ -76,9 +76,14 @@ static void read_options(kt_mjcf *m) {
 
 static void note_masses(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
-    kt_note_put(n, &m->mesh_masses,
-                "bodies without <inertial> of whose geoms some are meshes, whose masses are left out: %d",
-                m->mesh_masses.count);
+    kt_note_put(
+        n, &m->mesh_masses,
+        "bodies whose mass lacks that of geoms that are meshes which are not known, or to which solids are fitted: %d",
+        m->mesh_masses.count);
+    kt_note_put(n, &m->mesh_files, "meshes that cannot be read: %d; the first: %s", m->mesh_files.count,
+                m->mesh_files.what);
+    kt_note_put(n, &m->mesh_rules, "meshes whose inertia is that of a hull or a shell in MuJoCo, taken as 'legacy': %d",
+                m->mesh_rules.count);
     kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
                 m->bounded.count);
     kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",
@@ -130,7 +135,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     note_forces(&n, m);
     kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
                 m->unnamed_sites.count);
-    kt_note_put(&n, &m->meshes, "meshes that are left out of pictures: %d", m->meshes.count);
+    kt_note_put(&n, &m->mesh_pictures, "meshes that are left out of pictures: %d", m->mesh_pictures.count);
     kt_note_put(&n, &m->pictures, "geoms that are left out of pictures, since a body has one shape: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",

@@ -3,6 +3,7 @@
 #define KT_IMPORT_MJCF_H
 
 #include "import/robot.h"
+#include "mesh/mesh.h"
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
@@ -87,6 +88,13 @@ typedef struct kt_mjcf_term {
     double coefficient;
 } kt_mjcf_term;
 
+/* What a mesh of <asset> encloses, at density 1, in the axes of its file. */
+typedef struct kt_mjcf_mesh {
+    const kt_element *element;
+    bool is_known;
+    kt_enclosed enclosed;
+} kt_mjcf_mesh;
+
 enum { KT_MJCF_CLASSES, KT_MJCF_BODIES, KT_MJCF_JOINTS, KT_MJCF_SITES, KT_MJCF_TENDONS, KT_MJCF_MESHES };
 
 typedef struct kt_mjcf {
@@ -104,7 +112,8 @@ typedef struct kt_mjcf {
     kt_names names;
     kt_namer bodies_named, effects_named, loops_named;
 
-    kt_list bodies, joints, sites, tendons, terms; /* bodies[0] is the world */
+    kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
+    bool geoms_have_mass;                                  /* of the body whose geoms are read */
     int nq, nv;
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is asked for */
     int ctrl_count;
@@ -113,7 +122,8 @@ typedef struct kt_mjcf {
     kt_list body_elements, loop_elements, effect_elements;
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
-    kt_left limits, contacts, pictures, meshes, offsets, several, mocap, soft, inactive, keys, tied, lost_limits, freed;
+    kt_left limits, contacts, pictures, mesh_pictures, mesh_files, mesh_rules, offsets, several, mocap, soft, inactive,
+        keys, tied, lost_limits, freed;
     kt_left mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos, motors,
         fixed_bodies;
 } kt_mjcf;
@@ -168,6 +178,12 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
  * <replicate>. */
 void kt_mjcf_expand(kt_mjcf *m);
 void kt_mjcf_replicate(kt_mjcf *m);
+
+/* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
+
+/* Reads the meshes of <asset>; what a mesh encloses, or NULL where that is not known. */
+void kt_mjcf_read_meshes(kt_mjcf *m);
+const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
 
 /* ---- mjcf_geom.c ------------------------------------------------------------------------------------------------- */
 

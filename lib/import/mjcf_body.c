@@ -159,6 +159,7 @@ void kt_mjcf_collect(kt_mjcf *m) {
     if (m->r->out_of_memory)
         return;
     name_bodies(m);
+    kt_mjcf_read_meshes(m);
     for (int i = 0; i < m->bodies.count; i++)
         kt_mjcf_masses(m, i);
     kt_mjcf_settle_masses(m);

@@ -28,6 +28,7 @@ typedef struct geom {
     kt_vec3 com;     /* body frame */
     kt_sym3 inertia; /* about com, body axes */
     bool is_lost;    /* a mesh, whose mass is not known */
+    const kt_enclosed *mesh;
 } geom;
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
@@ -75,7 +76,7 @@ static double volume_of(const geom *g) {
     case BOX:
         return 8.0 * a * b * c;
     default:
-        return 0.0;
+        return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
     }
 }
 
@@ -108,33 +109,49 @@ static kt_vec3 moments_of(const geom *g) {
 
 /* ---- geoms ------------------------------------------------------------------------------------------------------- */
 
-/* The mass that a geom gives to its body. */
-static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
-    const double volume = volume_of(g), group = kt_mjcf_number(m, e, "geom", "group", 0.0);
-    const double density = kt_mjcf_number(m, e, "geom", "density", 1000.0);
-    double mass = volume * density;
-    (void)kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass);
-    const bool counts = group >= m->settings.group_first && group <= m->settings.group_last;
-    g->is_lost = g->type == MESH && counts && (mass > 0.0 || density > 0.0);
-    if (!counts || !(volume > 0.0))
-        mass = 0.0;
-    if (mass < 0.0)
-        (void)kt_mjcf_fault(m, e, "the mass is below zero");
-    const kt_vec3 moments = kt_vec3_scale(mass, moments_of(g));
-    g->mass = mass;
-    g->com = g->pose.position;
+/* Whether a geom is one of those that have mass. */
+static bool counts(kt_mjcf *m, const kt_element *e) {
+    const double group = kt_mjcf_number(m, e, "geom", "group", 0.0);
+    return m->geoms_have_mass && group >= m->settings.group_first && group <= m->settings.group_last;
+}
+
+static void set_moments(geom *g, double volume) {
+    const kt_vec3 moments = kt_vec3_scale(g->mass, moments_of(g));
     g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
+    if (g->mesh == NULL)
+        return;
+    g->com = kt_pose_apply(g->pose, g->mesh->com);
+    g->inertia = kt_sym3_scaled(g->mass / volume, kt_sym3_rotate(g->pose.rotation, g->mesh->inertia));
+}
+
+/* The mass that a geom gives to its body. A mesh is read only where its mass is asked for. */
+static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
+    double mass = 0.0, density = kt_mjcf_number(m, e, "geom", "density", 1000.0);
+    const bool has_mass = kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass) == 1;
+    if (mass < 0.0 || density < 0.0)
+        (void)kt_mjcf_fault(m, e, "mass and density cannot be below zero");
+    if (!counts(m, e) || !((has_mass ? mass : density) > 0.0))
+        return;
+    if (g->type == MESH && !is_fitted)
+        g->mesh = kt_mjcf_find_mesh(m, e);
+    const double volume = volume_of(g);
+    g->is_lost = g->type == MESH && !(volume > 0.0);
+    if (!(volume > 0.0))
+        return;
+    g->mass = has_mass ? mass : density * volume;
+    set_moments(g, volume);
 }
 
 static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
     geom g = {.type = (geom_type)kt_mjcf_choice(m, e, "geom", "type", geom_words, SPHERE)};
     g.pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom"));
     g.com = g.pose.position;
-    if (kt_mjcf_text(m, e, "geom", "mesh") != NULL)
-        g.type = MESH;
+    const bool is_fitted = g.type != MESH && kt_mjcf_text(m, e, "geom", "mesh") != NULL;
+    if (is_fitted)
+        g.type = MESH; /* a solid that MuJoCo fits to the mesh */
     if (sizes_of(g.type, false) > 0)
         read_size(m, e, &g);
-    set_mass(m, e, &g);
+    set_mass(m, e, &g, is_fitted);
     return g;
 }
 
@@ -162,7 +179,7 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
         kt_left_count(&m->contacts, e);
     if (g->type == MESH)
-        kt_left_count(&m->meshes, e);
+        kt_left_count(&m->mesh_pictures, e);
     else if (body == 0 || !is_drawn || b->shape.type != KT_SHAPE_NONE)
         kt_left_count(&m->pictures, e);
     else
@@ -211,18 +228,14 @@ static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
 void kt_mjcf_masses(kt_mjcf *m, int body) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     const kt_element *inertial = body > 0 ? kt_xml_child(b->element, "inertial") : NULL;
+    const kt_mjcf_from_geom how = m->settings.from_geom;
+    m->geoms_have_mass = body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL));
     b->shape = kt_shape_default();
     kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
-    const kt_mjcf_from_geom how = m->settings.from_geom;
-    if (body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL))) {
+    if (m->geoms_have_mass)
         centre_geoms(m, b);
-    } else {
-        b->mass = 0.0;
-        b->com = kt_vec3_make(0.0, 0.0, 0.0);
-        b->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if (inertial != NULL)
-            read_inertial(m, inertial, b);
-    }
+    else if (inertial != NULL)
+        read_inertial(m, inertial, b);
 }
 
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */
@@ -272,10 +285,6 @@ static void balance(kt_mjcf *m, kt_mjcf_body *b) {
     kt_left_count(&m->balanced, b->element);
 }
 
-static kt_sym3 scaled(double s, kt_sym3 a) {
-    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
-}
-
 void kt_mjcf_settle_masses(kt_mjcf *m) {
     double total = 0.0;
     for (int i = 1; i < m->bodies.count; i++) {
@@ -296,6 +305,6 @@ void kt_mjcf_settle_masses(kt_mjcf *m) {
     for (int i = 1; i < m->bodies.count; i++) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         b->mass *= scale;
-        b->inertia = scaled(scale, b->inertia);
+        b->inertia = kt_sym3_scaled(scale, b->inertia);
     }
 }

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* ---- transmissions --------------------------------------------------------------------------------------------------- */
+/* ---- transmissions ----------------------------------------------------------------------------------------------- */
 
 /* A number that stands in an attribute `value`, or as text. Returns whether there is one. */
 static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
@@ -51,16 +51,12 @@ void kt_urdf_transmissions(kt_urdf *u) {
         read_transmission(u, e);
 }
 
-/* ---- masses of the options -------------------------------------------------------------------------------------------- */
-
-static kt_sym3 scaled(double s, kt_sym3 a) {
-    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
-}
+/* ---- masses of the options --------------------------------------------------------------------------------------- */
 
 /* A mass in place of a link's: its inertia grows as the mass does; one that has no mass takes that of its shape. */
 static void give_mass(kt_body *body, double mass) {
     if (body->mass > 0.0)
-        body->inertia = scaled(mass / body->mass, body->inertia);
+        body->inertia = kt_sym3_scaled(mass / body->mass, body->inertia);
     else if (body->shape.type != KT_SHAPE_NONE)
         body->com_of_shape = body->inertia_of_shape = true;
     body->mass = mass;

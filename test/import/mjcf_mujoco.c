@@ -240,6 +240,13 @@ KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) { compare_tree(MODEL
 
 KT_TEST(masses_follow_the_settings_of_the_compiler) { compare_tree(MODELS "/masses.xml", NULL, true, 1e-13); }
 
+/* MuJoCo 2.2.2 keeps vertices as single-precision numbers: 6e-8 of their size, several of which make an inertia. */
+KT_TEST(masses_of_meshes_are_those_that_mujoco_computes) { compare_tree(MODELS "/meshes.xml", NULL, false, 1e-6); }
+
+KT_TEST(masses_of_exact_meshes_are_those_that_mujoco_computes) {
+    compare_tree(MODELS "/exact_meshes.xml", NULL, false, 1e-6);
+}
+
 /* ---- fixed tendons and equalities -------------------------------------------------------------------------------- */
 
 static const char *name_of(const mjModel *m, int address) { return m->names + address; }

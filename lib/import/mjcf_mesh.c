@@ -1,0 +1,161 @@
+/* Meshes of MJCF, for the masses of bodies.
+ *
+ * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
+#include "import/mjcf.h"
+#include "scene/file.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The file's name, without the folder where the compiler strips paths. */
+static const char *file_of(const kt_mjcf *m, const kt_element *e) {
+    const char *file = kt_xml_attribute(e, "file");
+    const char *slash = file != NULL && m->settings.strip_path ? strrchr(file, '/') : NULL;
+    return slash != NULL ? slash + 1 : file;
+}
+
+static const char *path_of(kt_mjcf *m, const char *file) {
+    const char *folder = m->settings.mesh_folder != NULL ? m->settings.mesh_folder : "";
+    const char *base = file[0] == '/' || folder[0] == '/' ? "" : m->source->folder;
+    const size_t room = strlen(base) + strlen(folder) + strlen(file) + 3;
+    char *path = kt_pool_take(&m->r->scratch, room, 1);
+    if (path == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else if (file[0] == '/')
+        (void)snprintf(path, room, "%s", file);
+    else
+        (void)snprintf(path, room, "%s%s%s%s%s", base, base[0] != '\0' ? "/" : "", folder, folder[0] != '\0' ? "/" : "",
+                       file);
+    return path;
+}
+
+/* Counts a mesh that cannot be read, with the reason of the first. */
+static void miss(kt_mjcf *m, const kt_element *e, const kt_error *error) {
+    kt_phrase what = {.length = 0};
+    if (error->code == KT_ERROR_MEMORY) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    kt_phrase_add(&what, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    if (m->mesh_files.count == 0)
+        m->mesh_files.what = kt_pool_text(&m->r->scratch, what.text, strlen(what.text));
+    if (m->mesh_files.count == 0 && m->mesh_files.what == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    kt_left_count(&m->mesh_files, e);
+}
+
+static kt_status read_file(kt_mjcf *m, const char *file, kt_triangles *mesh, kt_error *error) {
+    char *text = NULL;
+    size_t size = 0;
+    if (m->source->folder == NULL)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
+    const char *path = path_of(m, file);
+    kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_triangles_parse(text, size, mesh, error);
+    if (status == KT_ERROR_SCENE)
+        (void)snprintf(error->where, sizeof error->where, "%.150s", path);
+    free(text);
+    return status;
+}
+
+/* Vertices and faces that stand in the model itself. */
+static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh, kt_error *error) {
+    const char *texts[2] = {kt_xml_attribute(e, "vertex"), kt_xml_attribute(e, "face")};
+    double *numbers[2];
+    int counts[2];
+    for (int i = 0; i < 2; i++) {
+        const size_t most = texts[i] != NULL ? strlen(texts[i]) / 2 + 1 : 0;
+        numbers[i] = kt_pool_take(&m->r->scratch, most + 1, sizeof **numbers);
+        if (numbers[i] == NULL)
+            return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
+        counts[i] = texts[i] != NULL ? kt_parse_numbers(texts[i], (int)most, numbers[i]) : 0;
+        if (counts[i] <= 0 || counts[i] % 3 != 0)
+            return kt_error_set(error, KT_ERROR_SCENE, "", "it has no file, and no list of %s, three numbers each",
+                                i == 0 ? "vertices" : "faces");
+    }
+    return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
+}
+
+/* How its volume is summed; the mesh's own setting comes before the compiler's. */
+static kt_volume_rule rule_of(kt_mjcf *m, const kt_element *e) {
+    static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
+    const int rule = kt_mjcf_choice(m, e, "mesh", "inertia", words, m->settings.exact_meshes);
+    if (rule > 1)
+        kt_left_count(&m->mesh_rules, e);
+    return rule == 1 ? KT_VOLUME_SIGNED : KT_VOLUME_ABSOLUTE;
+}
+
+static void place(kt_mjcf *m, const kt_element *e, kt_triangles *mesh) {
+    const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0), one = kt_vec3_make(1.0, 1.0, 1.0);
+    kt_pose frame = {.rotation = kt_mat3_identity(), .position = kt_mjcf_vector(m, e, "mesh", "refpos", zero)};
+    double v[4];
+    if (kt_mjcf_numbers(m, e, "mesh", "refquat", 4, 4, v) == 4) {
+        const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
+        if (kt_quat_norm_squared(q) > 0.0)
+            frame.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+    }
+    kt_triangles_place(mesh, frame, kt_mjcf_vector(m, e, "mesh", "scale", one));
+}
+
+/* A mesh without a name has that of its file, without folder and ending. */
+static const char *name_of(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name"), *file = file_of(m, e);
+    if (name != NULL || file == NULL)
+        return name;
+    const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
+    name = kt_pool_text(&m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    return name;
+}
+
+static void add_mesh(kt_mjcf *m, const kt_element *e) {
+    const char *name = name_of(m, e);
+    if (name != NULL && kt_names_add(&m->names, KT_MJCF_MESHES, name, m->meshes.count) >= 0)
+        (void)kt_mjcf_fault(m, e, "there is another mesh of this name; each needs one of its own");
+    kt_mjcf_mesh *mesh = kt_list_add(m->r, &m->r->scratch, &m->meshes, sizeof *mesh);
+    if (mesh != NULL)
+        mesh->element = e;
+}
+
+void kt_mjcf_read_meshes(kt_mjcf *m) {
+    for (const kt_element *e = kt_mjcf_section(m, "asset", NULL); e != NULL && !m->r->out_of_memory;
+         e = kt_mjcf_section(m, "asset", e))
+        if (strcmp(e->name, "mesh") == 0)
+            add_mesh(m, e);
+}
+
+/* Reads a mesh, once. */
+static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
+    const kt_element *e = mesh->element;
+    const char *file = file_of(m, e);
+    kt_triangles triangles = {.vertices = NULL};
+    kt_error error = {0};
+    const kt_status status =
+        file != NULL ? read_file(m, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
+    if (status == KT_OK) {
+        place(m, e, &triangles);
+        mesh->enclosed = kt_triangles_enclosed(&triangles, rule_of(m, e));
+        kt_triangles_free(&triangles);
+    } else {
+        error.code = status;
+        miss(m, e, &error);
+    }
+}
+
+const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
+    const char *name = kt_mjcf_text(m, geom, "geom", "mesh");
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_MESHES, name) : -1;
+    if (index < 0) {
+        (void)kt_mjcf_fault(m, geom, "mesh %s does not exist",
+                            name != NULL ? kt_name_quote(name).text : "without a name");
+        return NULL;
+    }
+    kt_mjcf_mesh *mesh = (kt_mjcf_mesh *)m->meshes.items + index;
+    if (!mesh->is_known)
+        read_mesh(m, mesh);
+    mesh->is_known = true;
+    return mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+}

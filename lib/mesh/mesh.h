@@ -1,0 +1,53 @@
+/* Surfaces of triangles, from files as robots bring them, and the mass of what they enclose. */
+#ifndef KT_MESH_MESH_H
+#define KT_MESH_MESH_H
+
+#include "kinetree/algebra.h"
+
+#include <stddef.h>
+
+typedef struct kt_triangle {
+    int corner[3]; /* vertices, counterclockwise from outside */
+} kt_triangle;
+
+/* Belongs to the caller; a struct of zeros is empty. */
+typedef struct kt_triangles {
+    kt_vec3 *vertices;
+    kt_triangle *triangles;
+    int vertex_count, triangle_count;
+} kt_triangles;
+
+enum { KT_TRIANGLES_MOST = 1 << 24 };
+
+/* Reads STL (binary or text), OBJ, or MuJoCo's MSH. Text is of the format that its contents show; what is neither a
+ * solid of STL nor has the length of a binary STL or MSH is read as OBJ, whose polygons are divided into triangles and
+ * whose materials, normals and textures are passed over. On success *mesh is released with kt_triangles_free; on
+ * failure it is untouched. Errors: KT_ERROR_SCENE (what is wrong, in words), KT_ERROR_MEMORY. O(size). */
+kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error);
+
+/* Vertices and triangles from lists of numbers, three each; vertices are shared. */
+kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
+                            kt_triangles *mesh, kt_error *error);
+void kt_triangles_free(kt_triangles *mesh);
+
+/* x <- R' (x - origin), each component then times its scale. */
+void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale);
+
+/* How the tetrahedra under triangles are summed. */
+typedef enum kt_volume_rule {
+    KT_VOLUME_SIGNED,   /* exactly: the surface is closed, its triangles outwards */
+    KT_VOLUME_ABSOLUTE, /* each as positive, seen from the surface's centroid: MuJoCo's `legacy` */
+} kt_volume_rule;
+
+/* What a surface encloses, at density 1. */
+typedef struct kt_enclosed {
+    double volume;
+    kt_vec3 com;
+    kt_sym3 inertia; /* about com */
+} kt_enclosed;
+
+/* Volume, centroid and inertia of the enclosed. The volume may not be above zero: then the surface encloses nothing.
+ * O(triangles). */
+kt_enclosed kt_triangles_enclosed(const kt_triangles *mesh, kt_volume_rule rule);
+
+#endif

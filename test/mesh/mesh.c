@@ -1,0 +1,141 @@
+/* Files of triangles, and what surfaces enclose: closed forms of a box and a tetrahedron, in each of the formats. */
+#include "check.h"
+
+#include "mesh/mesh.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double corners[4][3] = {{0.5, 0.25, 1.0}, {2.5, 0.25, 1.0}, {0.5, 3.25, 1.0}, {0.5, 0.25, 5.0}};
+static const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+
+/* The tetrahedron with edges a, b, c along the axes from the first corner: V = a b c / 6, its centroid a quarter of each
+ * edge away, and Ixx = V (3/80) (b^2 + c^2), Ixy = V a b / 80 about it. */
+static void check_tetrahedron(const char *what, const kt_triangles *mesh, kt_volume_rule rule) {
+    const double a = 2.0, b = 3.0, c = 4.0, v = 4.0;
+    const kt_enclosed e = kt_triangles_enclosed(mesh, rule);
+    const double seen[] = {e.volume,     e.com.x,      e.com.y,      e.com.z,      e.inertia.xx,
+                           e.inertia.yy, e.inertia.zz, e.inertia.xy, e.inertia.xz, e.inertia.yz};
+    const double expected[] = {v,
+                               0.5 + a / 4.0,
+                               0.25 + b / 4.0,
+                               1.0 + c / 4.0,
+                               0.0375 * v * (b * b + c * c),
+                               0.0375 * v * (a * a + c * c),
+                               0.0375 * v * (a * a + b * b),
+                               v * a * b / 80.0,
+                               v * a * c / 80.0,
+                               v * b * c / 80.0};
+    kt_note("%s", what);
+    kt_check_equal_int("triangles", mesh->triangle_count, 4);
+    for (int i = 0; i < 10; i++)
+        kt_check_near("volume, centroid, inertia", seen[i], expected[i], 32.0 * DBL_EPSILON * fmax(1.0, expected[i]));
+}
+
+static bool parse(const char *text, size_t size, kt_triangles *mesh) {
+    kt_error error = {0};
+    const kt_status status = kt_triangles_parse(text, size, mesh, &error);
+    if (status != KT_OK)
+        kt_note("%s", error.message);
+    return kt_check_equal_int("status", status, KT_OK);
+}
+
+static void put_number(char *to, double value) {
+    const float x = (float)value; /* all of the corners are exact */
+    memcpy(to, &x, sizeof x);
+}
+
+static size_t write_binary_stl(char *text) {
+    const uint32_t count = 4;
+    memset(text, 0, 84 + 200);
+    memcpy(text, "solid, as some writers begin it", 31);
+    memcpy(text + 80, &count, 4);
+    for (int f = 0; f < 4; f++)
+        for (int k = 0; k < 9; k++)
+            put_number(text + 84 + 50 * f + 12 + 4 * k, corners[faces[f][k / 3]][k % 3]);
+    return 84 + 200;
+}
+
+static size_t write_text_stl(char *text) {
+    size_t length = (size_t)sprintf(text, "solid part\r\n");
+    for (int f = 0; f < 4; f++) {
+        length += (size_t)sprintf(text + length, "facet normal 0 0 0\n outer loop\n");
+        for (int k = 0; k < 3; k++)
+            length += (size_t)sprintf(text + length, "  vertex %g %g %e\n", corners[faces[f][k]][0],
+                                      corners[faces[f][k]][1], corners[faces[f][k]][2]);
+        length += (size_t)sprintf(text + length, " endloop\nendfacet\n");
+    }
+    return length + (size_t)sprintf(text + length, "endsolid");
+}
+
+static size_t write_msh(char *text) {
+    const uint32_t head[4] = {4, 0, 0, 4};
+    memcpy(text, head, 16);
+    for (int k = 0; k < 12; k++)
+        put_number(text + 16 + 4 * k, corners[k / 3][k % 3]);
+    memcpy(text + 64, faces, 48);
+    return 112;
+}
+
+static const char obj[] =
+    "# a part\nmtllib m.mtl\nv 0.5 0.25 1\nv 2.5 0.25 1 1.0\n\tv 0.5 3.25 1\nv 0.5 0.25 5\nvn 0 0 1\n"
+    "vt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\nf -4//1 -1//1 -2//1\r\nf 2 3 4";
+
+KT_TEST(every_format_gives_the_same_tetrahedron) {
+    static char text[4000];
+    kt_triangles mesh;
+    static size_t (*const writers[])(char *) = {write_binary_stl, write_text_stl, write_msh};
+    static const char *const names[] = {"binary STL", "STL in text", "MSH"};
+    for (int i = 0; i < 3; i++)
+        if (parse(text, writers[i](text), &mesh)) {
+            check_tetrahedron(names[i], &mesh, KT_VOLUME_SIGNED);
+            kt_triangles_free(&mesh);
+        }
+    if (parse(obj, sizeof obj - 1, &mesh)) {
+        check_tetrahedron("OBJ", &mesh, KT_VOLUME_SIGNED);
+        check_tetrahedron("OBJ, volumes without signs", &mesh, KT_VOLUME_ABSOLUTE);
+        kt_triangles_free(&mesh);
+    }
+}
+
+/* A box of polygons: I = m (b^2 + c^2) / 12; turned inside out it encloses nothing. */
+KT_TEST(polygons_are_divided_and_inside_out_encloses_nothing) {
+    static const char box[] = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nv 0 0 4\nv 2 0 4\nv 2 3 4\nv 0 3 4\n"
+                              "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    kt_triangles mesh;
+    if (!parse(box, sizeof box - 1, &mesh))
+        return;
+    const kt_enclosed e = kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED);
+    kt_check_near("volume", e.volume, 24.0, 1e-13);
+    kt_check_near("inertia", e.inertia.xx, 24.0 * (9.0 + 16.0) / 12.0, 1e-12);
+    kt_check_near("product", e.inertia.xy, 0.0, 1e-12);
+    kt_triangles_place(&mesh, kt_pose_identity(), kt_vec3_make(1.0, 1.0, -0.5));
+    kt_check_near("mirrored and half as high", kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED).volume, -12.0, 1e-13);
+    kt_check_near("without signs", kt_triangles_enclosed(&mesh, KT_VOLUME_ABSOLUTE).volume, 12.0, 1e-13);
+    kt_triangles_free(&mesh);
+}
+
+KT_TEST(what_is_no_mesh_is_told) {
+    static const char *const table[][2] = {
+        {"", "there is no triangle in the mesh"},
+        {"v 0 0 0\n", "there is no triangle in the mesh"},
+        {"v 0 0\n", "a vertex of the mesh has less than three numbers"},
+        {"v 0 0 0\nf 1 2 3\n", "a face of the mesh names a vertex that is not there"},
+        {"v 0 0 0\nf 1 -9 0\n", "a face of the mesh names a vertex that is not there"},
+        {"v 1e999 0 0\n", "a vertex of the mesh is not finite"},
+        {"solid\nvertex 1 2\n", "a vertex of the mesh has less than three numbers"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_triangles mesh;
+        kt_error error = {0};
+        kt_check_equal_int("status", kt_triangles_parse(table[i][0], strlen(table[i][0]), &mesh, &error),
+                           KT_ERROR_SCENE);
+        kt_check_text(table[i][0], error.message, table[i][1]);
+    }
+    kt_error error = {0};
+    kt_triangles mesh;
+    kt_check_equal_int("bytes", kt_triangles_parse("\0\1\2", 3, &mesh, &error), KT_ERROR_SCENE);
+}
