@@ -219,7 +219,7 @@ int main(int argc, char **argv) {
     p.socket = socket(AF_INET, SOCK_DGRAM, 0);
     if (p.socket < 0 || bind(p.socket, (struct sockaddr *)&own, sizeof own) != 0 ||
         getsockname(p.socket, (struct sockaddr *)&own, &length) != 0)
-        return perror("hil: the port cannot be had"), 1;
+        return perror("hil: the port cannot be opened"), 1;
     printf("port %u\n", (unsigned)ntohs(own.sin_port));
     fflush(stdout);
     plan.integrator = "rk4";

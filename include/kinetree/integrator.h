@@ -4,7 +4,7 @@
  *
  * A method is a constant struct of coefficients, kt_method. An integrator lives in the caller's memory and allocates
  * nothing; it owns the current time and state, and what the step-size control remembers. Two threads may use two
- * integrators at once, never one. Equal inputs give equal bits, on every instruction-set level.
+ * integrators at once, never one. Equal inputs give equal bits, on every instruction set.
  *
  *     kt_integrator_options options = kt_integrator_options_default();
  *     options.relative_tolerance = 1e-8;
@@ -155,8 +155,8 @@ KT_API int kt_method_count(void);
 /* The built-in method at 0 <= index < kt_method_count(), by rising order; NULL outside. Static storage. */
 KT_API const kt_method *kt_method_at(int index);
 
-/* The built-in method of this name, as in scene files ("implicit-euler") or as in KT_METHOD_LIST ("implicit_euler"); NULL
- * if there is none. Static storage. */
+/* The built-in method of this name, as in scene files ("implicit-euler") or as in KT_METHOD_LIST ("implicit_euler");
+ * NULL if there is none. Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
 /* The names of the built-in methods, or of the adaptive ones among them, in one line: "euler, midpoint, heun". Writes
@@ -422,7 +422,8 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * Errors: KT_ERROR_ARGUMENT (not started, t_limit is NaN or the current time), KT_ERROR_NOT_FINITE (a slope or the
  * new state is not finite: at once in fixed mode, at the current state in either mode), KT_ERROR_STEP (the step
  * became too small, max_steps are used up, or there is no progress: 10,000 tries that have gone less than 1e-6 of the
- * larger of |t| and |t_limit|, or five times in a row less than 1e-5 of it), KT_ERROR_CALLBACK (a callback stopped, or failed recoverably where the step is fixed).
+ * larger of |t| and |t_limit|, or five times in a row less than 1e-5 of it), KT_ERROR_CALLBACK (a callback stopped, or
+ * failed recoverably where the step is fixed).
  *
  * Stabilised (rkc2, rkc4): where the step is fixed it may need more stages than there are: KT_ERROR_STEP, and an
  * adaptive step is kept so short that it does not. How fast the right-hand side decays is estimated by differences, at

@@ -53,9 +53,9 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  * singular position of the loops, where equations become dependent for an instant, the acceleration may be interpolated
  * from six neighbouring states, three on each side along the motion, so that the motion passes through smoothly, if
  * that is more accurate than to compute it directly, and the path does not bend between them (kt_data_crossings tells);
- * this takes up to 8 x 6 + 2 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a caller's
- * own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK; a is then untouched. Cost: O(bodies) + O(coordinates^3) of each group
- * that is reduced by one dense matrix. */
+ * this takes up to 8 x 6 + 2 further evaluations and projections. Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; of a
+ * caller's own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK; a is then untouched. Cost: O(bodies) + O(coordinates^3) of
+ * each group that is reduced by one dense matrix. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
@@ -234,9 +234,9 @@ typedef struct kt_effect_load {
  * sensor reading): the force of a contact or a spring, the torque of a motor. effect is its index in the description. A
  * contact's force acts at the sphere's lowest point, so its wrench about the centre has a moment, too. Positions are
  * those in the world: far from its origin a wrench loses digits that kt_acceleration_evaluate keeps. Allocates nothing.
- * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect; KT_ERROR_ARGUMENT for an effect
- * that there is not, and for one with ends if the data hold the kinematics of another q or v; *load is then untouched.
- * O(nq + log effects). */
+ * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect; KT_ERROR_ARGUMENT for an
+ * effect that there is not, and for one with ends if the data hold the kinematics of another q or v; *load is then
+ * untouched. O(nq + log effects). */
 KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                                const double *v, int effect, kt_effect_load *load, kt_error *error);
 
@@ -250,15 +250,15 @@ KT_API kt_effect_type kt_effect_type_of(const kt_model *model, int effect);
 KT_API int kt_effect_body(const kt_model *model, int effect, int end);
 
 /* What can be recorded of an effect: the number of its quantities, and one of them (KT_QUANTITY_COUNT: there is none).
- * These are those of its type (kt_descriptor.quantities); of a caller's own effect those of its joint, its wrench, or its
- * line. Whether its joint slides, which decides their names and units (kt_quantity_name). O(log effects). */
+ * These are those of its type (kt_descriptor.quantities); of a caller's own effect those of its joint, its wrench, or
+ * its line. Whether its joint slides, which decides their names and units (kt_quantity_name). O(log effects). */
 KT_API int kt_effect_quantity_count(const kt_model *model, int effect);
 KT_API kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k);
 KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);
 
 /* Computes all quantities of all effects at (t, q, v), effect by effect in the description's order: as many numbers as
- * kt_effect_quantity_count sums up to. NaN where a callback cannot tell its force. Arguments and precision are those of
- * kt_effect_evaluate. Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v; values are then untouched.
+ * kt_effect_quantity_count sums up to. NaN where a callback cannot compute its force. Arguments and precision are those
+ * of kt_effect_evaluate. Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v; values are then untouched.
  * O(nq + effects log effects). */
 KT_API KT_CHECKED kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t,
                                                           const double *q, const double *v, double *values,

@@ -18,7 +18,8 @@ static kt_quat quat_from_cgr(kt_vec3 g) { return kt_quat_normalize(kt_quat_make(
 kt_mat3 kt_matrix_from_cgr(kt_vec3 g) { return kt_matrix_from_quat(quat_from_cgr(g)); }
 
 kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error) {
-    KT_REQUIRE(error, cgr);
+    if (KT_IS_MISSING(error, cgr))
+        return KT_ERROR_ARGUMENT;
     if (!kt_mat3_is_finite(rotation))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the rotation matrix has an entry that is not finite");
     const kt_quat q = kt_quat_from_matrix(rotation);

@@ -102,7 +102,8 @@ static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
 }
 
 kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error) {
-    KT_REQUIRE(error, rotation);
+    if (KT_IS_MISSING(error, rotation))
+        return KT_ERROR_ARGUMENT;
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status == KT_OK)
@@ -111,7 +112,8 @@ kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, 
 }
 
 kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular, kt_error *error) {
-    KT_REQUIRE(error, angles);
+    if (KT_IS_MISSING(error, angles))
+        return KT_ERROR_ARGUMENT;
     axes a;
     if (!axes_of(sequence, &a))
         return unknown_sequence(sequence, error);
@@ -136,7 +138,8 @@ static kt_mat3 map_of(const axes *a, kt_vec3 angles) {
 }
 
 kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *error) {
-    KT_REQUIRE(error, map);
+    if (KT_IS_MISSING(error, map))
+        return KT_ERROR_ARGUMENT;
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status == KT_OK)
@@ -145,7 +148,8 @@ kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *err
 }
 
 kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, kt_error *error) {
-    KT_REQUIRE(error, inverse);
+    if (KT_IS_MISSING(error, inverse))
+        return KT_ERROR_ARGUMENT;
     axes a;
     const kt_status status = check(sequence, angles, &a, error);
     if (status != KT_OK)
@@ -192,7 +196,8 @@ kt_mat3 kt_rpy_map(kt_vec3 rpy) {
 }
 
 kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error) {
-    KT_REQUIRE(error, inverse);
+    if (KT_IS_MISSING(error, inverse))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_euler_map_inverse(321, backwards(rpy), inverse, error);
     if (status == KT_OK) {
         inverse->x = backwards(inverse->x);

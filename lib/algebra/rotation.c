@@ -117,7 +117,8 @@ static kt_status from_matrix(const double *v, kt_mat3 *rotation, kt_error *error
 }
 
 kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation, kt_error *error) {
-    KT_REQUIRE(error, description, rotation);
+    if (KT_IS_MISSING(error, description, rotation))
+        return KT_ERROR_ARGUMENT;
     if (description == NULL || rotation == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "no rotation was given, or no place for its matrix");
     const int type = (int)description->type;

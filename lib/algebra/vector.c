@@ -73,7 +73,8 @@ kt_mat3 kt_euler_vector_map(kt_vec3 theta) {
 }
 
 kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error *error) {
-    KT_REQUIRE(error, inverse);
+    if (KT_IS_MISSING(error, inverse))
+        return KT_ERROR_ARGUMENT;
     if (!kt_vec3_is_finite(theta))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the Euler vector [%g, %g, %g] is not finite", theta.x,
                             theta.y, theta.z);
@@ -97,7 +98,8 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
 }
 
 kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error) {
-    KT_REQUIRE(error, rotation);
+    if (KT_IS_MISSING(error, rotation))
+        return KT_ERROR_ARGUMENT;
     if (!kt_vec3_is_finite(axis) || !isfinite(angle))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "axis [%g, %g, %g] or angle %g is not finite", axis.x,
                             axis.y, axis.z, angle);
@@ -129,7 +131,8 @@ kt_vec3 kt_axis_angle_angular_world(kt_vec3 n, double angle, kt_vec3 axis_rate, 
 
 kt_status kt_axis_angle_rate_world(kt_vec3 n, double angle, kt_vec3 omega, kt_vec3 *axis_rate, double *angle_rate,
                                    kt_error *error) {
-    KT_REQUIRE(error, axis_rate, angle_rate);
+    if (KT_IS_MISSING(error, axis_rate, angle_rate))
+        return KT_ERROR_ARGUMENT;
     if (!kt_vec3_is_finite(n) || !isfinite(angle) || !kt_vec3_is_finite(omega))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL,
                             "axis [%g, %g, %g], angle %g or angular velocity [%g, %g, %g] is not finite", n.x, n.y, n.z,

@@ -477,7 +477,8 @@ static kt_status run_from(search *s, const double *given, int most, kt_equilibri
 
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
                               const double *tau, kt_equilibrium *found, kt_error *error) {
-    KT_REQUIRE(error, l, q || !l->model->n.q);
+    if (KT_IS_MISSING(error, l, q || !l->model->n.q))
+        return KT_ERROR_ARGUMENT;
     const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
     search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest};
     kt_linear_system system = {0};

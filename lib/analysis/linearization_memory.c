@@ -89,7 +89,8 @@ size_t kt_linearization_size(const kt_model *model, const kt_linearization_optio
 
 kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options, void *memory,
                                 size_t size, kt_linearization **linearization, kt_error *error) {
-    KT_REQUIRE(error, model, linearization);
+    if (KT_IS_MISSING(error, model, linearization))
+        return KT_ERROR_ARGUMENT;
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
     kt_status status = check_options(model, &settings, error);
     if (status != KT_OK)
@@ -122,7 +123,8 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
 
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
-    KT_REQUIRE(error, model, linearization);
+    if (KT_IS_MISSING(error, model, linearization))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_linearization_size(model, options);
     void *memory = kt_arena_allocate(size, "a linearisation", error);
     return memory == NULL

@@ -393,7 +393,8 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
 
 kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                     kt_error *error) {
-    KT_REQUIRE(error, l, q || !l->model->n.q);
+    if (KT_IS_MISSING(error, l, q || !l->model->n.q))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : l->model->zero;
     const kt_system_arrays *out = &l->arrays[l->next];
     kt_linear_system system = {0};

@@ -201,7 +201,8 @@ size_t kt_mode_watch_size(const kt_model *model) {
 }
 
 kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch, kt_error *error) {
-    KT_REQUIRE(error, model, watch);
+    if (KT_IS_MISSING(error, model, watch))
+        return KT_ERROR_ARGUMENT;
     kt_status status =
         kt_arena_begin("kt_mode_watch_init", "kt_mode_watch_size", memory, size, kt_mode_watch_size(model), error);
     if (status != KT_OK)
@@ -220,7 +221,8 @@ kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, k
 }
 
 kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error) {
-    KT_REQUIRE(error, model, watch);
+    if (KT_IS_MISSING(error, model, watch))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_mode_watch_size(model);
     void *memory = kt_arena_allocate(size, "a watch on modes", error);
     return memory == NULL ? KT_ERROR_MEMORY

@@ -195,7 +195,8 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
-    KT_REQUIRE(error, m, system);
+    if (KT_IS_MISSING(error, m, system))
+        return KT_ERROR_ARGUMENT;
     const size_t n = (size_t)system->states, nv = m->n / 2;
     double norm = 0.0;
     if ((size_t)system->coordinates != nv || n > m->n)
@@ -238,7 +239,8 @@ KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n)
 size_t kt_modes_size(const kt_model *model) { return model ? lay_out(NULL, 2 * (size_t)kt_model_nv(model)) : 0; }
 
 kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
-    KT_REQUIRE(error, model, modes);
+    if (KT_IS_MISSING(error, model, modes))
+        return KT_ERROR_ARGUMENT;
     const kt_status status =
         kt_arena_begin("kt_modes_init", "kt_modes_size", memory, size, kt_modes_size(model), error);
     if (status != KT_OK)
@@ -250,7 +252,8 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
 }
 
 kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error) {
-    KT_REQUIRE(error, model, modes);
+    if (KT_IS_MISSING(error, model, modes))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_modes_size(model);
     void *memory = kt_arena_allocate(size, "modes", error);
     return memory == NULL ? KT_ERROR_MEMORY : kt_arena_own(memory, kt_modes_init(model, memory, size, modes, error));

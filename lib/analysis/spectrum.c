@@ -51,7 +51,8 @@ static bool measure_moves(const double *shape, const double *unit, size_t nv, do
 
 kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v, const double *tau,
                           kt_error *error) {
-    KT_REQUIRE(error, spectrum);
+    if (KT_IS_MISSING(error, spectrum))
+        return KT_ERROR_ARGUMENT;
     const size_t nv = spectrum->size.nv;
     if ((size_t)spectrum->samples >= spectrum->size.samples)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %zu states", spectrum->size.samples);
@@ -97,7 +98,8 @@ static kt_run run_of(const kt_run *run) {
 enum { STEPS_MAX = 2000000 };
 
 kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error) {
-    KT_REQUIRE(error, spectrum, run);
+    if (KT_IS_MISSING(error, spectrum, run))
+        return KT_ERROR_ARGUMENT;
     const kt_run adaptive = run_of(run);
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
@@ -263,7 +265,8 @@ size_t kt_spectrum_size(const kt_model *model, int samples) {
 
 kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size, kt_spectrum **spectrum,
                            kt_error *error) {
-    KT_REQUIRE(error, model, spectrum);
+    if (KT_IS_MISSING(error, model, spectrum))
+        return KT_ERROR_ARGUMENT;
     const kt_spectrum_sizes sizes = measure(model, samples);
     const kt_linearization_options options = nothing_besides();
     if (sizes.samples == 0)
@@ -286,7 +289,8 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
 }
 
 kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum, kt_error *error) {
-    KT_REQUIRE(error, model, spectrum);
+    if (KT_IS_MISSING(error, model, spectrum))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_spectrum_size(model, samples);
     void *memory = kt_arena_allocate(size, "a spectrum", error);
     return memory == NULL ? KT_ERROR_MEMORY

@@ -3,11 +3,11 @@
 
 #include <string.h>
 
-kt_status kt_require_refuse(kt_error *error, const char *call, const char *conditions, int number) {
+void kt_missing_report(kt_error *error, const char *call, const char *conditions, int number) {
     const char *name = conditions;
     while (number-- > 1)
         name = strchr(name, ',') + 1;
     name += strspn(name, " ");
-    return kt_error_set(error, KT_ERROR_ARGUMENT, call, "'%.*s' is NULL; it must be given", (int)strcspn(name, " ,-.>"),
-                        name);
+    (void)kt_error_set(error, KT_ERROR_ARGUMENT, call, "'%.*s' is NULL; it must be given", (int)strcspn(name, " ,-.>"),
+                       name);
 }

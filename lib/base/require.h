@@ -1,8 +1,9 @@
 /* What a public call requires of its arguments before it reads through them.
  *
- *     KT_REQUIRE(error, model, q || !model->n.q, columns);
+ *     if (KT_IS_MISSING(error, model, q || !model->n.q, columns))
+ *         return KT_ERROR_ARGUMENT;
  *
- * returns KT_ERROR_ARGUMENT from the function where one of the conditions is false; the message names the first such
+ * is true where one of the conditions is false, and *error is then filled: the message names the first such
  * argument, the word that the condition begins with. They are evaluated in order, so that a condition may read through
  * a pointer that an earlier one requires. An array without numbers may be NULL: `q || !model->n.q`. Where all hold,
  * nothing is called.
@@ -12,6 +13,7 @@
 
 #include "base/inner.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* The number of the first condition that is false, from 1; 0: none. */
@@ -25,15 +27,16 @@
 #define KT_FALSE(...)                                                                                                  \
     KT_FALSE_OF(__VA_ARGS__, KT_FALSE_6, KT_FALSE_5, KT_FALSE_4, KT_FALSE_3, KT_FALSE_2, KT_FALSE_1, )(__VA_ARGS__)
 
-#define KT_REQUIRE(error, ...)                                                                                         \
-    do {                                                                                                               \
-        const int kt_false = KT_FALSE(__VA_ARGS__);                                                                    \
-        if (kt_false)                                                                                                  \
-            return kt_require_refuse(error, __func__, #__VA_ARGS__, kt_false);                                         \
-    } while (0)
+#define KT_IS_MISSING(error, ...) kt_is_missing(error, __func__, #__VA_ARGS__, KT_FALSE(__VA_ARGS__))
 
-/* Returns the error of a condition of the list that is false. */
-KT_INNER KT_CHECKED kt_status kt_require_refuse(kt_error *error, const char *call, const char *conditions, int number);
+/* Fills the error of a condition of the list that is false: its number, from 1. */
+KT_INNER void kt_missing_report(kt_error *error, const char *call, const char *conditions, int number);
+
+static inline bool kt_is_missing(kt_error *error, const char *call, const char *conditions, int number) {
+    if (number > 0)
+        kt_missing_report(error, call, conditions, number);
+    return number > 0;
+}
 
 /* Whether `index` is one of `count`. */
 #define KT_IS_INDEX(index, count) ((index) >= 0 && (size_t)(index) < (size_t)(count))

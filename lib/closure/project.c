@@ -181,10 +181,11 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
     if (status != KT_OK)
         return status;
     (void)kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation);
-    return kt_open_loops_error(model, data, t,
-                               "the loops are too far open to be closed again in one go (smaller steps may help); open "
-                               "are",
-                               false, error);
+    return kt_open_loops_error(
+        model, data, t,
+        "the loops are too far open to be closed again in one step (smaller steps may help); open "
+        "are",
+        false, error);
 }
 
 static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closure closure, const kt_input *input,

@@ -223,7 +223,8 @@ static void check_all(kt_checker *checker) {
 }
 
 kt_status kt_description_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
-    KT_REQUIRE(error, description);
+    if (KT_IS_MISSING(error, description))
+        return KT_ERROR_ARGUMENT;
     if (description == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_description_check", "description is NULL");
     kt_checker checker = kt_checker_make(description, report, user);

@@ -48,7 +48,8 @@ static void note_fault(void *user, const kt_place *place, const kt_error *error)
 }
 
 kt_status kt_model_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
-    KT_REQUIRE(error, description);
+    if (KT_IS_MISSING(error, description))
+        return KT_ERROR_ARGUMENT;
     others o = {.description = description};
     if (!description)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_check", "description is NULL");

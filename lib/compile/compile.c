@@ -34,7 +34,8 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
 
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
-    KT_REQUIRE(error, description, model);
+    if (KT_IS_MISSING(error, description, model))
+        return KT_ERROR_ARGUMENT;
     const kt_model_options defaults = kt_model_options_default();
     const kt_model_options *settings = options ? options : &defaults;
     kt_model *tree = NULL;

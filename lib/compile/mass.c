@@ -256,7 +256,8 @@ static kt_vec3 solid_centre(const kt_shape *shape) {
 }
 
 kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error) {
-    KT_REQUIRE(error, body, com, inertia);
+    if (KT_IS_MISSING(error, body, com, inertia))
+        return KT_ERROR_ARGUMENT;
     kt_vec3 centre = body->com;
     kt_sym3 about_centre = body->inertia;
     if (body->com_of_shape || body->inertia_of_shape) {

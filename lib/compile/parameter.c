@@ -156,7 +156,8 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
 }
 
 kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter, kt_error *error) {
-    KT_REQUIRE(error, model, name, parameter);
+    if (KT_IS_MISSING(error, model, name, parameter))
+        return KT_ERROR_ARGUMENT;
     parts p;
     if (strcmp(name, "gravity") == 0) {
         *parameter = (kt_parameter){.kind = KT_PARAMETER_GRAVITY, .count = 3};
@@ -269,7 +270,8 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
 }
 
 kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values, kt_error *error) {
-    KT_REQUIRE(error, model, parameter, values);
+    if (KT_IS_MISSING(error, model, parameter, values))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_require(model, parameter, error);
     if (status == KT_OK)
         get(model, parameter, values);
@@ -457,7 +459,8 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
 }
 
 kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
-    KT_REQUIRE(error, copy, parameter, values);
+    if (KT_IS_MISSING(error, copy, parameter, values))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_check(copy, parameter, values, error);
     if (status == KT_OK)
         kt_parameter_put(copy, parameter, values);

@@ -117,8 +117,8 @@ kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work
                                 const double *q, const double *v, const double *a, const kt_wrench *external,
                                 kt_coordinate_list actuated, const double *weights, double *forces, double *rcond,
                                 kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, forces || actuated.count <= 0);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, forces || actuated.count <= 0))
+        return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     const size_t nv = model->n.v;
     kt_actuation_work w;

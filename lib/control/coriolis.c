@@ -21,8 +21,8 @@ static void add_turned(const double *mass, size_t nv, size_t v, const double *w,
 
 kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size, const double *q,
                                const double *v, double *coriolis, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, coriolis || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, coriolis || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t nv = model->n.v;
     kt_derivative_work w;

@@ -124,8 +124,8 @@ static kt_status factor(kt_actuation_work *w, kt_data *data, double t, const dou
 kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                const double *q, kt_coordinate_list independent, double *basis, double *rcond,
                                kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, basis || independent.count <= 0);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, basis || independent.count <= 0))
+        return KT_ERROR_ARGUMENT;
     const size_t nv = model->n.v;
     double most = 1.0;
     kt_actuation_work w;
@@ -211,8 +211,8 @@ static kt_status check(const kt_actuation_work *w, double t, const double *q, co
 
 kt_status kt_velocity_complete(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                const double *q, kt_coordinate_list independent, double *v, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
@@ -223,8 +223,8 @@ kt_status kt_velocity_complete(const kt_model *model, kt_data *data, void *work,
 kt_status kt_acceleration_complete(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
                                    const double *q, const double *v, kt_coordinate_list independent, double *a,
                                    kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)

@@ -50,7 +50,8 @@ size_t kt_mass_inverse_size(const kt_model *model, int rows) {
 
 kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, size_t size, kt_mass_inverse **inverse,
                                kt_error *error) {
-    KT_REQUIRE(error, model, inverse);
+    if (KT_IS_MISSING(error, model, inverse))
+        return KT_ERROR_ARGUMENT;
     if (!rows_are_fine(rows))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rows",
                             "a Jacobian has no %d rows; give the most that kt_operational_inertia will have, or 0",
@@ -79,7 +80,8 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
 }
 
 kt_status kt_mass_inverse_create(const kt_model *model, int rows, kt_mass_inverse **inverse, kt_error *error) {
-    KT_REQUIRE(error, model, inverse);
+    if (KT_IS_MISSING(error, model, inverse))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_mass_inverse_size(model, rows);
     void *memory = kt_arena_allocate(size, "the inverse of a mass matrix", error);
     return memory ? kt_arena_own(memory, kt_mass_inverse_init(model, rows, memory, size, inverse, error))
@@ -127,9 +129,10 @@ static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt
 }
 
 kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q, kt_error *error) {
-    KT_REQUIRE(error, inverse);
-    KT_REQUIRE_DATA(error, inverse->model, data);
-    KT_REQUIRE(error, q || !inverse->model->n.q);
+    if (KT_IS_MISSING(error, inverse))
+        return KT_ERROR_ARGUMENT;
+    if (KT_IS_OTHER_DATA(error, inverse->model, data) || KT_IS_MISSING(error, q || !inverse->model->n.q))
+        return KT_ERROR_ARGUMENT;
     const kt_model *model = inverse->model;
     kt_status status;
     inverse->has_terms = false;
@@ -166,7 +169,8 @@ void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
 }
 
 kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error) {
-    KT_REQUIRE(error, inverse);
+    if (KT_IS_MISSING(error, inverse))
+        return KT_ERROR_ARGUMENT;
     if (!inverse->has_terms)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "inverse",
                             "it holds no terms: kt_mass_inverse_compute has not succeeded before");

@@ -132,7 +132,8 @@ static bool invert(kt_mass_inverse *w, int rows) {
 
 kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const double *jacobian, double *inertia,
                                  double *consistent, double *rcond, kt_error *error) {
-    KT_REQUIRE(error, inverse, jacobian || rows <= 0 || !inverse->model->n.v, inertia || rows <= 0);
+    if (KT_IS_MISSING(error, inverse, jacobian || rows <= 0 || !inverse->model->n.v, inertia || rows <= 0))
+        return KT_ERROR_ARGUMENT;
     kt_mass_inverse *w = inverse;
     const size_t nv = w->model->n.v;
     double least;

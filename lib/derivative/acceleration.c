@@ -106,8 +106,9 @@ static kt_status solve_forces(work *w, kt_error *error) {
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
                                           da_dtau, error);

@@ -127,7 +127,8 @@ static void reduce(kt_linearized *w) {
     }
 }
 
-/* ---- all terms ----------------------------------------------------------------------------------------------------- */
+/* ---- all terms -----------------------------------------------------------------------------------------------------
+ * */
 
 /* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
 static kt_status refuse_singular(const kt_linearized *w, const double *q, const double *v, kt_error *error) {
@@ -322,9 +323,10 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
                                 const double *q, const double *v, const double *tau, const kt_wrench *external,
                                 const double *a, double *basis, double *mass, double *stiffness, double *damping,
                                 kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
-               basis || !model->n.loop);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
+                      basis || !model->n.loop))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     kt_linearized w;
     kt_status status =

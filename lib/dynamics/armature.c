@@ -1,6 +1,6 @@
 /* Armature, the rotor inertia reflected to a degree of freedom: what a model notes of it, and its energy
  *   T = sum a v^2 / 2
- * How the recursions treat it is told in aba.h.
+ * How the recursions treat it is described in aba.h.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/motion.h"

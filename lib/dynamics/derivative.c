@@ -67,8 +67,9 @@ kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void
 kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                           const double *q, const double *v, const double *a, const kt_wrench *external,
                                           double *dtau_dq, double *dtau_dv, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, dtau_dq || !model->n.v, dtau_dv || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, q || !model->n.q, dtau_dq || !model->n.v, dtau_dv || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const size_t square = model->n.v * model->n.v;
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
@@ -113,8 +114,9 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
                                           const double *q, const double *v, const double *tau,
                                           const kt_wrench *external, double *da_dq, double *da_dv, double *da_dtau,
                                           kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     return kt_forward_derivatives_fill(model, data, work, work_size, q, v, tau, external, NULL, da_dq, da_dv, da_dtau,
                                        error);
 }

@@ -102,8 +102,8 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
 
 kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                               const kt_wrench *external, double *a, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
@@ -112,8 +112,8 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
 
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                               const kt_wrench *external, double *tau, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, tau || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, tau || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
@@ -121,8 +121,8 @@ kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double
 }
 
 kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, mass || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
@@ -196,8 +196,8 @@ kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q,
 
 kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
     return kt_links_update(model, data, q, v, a, false, data->kinematics, error);
 }
 

@@ -65,7 +65,8 @@ static void find_rows(kt_mass_factor *f) {
 
 kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, kt_mass_factor **factor,
                               kt_error *error) {
-    KT_REQUIRE(error, model, factor);
+    if (KT_IS_MISSING(error, model, factor))
+        return KT_ERROR_ARGUMENT;
     const kt_factor_sizes s = sizes_of(model);
     const kt_status status =
         kt_arena_begin("kt_mass_factor_init", "kt_mass_factor_size", memory, size, lay_out(NULL, &s), error);
@@ -80,7 +81,8 @@ kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, 
 }
 
 kt_status kt_mass_factor_create(const kt_model *model, kt_mass_factor **factor, kt_error *error) {
-    KT_REQUIRE(error, model, factor);
+    if (KT_IS_MISSING(error, model, factor))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_mass_factor_size(model);
     void *memory = kt_arena_allocate(size, "the factors of a mass matrix", error);
     return memory ? kt_arena_own(memory, kt_mass_factor_init(model, memory, size, factor, error)) : KT_ERROR_MEMORY;
@@ -104,7 +106,8 @@ static void take_mass(kt_mass_factor *f, const double *mass) {
 }
 
 kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_error *error) {
-    KT_REQUIRE(error, factor, mass || !factor->model->n.v);
+    if (KT_IS_MISSING(error, factor, mass || !factor->model->n.v))
+        return KT_ERROR_ARGUMENT;
     const kt_model *model = factor->model;
     take_mass(factor, mass);
     const size_t failed = factor->kernels->compute(factor);

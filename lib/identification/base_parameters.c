@@ -179,8 +179,8 @@ static void relate(const base_work *w, size_t columns, const int *at, size_t j, 
 
 kt_status kt_base_parameters_find(const kt_model *model, kt_data *data, void *work, size_t work_size, int *rank,
                                   int *column, double *relation, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, rank, column, relation);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, rank, column, relation))
+        return KT_ERROR_ARGUMENT;
     const size_t columns = (size_t)kt_regressor_columns(model);
     base_work w = {.before = NULL};
     kt_status status = kt_arena_check("work", "kt_base_parameters_work_size", work, work_size,

@@ -66,8 +66,8 @@ static double largest_motion(const kt_model *model, const kt_data *data) {
 
 kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                 double *regressor, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, regressor || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, regressor || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const size_t nv = model->n.v;
     const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
     if (status != KT_OK)

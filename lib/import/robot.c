@@ -68,7 +68,8 @@ static kt_status check_options(const kt_robot_options *o, kt_error *error) {
 
 kt_status kt_robot_parse(const char *path, const char *text, size_t size, const kt_robot_options *options,
                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
-    KT_REQUIRE(error, text || !size, scene);
+    if (KT_IS_MISSING(error, text || !size, scene))
+        return KT_ERROR_ARGUMENT;
     const request asked = {options, NULL};
     const kt_status status = check_options(options, error);
     return status != KT_OK ? status : kt_format_parse(read_robot, &asked, path, text, size, scene, report, user, error);
@@ -76,7 +77,8 @@ kt_status kt_robot_parse(const char *path, const char *text, size_t size, const 
 
 kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
                         void *user, kt_error *error) {
-    KT_REQUIRE(error, path, scene);
+    if (KT_IS_MISSING(error, path, scene))
+        return KT_ERROR_ARGUMENT;
     const char *slash = strrchr(path, '/');
     const size_t length = slash == NULL ? 0 : slash == path ? 1 : (size_t)(slash - path);
     kt_pool pool = {0};

@@ -121,7 +121,8 @@ static kt_status check_own(const kt_method *method, kt_error *error) {
 
 kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
                              const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
-    KT_REQUIRE(error, method, options, integrator);
+    if (KT_IS_MISSING(error, method, options, integrator))
+        return KT_ERROR_ARGUMENT;
     if (options == NULL || integrator == NULL)
         return refuse(error, "kt_integrator_init", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
@@ -194,7 +195,8 @@ static void forget_history(kt_integrator *it) {
 
 kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, const kt_integrator_callbacks *callbacks,
                               kt_error *error) {
-    KT_REQUIRE(error, it);
+    if (KT_IS_MISSING(error, it))
+        return KT_ERROR_ARGUMENT;
     if (callbacks == NULL || callbacks->rhs == NULL)
         return refuse(error, "kt_integrator_start", "a right-hand side must be given");
     kt_status status = check_state(it, t, y, error);
@@ -218,7 +220,8 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
 }
 
 kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error) {
-    KT_REQUIRE(error, it);
+    if (KT_IS_MISSING(error, it))
+        return KT_ERROR_ARGUMENT;
     if (!it->started)
         return refuse(error, "kt_integrator_jump", "call kt_integrator_start first");
     kt_status status = check_state(it, it->memory.t, y, error);
@@ -254,7 +257,8 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
 /* ---- within the last step ---------------------------------------------------------------------------------------- */
 
 kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_error *error) {
-    KT_REQUIRE(error, it, slope);
+    if (KT_IS_MISSING(error, it, slope))
+        return KT_ERROR_ARGUMENT;
     kt_try r;
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
@@ -275,7 +279,8 @@ static kt_status refuse_time(const kt_integrator *it, double t, kt_error *error)
 }
 
 kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, kt_error *error) {
-    KT_REQUIRE(error, it, y_out);
+    if (KT_IS_MISSING(error, it, y_out))
+        return KT_ERROR_ARGUMENT;
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_interpolate", "call kt_integrator_start first");
     const double t0 = it->memory.previous_t, t1 = it->memory.t;
@@ -313,7 +318,8 @@ void kt_integrator_save(const kt_integrator *it, kt_integrator_memory *memory, d
 kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *memory, const double *y,
                                 const double *previous_y, const double *history,
                                 const kt_integrator_callbacks *callbacks, kt_error *error) {
-    KT_REQUIRE(error, it, history || !it->sizes.history);
+    if (KT_IS_MISSING(error, it, history || !it->sizes.history))
+        return KT_ERROR_ARGUMENT;
     if (memory == NULL || callbacks == NULL || callbacks->rhs == NULL)
         return refuse(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
     kt_status status = check_state(it, memory->t, y, error);

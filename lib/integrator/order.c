@@ -296,7 +296,8 @@ int kt_tree_count(int nodes) {
 static int largest(int a, int b) { return a > b ? a : b; }
 
 kt_status kt_method_check(const kt_method *method, kt_error *error) {
-    KT_REQUIRE(error, method);
+    if (KT_IS_MISSING(error, method))
+        return KT_ERROR_ARGUMENT;
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK)
         status = check_entries(method, error);

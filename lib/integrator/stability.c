@@ -9,7 +9,8 @@
 #include <math.h>
 
 kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability, kt_error *error) {
-    KT_REQUIRE(error, method, stability);
+    if (KT_IS_MISSING(error, method, stability))
+        return KT_ERROR_ARGUMENT;
     kt_status status = kt_method_check_sizes(method, error);
     if (status != KT_OK)
         return status;

@@ -232,10 +232,11 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
 }
 
 /* Progress. Accepted steps may nevertheless lead nowhere: near a point where velocities grow without bound they shrink
- * with the distance to it, and where forces jump back and forth, or are not known better, they stay as short as one jump
- * allows. Therefore, every KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be KT_PROGRESS of
- * the time, and in one of KT_PROGRESS_WINDOWS such windows KT_PROGRESS_LASTING: a run that would need more than
- * 1 / KT_PROGRESS tries counts as stuck at once, one that would need a tenth of that if it does not get faster. */
+ * with the distance to it, and where forces jump back and forth, or are not known better, they stay as short as one
+ * jump allows. Therefore, every KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be
+ * KT_PROGRESS of the time, and in one of KT_PROGRESS_WINDOWS such windows KT_PROGRESS_LASTING: a run that would need
+ * more than 1 / KT_PROGRESS tries counts as stuck at once, one that would need a tenth of that if it does not get
+ * faster. */
 static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
@@ -265,7 +266,7 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
     it->memory.counts.rejected++;
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
-                        "%.3g%s: the motion does not get on. %s",
+                        "%.3g%s: the motion makes no progress. %s",
                         KT_PROGRESS_TRIES, advanced, fabs(h), rest,
                         is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
@@ -383,7 +384,8 @@ void kt_integrator_put_quadratures(kt_integrator *it, const double *values) {
 size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 
 kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
-    KT_REQUIRE(error, it);
+    if (KT_IS_MISSING(error, it))
+        return KT_ERROR_ARGUMENT;
     if (!it->started)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
     if (isnan(t_limit) || t_limit == it->memory.t)

@@ -252,7 +252,7 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     name_effect(s, s->failed, where);
     if (s->code < 0)
         return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", s->code);
-    return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code %d)", s->code);
+    return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
 }
 
 static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
@@ -367,8 +367,8 @@ static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const 
 
 kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            double *forces, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, forces || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, forces || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const double *tau = model->zero;
     const kt_wrench *wrenches = NULL;
@@ -475,8 +475,8 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                              int effect, kt_effect_load *load, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, load);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, load))
+        return KT_ERROR_ARGUMENT;
     const kt_effect_record *record = kt_effect_record_find(model, effect);
     if (!record)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,

@@ -82,8 +82,8 @@ static kt_status refuse_group(const kt_model *model, size_t g, double t, kt_erro
 
 kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             double *jacobian, double *residual, double *rate, double *drift, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
     const kt_outputs out = {jacobian, residual, rate, drift};
     double *vectors[3] = {residual, rate, drift};
     const kt_input input = {.q = q, .v = v};
@@ -128,8 +128,8 @@ static size_t write_basis(const kt_model *model, kt_data *data, size_t g, double
 
 kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, const double *q, double *basis,
                             int *columns, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, basis || !model->n.v, columns);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, basis || !model->n.v, columns))
+        return KT_ERROR_ARGUMENT;
     const size_t nv = model->n.v;
     const kt_input input = {.q = q};
     size_t count = 0;

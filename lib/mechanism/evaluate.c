@@ -22,8 +22,8 @@ kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, double t
 
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     return kt_acceleration_trusted(model, data, t, q, v ? v : model->zero, tau, external, a, error);
 }
 

@@ -57,8 +57,8 @@ static kt_status refuse(const kt_model *model, double t, const kt_input *input, 
 
 kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, a || !model->n.v, power);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v, power))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const double *all = tau;
     const kt_wrench *all_wrenches = external;

@@ -213,8 +213,8 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
 
 kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                         const double *v, double *values, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, values || !model->n.effect);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, values || !model->n.effect))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_effect_state_check(model, data, q, v, model->n.force_link > 0, error);
     for (int i = 0; i < (int)model->n.effect && status == KT_OK; i++)
         values += evaluate_one(model, data, t, q, v ? v : model->zero, kt_effect_record_find(model, i), values);

@@ -99,8 +99,8 @@ kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double
 
 kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, multipliers || !model->n.row);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, multipliers || !model->n.row))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
     const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
@@ -113,8 +113,8 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
 kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
                                kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     return kt_motion_evaluate(model, data, t, q, v, tau, external, kt_links_scratch(data), joints, loops, error);
 }

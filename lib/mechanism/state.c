@@ -45,8 +45,8 @@ static void measure_correction(const kt_model *model, kt_data *data, const doubl
 
 kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
                            kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     bool moved = false;
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     const kt_input input = {.q = q, .v = v};
@@ -71,8 +71,8 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_residual *residual, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, residual);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, residual))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
@@ -84,8 +84,8 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
 }
 
 kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, q || !model->n.q, v || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v};
     double *new_q = data->assembled_q, *new_v = data->assembled_v, *given = data->given_q;
     kt_status status = kt_input_check(model, &input, error);

@@ -14,7 +14,8 @@
 size_t kt_model_size(const kt_model *model) { return model ? model->bytes : 0; }
 
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
-    KT_REQUIRE(error, model, copy);
+    if (KT_IS_MISSING(error, model, copy))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_arena_check("kt_model_copy", "kt_model_size", memory, size, model->bytes, error);
     if (status != KT_OK)
         return status;

@@ -24,9 +24,9 @@ size_t kt_model_layout(void *memory, const kt_counts *n) {
 
 void kt_model_seal(kt_model *model) { model->shape = shape_of(&model->n); }
 
-kt_status kt_data_refuse(kt_error *error, const char *call) {
-    return kt_error_set(error, KT_ERROR_ARGUMENT, call,
-                        "the data are another model's; take data that were made for this one (kt_data_create)");
+void kt_other_data_report(kt_error *error, const char *call) {
+    (void)kt_error_set(error, KT_ERROR_ARGUMENT, call,
+                       "the data are another model's; take data that were made for this one (kt_data_create)");
 }
 
 void kt_model_name_all(kt_model *m) {
@@ -48,7 +48,8 @@ void kt_model_free(kt_model *model) {
 size_t kt_data_size(const kt_model *model) { return model ? lay_out_data(NULL, &model->n) : 0; }
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
-    KT_REQUIRE(error, model, data);
+    if (KT_IS_MISSING(error, model, data))
+        return KT_ERROR_ARGUMENT;
     const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, kt_data_size(model), error);
     if (status != KT_OK)
         return status;
@@ -59,7 +60,8 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
 }
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {
-    KT_REQUIRE(error, model, data);
+    if (KT_IS_MISSING(error, model, data))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_data_size(model);
     void *memory = kt_arena_allocate(size, "the data", error);
     return memory ? kt_arena_own(memory, kt_data_init(model, memory, size, data, error)) : KT_ERROR_MEMORY;

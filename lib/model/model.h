@@ -281,17 +281,20 @@ struct kt_data {
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
 };
 
-/* Requires a model, and data that serve it: its own, or those of a model of the same shape (a copy, or the original of
- * one). */
-#define KT_REQUIRE_DATA(error, model, data)                                                                            \
-    do {                                                                                                               \
-        KT_REQUIRE(error, model, data);                                                                                \
-        if ((data)->shape != (model)->shape)                                                                           \
-            return kt_data_refuse(error, __func__);                                                                    \
-    } while (0)
+/* Whether there is no model, or no data that serve it: its own, or those of a model of the same shape (a copy, or the
+ * original of one). *error is then filled. */
+#define KT_IS_OTHER_DATA(error, model, data)                                                                           \
+    (KT_IS_MISSING(error, model, data) || kt_is_other_data(error, __func__, model, data))
 
-/* Returns the error of data that are another model's. */
-KT_CHECKED kt_status kt_data_refuse(kt_error *error, const char *call);
+/* Fills the error of data that are another model's. */
+void kt_other_data_report(kt_error *error, const char *call);
+
+static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_model *model, const kt_data *data) {
+    const bool other = data->shape != model->shape;
+    if (other)
+        kt_other_data_report(error, call);
+    return other;
+}
 
 /* Whether data serve a model; false where one of them is NULL. For calls that cannot fail. */
 static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {

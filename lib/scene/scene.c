@@ -119,7 +119,8 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 
-/* ---- places of bodies and loops --------------------------------------------------------------------------------------
+/* ---- places of bodies and loops
+ * --------------------------------------------------------------------------------------
  *
  * Some faults are found only when the scene is compiled. The nodes are freed by then, so the line and column of each
  * body and loop are stored. */
@@ -297,12 +298,14 @@ kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, 
 
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
                          void *user, kt_error *error) {
-    KT_REQUIRE(error, text || !size, scene);
+    if (KT_IS_MISSING(error, text || !size, scene))
+        return KT_ERROR_ARGUMENT;
     return kt_scene_parse_with(path, text, size, NULL, scene, report, user, error);
 }
 
 kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
-    KT_REQUIRE(error, path, scene);
+    if (KT_IS_MISSING(error, path, scene))
+        return KT_ERROR_ARGUMENT;
     return kt_scene_read_with(path, NULL, scene, report, user, error);
 }
 
@@ -329,7 +332,8 @@ static kt_status emit(const kt_scene *scene, FILE *stream, kt_error *error) {
 }
 
 kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
-    KT_REQUIRE(error, scene, stream);
+    if (KT_IS_MISSING(error, scene, stream))
+        return KT_ERROR_ARGUMENT;
     if (scene == NULL || stream == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
     kt_status status = kt_description_check(&scene->description, NULL, NULL, error);

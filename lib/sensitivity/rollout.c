@@ -203,8 +203,8 @@ static kt_status run(rollout_work *w, kt_error *error) {
 kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                               const kt_rollout *rollout, const double *q, const double *v, double *value,
                               double *by_start, double *by_inputs, kt_cost *cost, void *user, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, rollout, q || !model->n.q, value, cost);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, rollout, q || !model->n.q, value, cost))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t nq = model->n.q, n = model->n.v;
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};

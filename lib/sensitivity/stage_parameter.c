@@ -3,7 +3,7 @@
  *     r(q, v, a; p) = A' lambda,   A a = b''(p)
  *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp
  * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by
- * themselves: zero unless p is a loop's own function of time. The projection is told in projection.c.
+ * themselves: zero unless p is a loop's own function of time. The projection is described in projection.c.
  */
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"

@@ -134,8 +134,9 @@ kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *ste
 
 kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                            const double *q, const double *v, double *next_q, double *next_v, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, step, q || !model->n.q, next_q || !model->n.q, next_v || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, step, q || !model->n.q, next_q || !model->n.q, next_v || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t nq = model->n.q;
     kt_step_work w;

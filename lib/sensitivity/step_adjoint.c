@@ -109,8 +109,8 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
 kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                           const double *q, const double *v, const double *by_next, double *by_state, double *by_tau,
                           kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, step, q || !model->n.q, by_next || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, step, q || !model->n.q, by_next || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t n = model->n.v;
     kt_step_work w;

@@ -131,8 +131,8 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
 kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                               const double *q, const double *v, double *next_q, double *next_v, double *A, double *B,
                               kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, step, q || !model->n.q);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, step, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t nq = model->n.q, n = model->n.v;
     kt_step_work w;

@@ -14,8 +14,9 @@ size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *metho
 kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                         const kt_step *step, const kt_parameter *parameter, const double *q,
                                         const double *v, double *C, kt_error *error) {
-    KT_REQUIRE_DATA(error, model, data);
-    KT_REQUIRE(error, step, parameter, q || !model->n.q, C || !model->n.v);
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, step, parameter, q || !model->n.q, C || !model->n.v))
+        return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t size = kt_step_parameter_work_size(model, step->method);
     kt_step_work w;

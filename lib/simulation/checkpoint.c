@@ -4,14 +4,15 @@
  * began, the history of the method, torques and wrenches of the last and of the next step, and with a
  * transformation the user model's state.
  *
- * What comes after a checkpoint depends on the model, on the method and on its settings, too: the head tells them, and a
- * block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
+ * What comes after a checkpoint depends on the model, on the method and on its settings, too: the head tells them, and
+ * a block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
  * may go on with others.
  */
 #include "base/sum.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -153,16 +154,25 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
 }
 
 static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, kt_error *error) {
-/* NOLINTBEGIN(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): the same bits are asked for */
-#define KT_CHECKPOINT_SETTING(name, words, value)                                                                      \
-    if (memcmp(&its->name, &own->name, sizeof own->name) != 0)                                                         \
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",                                                    \
-                            "it was made with " words " %.9g, and this simulation has %.9g; kt_simulation_set_state "  \
-                            "takes over a time and a state alone, and lays steps and records anew from there",         \
-                            its->name, own->name);
-    KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)
+#define KT_CHECKPOINT_SETTING(name, words, value) {words, offsetof(kt_checkpoint_settings, name)},
+    static const struct {
+        const char *words;
+        size_t at;
+    } settings[] = {KT_CHECKPOINT_SETTINGS(KT_CHECKPOINT_SETTING)};
 #undef KT_CHECKPOINT_SETTING
-    /* NOLINTEND(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c) */
+    for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
+        uint64_t bits[2];
+        double there, here;
+        memcpy(&bits[0], (const char *)its + settings[i].at, sizeof there);
+        memcpy(&bits[1], (const char *)own + settings[i].at, sizeof here);
+        memcpy(&there, &bits[0], sizeof there);
+        memcpy(&here, &bits[1], sizeof here);
+        if (bits[0] != bits[1])
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                                "it was made with %s %.9g, and this simulation has %.9g; kt_simulation_set_state "
+                                "takes over a time and a state alone, and lays steps and records anew from there",
+                                settings[i].words, there, here);
+    }
     return KT_OK;
 }
 
@@ -193,7 +203,8 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
 }
 
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
-    KT_REQUIRE(error, simulation, block);
+    if (KT_IS_MISSING(error, simulation, block))
+        return KT_ERROR_ARGUMENT;
     const kt_simulation_sizes *size = &simulation->size;
     kt_checkpoint_offsets at = measure(size);
     const char *from = block;

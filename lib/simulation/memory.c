@@ -207,7 +207,8 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
 
 kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
-    KT_REQUIRE(error, model, simulation);
+    if (KT_IS_MISSING(error, model, simulation))
+        return KT_ERROR_ARGUMENT;
     kt_simulation_request settings;
     kt_simulation_sizes sizes = {0};
     kt_status status = read_options(model, run, options, &settings, error);
@@ -231,7 +232,8 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
 
 kt_status kt_simulation_create(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                                kt_simulation **simulation, kt_error *error) {
-    KT_REQUIRE(error, model, simulation);
+    if (KT_IS_MISSING(error, model, simulation))
+        return KT_ERROR_ARGUMENT;
     const size_t size = kt_simulation_size(model, run, options);
     void *memory = kt_arena_allocate(size, "the simulation", error);
     return memory == NULL

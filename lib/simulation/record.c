@@ -148,7 +148,8 @@ static kt_status hand_over_all(kt_simulation *simulation, kt_recorder *recorder,
 }
 
 kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
-    KT_REQUIRE(error, simulation, record);
+    if (KT_IS_MISSING(error, simulation, record))
+        return KT_ERROR_ARGUMENT;
     kt_integrator *integrator = simulation->integrator;
     kt_status status = KT_OK;
     /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
@@ -223,7 +224,8 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
 }
 
 kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
-    KT_REQUIRE(error, simulation, record);
+    if (KT_IS_MISSING(error, simulation, record))
+        return KT_ERROR_ARGUMENT;
     kt_record now = empty_record(-1, kt_integrator_time(simulation->integrator));
     kt_error from = {0};
     simulation->cause.code = KT_OK;

@@ -60,7 +60,8 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
-/* ---- the method --------------------------------------------------------------------------------------------------- */
+/* ---- the method ---------------------------------------------------------------------------------------------------
+ * */
 
 /* Why a run has its method. */
 typedef enum kt_choice_of_method {
@@ -121,10 +122,12 @@ const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_meth
     return storage;
 }
 
-/* ---- limits ------------------------------------------------------------------------------------------------------- */
+/* ---- limits -------------------------------------------------------------------------------------------------------
+ * */
 
 kt_status kt_run_check(const kt_run *run, kt_error *error) {
-    KT_REQUIRE(error, run);
+    if (KT_IS_MISSING(error, run))
+        return KT_ERROR_ARGUMENT;
     if (!(run->rho >= 0.0 && run->rho <= 1.0))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rho", "%g: the spectral radius at infinity must be 0 to 1",
                             run->rho);

@@ -47,7 +47,8 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
 
 kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
                                       const double *values, kt_error *error) {
-    KT_REQUIRE(error, simulation, copy, parameter, values);
+    if (KT_IS_MISSING(error, simulation, copy, parameter, values))
+        return KT_ERROR_ARGUMENT;
     if (simulation->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
@@ -64,7 +65,8 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
 }
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     size_t nv = simulation->size.user_nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
         kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
@@ -90,7 +92,8 @@ static bool wrench_is_finite(const kt_wrench *wrench) {
 }
 
 kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     size_t count = simulation->size.body;
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
         if (!wrench_is_finite(&wrenches[body])) {
@@ -197,7 +200,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
 }
 
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_limit > t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "t_limit = %.17g s is not after the current time, %.17g s",
@@ -208,7 +212,8 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
 }
 
 kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
@@ -229,7 +234,8 @@ static double end_of_period(const kt_simulation *simulation, double period) {
 }
 
 kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     const double t = kt_integrator_time(simulation->integrator);
     if (!(period > 0.0) || !isfinite(period))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the period is %g s; it must be above zero", period);
@@ -279,7 +285,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    KT_REQUIRE(error, simulation, q || !simulation->size.user_nq);
+    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq))
+        return KT_ERROR_ARGUMENT;
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
@@ -302,7 +309,8 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
-    KT_REQUIRE(error, simulation, a || !simulation->size.user_nv);
+    if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
+        return KT_ERROR_ARGUMENT;
     const kt_simulation_memory *memory = &simulation->memory;
     const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
     const double *tau = memory->next.torque ? simulation->torque_next : NULL;

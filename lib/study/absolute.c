@@ -300,7 +300,8 @@ static kt_status loosen_all(const kt_description *description, const kt_model_op
 
 kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options, const kt_model *model,
                              kt_absolute **absolute, kt_error *error) {
-    KT_REQUIRE(error, description, model, absolute);
+    if (KT_IS_MISSING(error, description, model, absolute))
+        return KT_ERROR_ARGUMENT;
     const kt_model_options defaults = kt_model_options_default();
     kt_absolute *made;
     if (!KT_HAS_LOOPS)

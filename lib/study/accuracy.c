@@ -199,7 +199,8 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
 
 kt_status kt_accuracy_create(const kt_description *description, const kt_run *run, const kt_accuracy_options *options,
                              kt_accuracy **study, kt_error *error) {
-    KT_REQUIRE(error, description, run, study);
+    if (KT_IS_MISSING(error, description, run, study))
+        return KT_ERROR_ARGUMENT;
     kt_accuracy start = {.options = options != NULL ? *options : kt_accuracy_options_default()};
     kt_accuracy *made = NULL;
     kt_status status = begin(&start, description, run, error);
@@ -227,7 +228,8 @@ const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study ? stu
 
 kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method, bool adaptive,
                               double setting, kt_accuracy_point *point, kt_error *error) {
-    KT_REQUIRE(error, study, variant, method, point);
+    if (KT_IS_MISSING(error, study, variant, method, point))
+        return KT_ERROR_ARGUMENT;
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))

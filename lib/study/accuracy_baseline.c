@@ -63,8 +63,8 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     if (status != KT_OK)
         return status;
     if (w->absolute != NULL) {
-        w->absolute->transformation.from_free(&w->absolute->transformation, q, v, NULL, study->results.interval, w->own_q,
-                                           w->own_v, NULL);
+        w->absolute->transformation.from_free(&w->absolute->transformation, q, v, NULL, study->results.interval,
+                                              w->own_q, w->own_v, NULL);
         q = w->own_q;
         v = w->own_v;
     }
@@ -109,7 +109,8 @@ static kt_status run(kt_accuracy *study, kt_baseline_work *w, double step, kt_ac
 
 kt_status kt_accuracy_measure_baseline(kt_accuracy *study, const kt_dae_options *options, kt_formulation formulation,
                                        double step, kt_accuracy_baseline *baseline, kt_error *error) {
-    KT_REQUIRE(error, study, options, baseline, step > 0.0);
+    if (KT_IS_MISSING(error, study, options, baseline, step > 0.0))
+        return KT_ERROR_ARGUMENT;
     kt_absolute *absolute = NULL;
     kt_accuracy_baseline b = {.condition = (double)NAN};
     kt_status status = KT_OK;

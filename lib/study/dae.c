@@ -98,7 +98,8 @@ static kt_status fill_memory(kt_dae *dae, const kt_model *model, const kt_dae_op
 }
 
 kt_status kt_dae_create(const kt_model *model, const kt_dae_options *options, kt_dae **dae, kt_error *error) {
-    KT_REQUIRE(error, model, options, options->method, dae);
+    if (KT_IS_MISSING(error, model, options, options->method, dae))
+        return KT_ERROR_ARGUMENT;
     kt_status status = check(options, error);
     if (status != KT_OK)
         return status;
@@ -180,7 +181,8 @@ static kt_status find_multipliers(kt_dae *dae, double t, const double *q, const 
 }
 
 kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, kt_error *error) {
-    KT_REQUIRE(error, dae, q || dae->nq == 0, v || dae->n == 0, isfinite(t));
+    if (KT_IS_MISSING(error, dae, q || dae->nq == 0, v || dae->n == 0, isfinite(t)))
+        return KT_ERROR_ARGUMENT;
     dae->started = false; /* what a failure leaves is no state */
     kt_status status = choose_rows(dae, t, q, v, error);
     if (status == KT_OK)
@@ -201,7 +203,8 @@ kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, 
 
 kt_status kt_dae_consistent(kt_dae *dae, double t, const double *q, const double *v, double *multipliers,
                             kt_error *error) {
-    KT_REQUIRE(error, dae, dae->started, q || dae->nq == 0, v || dae->n == 0, multipliers, isfinite(t));
+    if (KT_IS_MISSING(error, dae, dae->started, q || dae->nq == 0, v || dae->n == 0, multipliers, isfinite(t)))
+        return KT_ERROR_ARGUMENT;
     dae->solved = false; /* Newton's factors are overwritten; the next step makes its own */
     return find_multipliers(dae, t, q, v, dae->rate, multipliers, error);
 }
@@ -376,7 +379,8 @@ static void accept(kt_dae *dae, const kt_dae_stages *s, double h) {
 }
 
 kt_status kt_dae_step(kt_dae *dae, double h, kt_error *error) {
-    KT_REQUIRE(error, dae, dae->started, isfinite(h) && h > 0.0);
+    if (KT_IS_MISSING(error, dae, dae->started, isfinite(h) && h > 0.0))
+        return KT_ERROR_ARGUMENT;
     const size_t n = dae->n;
     const bool two = dae->options.method->steps == 2 && fabs(h - dae->past_h) <= 1e-9 * h;
     const kt_dae_stages s = two ? two_step(dae, h) : runge_kutta(dae, h);
@@ -405,7 +409,8 @@ const double *kt_dae_multipliers(const kt_dae *dae) { return dae ? dae->multipli
 kt_dae_counts kt_dae_counts_get(const kt_dae *dae) { return dae ? dae->counts : (kt_dae_counts){0}; }
 
 kt_status kt_dae_residual(kt_dae *dae, kt_residual *residual, kt_error *error) {
-    KT_REQUIRE(error, dae, dae->started, residual);
+    if (KT_IS_MISSING(error, dae, dae->started, residual))
+        return KT_ERROR_ARGUMENT;
     return kt_loop_residual(dae->model, dae->data, dae->t, dae->q, dae->v, residual, error);
 }
 

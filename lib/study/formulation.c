@@ -65,7 +65,9 @@ static kt_status fill_projected(kt_constraint_formulation *formulation, kt_data 
 kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulation, kt_data *data, double t,
                                              const double *q, const double *v, const double *tau,
                                              const kt_wrench *external, double *rate, double *a, kt_error *error) {
-    KT_REQUIRE(error, formulation, data, q || formulation->n == 0, v || formulation->n == 0, a || formulation->n == 0);
+    if (KT_IS_MISSING(error, formulation, data, q || formulation->n == 0, v || formulation->n == 0,
+                      a || formulation->n == 0))
+        return KT_ERROR_ARGUMENT;
     const kt_constraint_formulation_options *o = &formulation->options;
     const bool projects = o->type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     const bool stable =
@@ -136,7 +138,8 @@ void kt_constraint_formulation_reset(kt_constraint_formulation *formulation) {
 }
 
 kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation, kt_error *error) {
-    KT_REQUIRE(error, formulation);
+    if (KT_IS_MISSING(error, formulation))
+        return KT_ERROR_ARGUMENT;
     const kt_constraint_formulation_statistics *f = &formulation->found;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", f->least_time);

@@ -79,7 +79,8 @@ static kt_status choose_penalty(kt_constraint_formulation *formulation, kt_data 
 kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                          const kt_constraint_formulation_options *options, void *memory, size_t size,
                                          kt_constraint_formulation **formulation, kt_error *error) {
-    KT_REQUIRE(error, model, data, options, formulation);
+    if (KT_IS_MISSING(error, model, data, options, formulation))
+        return KT_ERROR_ARGUMENT;
     kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
@@ -106,7 +107,8 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
 
 kt_status kt_constraint_formulation_create(const kt_model *model, const kt_constraint_formulation_options *options,
                                            kt_constraint_formulation **formulation, kt_error *error) {
-    KT_REQUIRE(error, model, options, formulation);
+    if (KT_IS_MISSING(error, model, options, formulation))
+        return KT_ERROR_ARGUMENT;
     const size_t size = place(NULL, model);
     kt_data *data = NULL;
     kt_status status = kt_data_create(model, &data, error);

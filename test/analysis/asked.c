@@ -135,7 +135,7 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
         kt_check_below("and it knows how well", small_at(s.system->state_error, 2, 1, 0), 1e-8);
         spring.reach = 0.0;
         check_words("told nowhere beside", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, &e), &e,
-                    KT_ERROR_EFFECT, "its callback cannot tell its force here (code 1)");
+                    KT_ERROR_EFFECT, "its callback cannot compute its force here (code 1)");
         kt_check_contains("where", e.where, "effect 'spring'");
         kt_check_equal_int("nobody need hear of it",
                            kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, NULL), KT_ERROR_EFFECT);

@@ -8,7 +8,7 @@
 #include <float.h>
 #include <math.h>
 
-/* y' = value + slope t, but it cannot be had for 0 < t unless t <= until, and jumps to `after` there. */
+/* y' = value + slope t, but it cannot be computed for 0 < t unless t <= until, and jumps to `after` there. */
 typedef struct motion {
     double value, slope, after, until;
     int calls;

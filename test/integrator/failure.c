@@ -315,7 +315,8 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
             continue;
         }
         kt_check_contains("words", error.message, "the last 10000 tries of a step have advanced the time by");
-        kt_check_contains("words", error.message, "more would be needed: the motion does not get on. Look for a jump");
+        kt_check_contains("words", error.message,
+                          "more would be needed: the motion makes no progress. Look for a jump");
         kt_check_equal_int("component", (long long)kt_integrator_blamed(it), 0);
         kt_check_equal_int("tries", (long long)(counts.steps + counts.rejected), 20000);
         kt_check_equal_bits("state", kt_integrator_state(it), before, 2);

@@ -1,4 +1,5 @@
-/* Effects in derivatives, powers and at singular positions: against closed forms, and what cannot be had is told. */
+/* Effects in derivatives, powers and at singular positions: against closed forms, and what cannot be computed is
+ * reported. */
 #include "../constraint/linkage.h"
 
 #include "kinetree/effect.h"
@@ -128,7 +129,7 @@ KT_TEST(derivatives_that_cannot_be_had_are_refused) {
         KT_ERROR_MEMORY);
     kt_check_contains("message", e.message, "kt_acceleration_work_size");
     refuse_derivatives(&l, KT_ERROR_EFFECT, "effects[0] (custom) on joint 'bar'",
-                       "its callback cannot tell its force here (code 2)"); /* beside the state */
+                       "its callback cannot compute its force here (code 2)"); /* beside the state */
     linkage_free(&l);
 
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
@@ -175,7 +176,7 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
         wrong.force = 0.0;
         wrong.reach = -1.0;
         wrong.code = 5;
-        refuse_power(&l, NULL, KT_ERROR_EFFECT, where, "its callback cannot tell its force here (code 5)");
+        refuse_power(&l, NULL, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code 5)");
         wrong.code = -5;
         refuse_power(&l, NULL, KT_ERROR_CALLBACK, where, "its callback asked to stop (code -5)");
         wrong.code = 0;

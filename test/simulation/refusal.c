@@ -114,7 +114,7 @@ KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
  * under equations of the caller's. */
 KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
     static const char where[] = "effect 'hand' (custom) on joint 'block', t = 0.625 s";
-    static const char small[] = "its callback cannot tell its force here (code 1) (the step is fixed at 0.25 s: a "
+    static const char small[] = "its callback cannot compute its force here (code 1) (the step is fixed at 0.25 s: a "
                                 "smaller one may help, or an adaptive method)";
     static const char never[] = "its callback asked to stop (code -1)";
     const owner here = {.from = 0.6, .code = 1, .in_effect = true}, stop = {.from = 0.6, .code = -1, .in_effect = true};
@@ -136,7 +136,7 @@ KT_TEST(effect_that_refuses_the_present_state_is_not_told_to_want_a_smaller_step
     (void)kt_fine("advance", kt_simulation_advance(s.simulation, 0.5, &error), &error);
     kt_check_equal_int("status", kt_simulation_advance(s.simulation, 1.0, &error), KT_ERROR_EFFECT);
     kt_check_text("where", error.where, "effect 'hand' (custom) on joint 'block', t = 0.5 s");
-    kt_check_text("message", error.message, "its callback cannot tell its force here (code 1)");
+    kt_check_text("message", error.message, "its callback cannot compute its force here (code 1)");
     free_stand(&s);
 }
 
@@ -265,7 +265,7 @@ KT_TEST(record_that_is_refused_comes_when_it_no_longer_is) {
                  "the caller's right-hand side returned -1");
     check_record(projection, KT_RECORD_POSITION, KT_ERROR_CALLBACK, "t = 0.5 s", "the caller's projection returned -1");
     check_record(effect, KT_RECORD_REACTION, KT_ERROR_EFFECT, "effect 'hand' (custom) on joint 'block', t = 0.4 s",
-                 "its callback cannot tell its force here (code 1)");
+                 "its callback cannot compute its force here (code 1)");
 }
 
 static int count_records(const kt_record *record, void *user) {

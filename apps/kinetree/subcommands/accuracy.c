@@ -28,10 +28,10 @@ static const kt_option option_table[] = {
     {"goal", KT_OPTION_TEXT, KT_AT(goal_list), "E,...", "errors to find settings for; default: 1e-3,1e-6,1e-9", NULL},
     {"reference", KT_OPTION_TEXT, KT_AT(reference), "FILE", "records of a run that is right; default: computed", NULL},
     {"budget", KT_OPTION_POSITIVE, KT_AT(budget), "S",
-     "CPU time for the study, seconds; default: 20; 60 with --compare-sets", NULL},
+     "CPU time for the study, seconds; default: 20; 60 with --formulations", NULL},
     {"prices", KT_OPTION_FLAG, KT_AT(prices), NULL,
      "what projection, formulation, reduction and records cost; default: where that is cheap", NULL},
-    {"compare-sets", KT_OPTION_FLAG, KT_AT(compare_sets), NULL,
+    {"formulations", KT_OPTION_FLAG, KT_AT(formulations), NULL,
      "ways to keep loops closed, and what each gets wrong; by rk4 and dopri5", NULL},
     {"baselines", KT_OPTION_FLAG, KT_AT(baselines), NULL,
      "differential-algebraic formulations of the loops instead, by implicit methods; no other table and no file", NULL},
@@ -50,7 +50,7 @@ const kt_usage kt_usage_accuracy = {
                 "  kinetree accuracy pendulum.yaml --goal 1e-6 --plot pendulum-cost.svg --out pendulum-cost.csv\n"
                 "  kinetree accuracy robot.yaml --integrators rk4,dopri5 --duration 2 --budget 60\n"
                 "  kinetree accuracy robot.yaml --integrators rk4 --steps 1e-3,5e-4 --reference exact.csv\n"
-                "  kinetree accuracy linkage.yaml --compare-sets --plot linkage-sets.svg\n"
+                "  kinetree accuracy linkage.yaml --formulations --plot linkage-formulations.svg\n"
                 "  kinetree accuracy linkage.yaml --baselines --duration 1 --steps 0.01,0.005,0.0025\n",
     .operands = "SCENE",
     .least = 1,
@@ -61,7 +61,7 @@ const kt_usage kt_usage_accuracy = {
         "An error is the largest over all joints and records: angles on the circle, quaternions by the rotation\n"
         "between them, in rad; lengths over the scene's length scale (in metres where there are no angles).\n"
         "Where the scene is chaotic the study ends when errors have grown a million times, and says so.\n"
-        "--compare-sets: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
+        "--formulations: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
         "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n"
         "--baselines: the equations with multipliers of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of index\n"
         "1 after Baumgarte, by implicit Euler, Crank-Nicolson, BDF2, the two-step method and Radau IIA, in tree and "
@@ -111,7 +111,7 @@ static int read_lists(kt_accuracy_arguments *a) {
     int code = a->integrator_list != NULL ? read_methods(a) : -1;
     if (code >= 0)
         return code;
-    if (a->baselines && (a->integrator_list != NULL || a->compare_sets || a->out != NULL || a->plot != NULL ||
+    if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
                          a->plot_dark != NULL || a->prices || a->tolerance_list != NULL)) {
         kt_say("accuracy: --baselines has a table of its own: --steps, --duration and --reference go with it, and no "
                "other choice of what to run or write");
@@ -123,7 +123,7 @@ static int read_lists(kt_accuracy_arguments *a) {
         a->tolerances[0] = 1e-6;
         a->tolerance_count = 1;
     }
-    if (a->integrator_list == NULL && a->compare_sets)
+    if (a->integrator_list == NULL && a->formulations)
         a->method_count = kt_compared_methods(a->methods);
     if (a->step_list != NULL)
         a->step_count = kt_list_read("accuracy", "steps", a->step_list, a->steps, KT_ACCURACY_SETTINGS_MAX);
@@ -141,7 +141,7 @@ int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arg
     *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
     int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, &operands);
     if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
-        arguments->budget = arguments->compare_sets ? 60.0 : 20.0;
+        arguments->budget = arguments->formulations ? 60.0 : 20.0;
     return code >= 0 ? code : read_lists(arguments);
 }
 
@@ -209,7 +209,7 @@ static int report(const kt_findings *findings) {
         kt_findings_print(findings);
         fflush(stdout);
         const int priced =
-            arguments->compare_sets ? kt_findings_print_sets(findings) : kt_findings_print_prices(findings);
+            arguments->formulations ? kt_findings_print_formulations(findings) : kt_findings_print_prices(findings);
         code = code == KT_EXIT_DONE ? priced : code;
     }
     return kt_finish_output(code);
@@ -223,7 +223,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     const kt_variant own = kt_own_variant(scene);
     kt_variant variants[KT_COMPARED_FORMULATIONS];
     options.own = &own;
-    if (arguments->compare_sets) {
+    if (arguments->formulations) {
         kt_compared_formulations(scene, variants);
         options.variants = variants;
         options.variant_count = KT_COMPARED_FORMULATIONS;
@@ -249,9 +249,9 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;
-    if ((arguments->compare_sets || arguments->baselines) && kt_loop_count(model) == 0) {
+    if ((arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0) {
         kt_say("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
-               arguments->baselines ? "baselines" : "compare-sets");
+               arguments->baselines ? "baselines" : "formulations");
         kt_model_free(model);
         kt_scene_free(&scene);
         return KT_EXIT_USAGE;

@@ -20,7 +20,7 @@ typedef struct kt_accuracy_arguments {
     double duration, budget;
     kt_settings settings;
     const char *reference, *out, *plot, *plot_dark;
-    bool prices, compare_sets, baselines, dark, quiet;
+    bool prices, formulations, baselines, dark, quiet;
 
     /* The parsed lists. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
@@ -44,7 +44,7 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
 
 /* ---- formulations to compare ------------------------------------------------------------------------------------- */
 
-/* The formulations of --compare-sets: KT_COMPARED_FORMULATIONS variants, and the methods that are used if none are
+/* The formulations of --formulations: KT_COMPARED_FORMULATIONS variants, and the methods that are used if none are
  * given. The second function returns the number of methods. */
 void kt_compared_formulations(const kt_scene *scene, kt_variant *variants);
 int kt_compared_methods(const kt_method **methods);
@@ -73,9 +73,9 @@ void kt_findings_print(const kt_findings *findings);
 /* Prints the cost of variants of the simulation (other reduction, metric, plan, formulation, no projection) at one
  * point. Returns an exit code. */
 int kt_findings_print_prices(const kt_findings *findings);
-/* With --compare-sets, prints this table instead: every formulation at one setting of each method, with a sentence on
+/* With --formulations, prints this table instead: every formulation at one setting of each method, with a sentence on
  * its errors. Returns an exit code. */
-int kt_findings_print_sets(const kt_findings *findings);
+int kt_findings_print_formulations(const kt_findings *findings);
 /* With --baselines, prints this table alone: differential-algebraic formulations by implicit methods. Returns an exit
  * code. */
 int kt_findings_print_baselines(const kt_findings *findings);

@@ -152,9 +152,17 @@ static const kt_option *find_option(const kt_usage *usage, const char *name, siz
     return NULL;
 }
 
+/* Options that had another name in earlier versions. */
+static const struct { const char *before, *now; } renamed[] = {{"compare-sets", "formulations"}};
+
 static int say_unknown_option(const kt_usage *usage, const char *argument, size_t length) {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), argument);
+    for (size_t i = 0; i < sizeof renamed / sizeof *renamed; i++)
+        if (strcmp(name, renamed[i].before) == 0 && find_option(usage, renamed[i].now, strlen(renamed[i].now))) {
+            kt_say("%s: the option '--%s' is called '--%s' now", usage->command, name, renamed[i].now);
+            return KT_EXIT_USAGE;
+        }
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (size_t i = 0; i < usage->option_count; i++)
         (void)kt_nearest_try(&nearest, usage->options[i].name);

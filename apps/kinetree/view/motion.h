@@ -54,7 +54,7 @@ typedef struct kt_motion {
     float *force_values; /* [frame][force][3], N, world axes */
     int64_t stride;      /* every stride-th record becomes a frame; the last one always does */
     int64_t taken;       /* records */
-    bool is_loose;       /* the last frame gives way to the next record */
+    bool is_loose;       /* the last frame is replaced by the next record */
     double fastest;      /* rad/s, the largest angular velocity at any frame */
     int fastest_body;    /* ... and whose */
 } kt_motion;

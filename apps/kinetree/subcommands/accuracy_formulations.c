@@ -7,12 +7,12 @@
 #include <string.h>
 
 /* The formulations that are compared, in this order; each row gives one curve per method. Columns: label, unprojected,
- * absolute, has a set, which, its gain. No single gain suits Baumgarte stabilisation: a low gain loses the loops at
- * singular positions, a high gain costs steps and order. */
+ * absolute, has a formulation, which, its gain. No single gain suits Baumgarte stabilisation: a low gain loses the
+ * loops at singular positions, a high gain costs steps and order. */
 static const struct {
     const char *label;
     bool unprojected, absolute, has_set;
-    kt_constraint_formulation_type set;
+    kt_constraint_formulation_type formulation;
     double gain;
 } kinds[KT_COMPARED_FORMULATIONS] = {
     {"minimal", false, false, false, KT_CONSTRAINT_FORMULATION_GAUSS, 0.0},
@@ -31,7 +31,7 @@ void kt_compared_formulations(const kt_scene *scene, kt_variant *variants) {
         variants[i].formulation = kinds[i].absolute ? KT_FORMULATION_ABSOLUTE : KT_FORMULATION_TREE;
         variants[i].simulation.unprojected = kinds[i].unprojected;
         variants[i].has_constraint_formulation = kinds[i].has_set;
-        variants[i].constraint_formulation = kinds[i].set;
+        variants[i].constraint_formulation = kinds[i].formulation;
         variants[i].gain = kinds[i].gain;
     }
 }
@@ -150,7 +150,7 @@ static int print_method(const kt_findings *findings, const kt_accuracy_curve *cu
     return KT_EXIT_DONE;
 }
 
-int kt_findings_print_sets(const kt_findings *findings) {
+int kt_findings_print_formulations(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
     const kt_accuracy_arguments *arguments = findings->arguments;
     const double goal = arguments->goals[arguments->goal_count / 2];

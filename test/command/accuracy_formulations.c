@@ -1,19 +1,19 @@
-/* kinetree accuracy --compare-sets: every way to keep loops closed in one study, and what each gets wrong. */
+/* kinetree accuracy --formulations: every way to keep loops closed in one study, and what each gets wrong. */
 #include "shell.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { SETS = 7 };
-static const char *const sets[SETS] = {"minimal",         "unprojected", "absolute",  "Baumgarte",
-                                       "stiff Baumgarte", "augmented",   "projection"};
-static const bool closed[SETS] = {true, false, true, false, false, false, true};
+enum { FORMULATIONS = 7 };
+static const char *const formulations[FORMULATIONS] = {"minimal",         "unprojected", "absolute",  "Baumgarte",
+                                                       "stiff Baumgarte", "augmented",   "projection"};
+static const bool closed[FORMULATIONS] = {true, false, true, false, false, false, true};
 
-/* The line of a set, a method and a setting; -1: none. */
-static int find_row(const char *csv, const char *set, const char *method, double setting) {
+/* The line of a formulation, a method and a setting; -1: none. */
+static int find_row(const char *csv, const char *formulation, const char *method, double setting) {
     char start[64];
-    snprintf(start, sizeof start, "\n%s,%s,", set, method);
+    snprintf(start, sizeof start, "\n%s,%s,", formulation, method);
     const int column = kt_csv_column(csv, "setting");
     int line = 0;
     for (const char *at = csv; (at = strchr(at, '\n')) != NULL; at++) {
@@ -24,25 +24,27 @@ static int find_row(const char *csv, const char *set, const char *method, double
     return -1;
 }
 
-/* Errors of every set, and what is left of its loops: projected ones are closed to rounding, the others are not. */
+/* Errors of every formulation, and what is left of its loops: projected ones are closed to rounding, the others are
+ * not. */
 KT_TEST(comparison_runs_every_set_with_both_methods) {
-    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --compare-sets --duration 1 --steps 2e-3,1e-3 "
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --formulations --duration 1 --steps 2e-3,1e-3 "
                                 "--tolerances 1e-6 --budget 10 --out a.csv");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("table", ran.out, "\nrk4, step 0.002 s\n");
     kt_check_contains("table", ran.out, "\ndopri5, tolerance 1e-06\n");
-    for (int i = 1; i < SETS; i++) {
+    for (int i = 1; i < FORMULATIONS; i++) {
         char words[64];
-        snprintf(words, sizeof words, "  %s gets wrong: ", sets[i]);
+        snprintf(words, sizeof words, "  %s gets wrong: ", formulations[i]);
         kt_check_contains("lines", ran.out, words);
     }
     const char *csv = kt_read_file("a.csv");
-    kt_check_equal_int("lines", kt_count_lines(csv), 1 + 3 * SETS);
-    for (int i = 0; i < SETS; i++) {
-        const int coarse = find_row(csv, sets[i], "rk4", 2e-3), fine = find_row(csv, sets[i], "rk4", 1e-3);
-        const int adaptive = find_row(csv, sets[i], "dopri5", 1e-6);
-        const bool stiff = strcmp(sets[i], "stiff Baumgarte") == 0; /* costs order */
-        if (!kt_check_true(sets[i], coarse > 0 && fine > 0 && adaptive > 0))
+    kt_check_equal_int("lines", kt_count_lines(csv), 1 + 3 * FORMULATIONS);
+    for (int i = 0; i < FORMULATIONS; i++) {
+        const int coarse = find_row(csv, formulations[i], "rk4", 2e-3),
+                  fine = find_row(csv, formulations[i], "rk4", 1e-3);
+        const int adaptive = find_row(csv, formulations[i], "dopri5", 1e-6);
+        const bool stiff = strcmp(formulations[i], "stiff Baumgarte") == 0; /* costs order */
+        if (!kt_check_true(formulations[i], coarse > 0 && fine > 0 && adaptive > 0))
             continue;
         const int error = kt_csv_column(csv, "error.position"), open = kt_csv_column(csv, "constraint.position");
         kt_check_below("rk4, 1 ms", kt_csv_number(csv, fine, error), stiff ? 1e-5 : 1e-6);
@@ -55,12 +57,12 @@ KT_TEST(comparison_runs_every_set_with_both_methods) {
     }
 }
 
-/* Whether a set's line says that it did not arrive. */
-static bool is_lost(const char *text, const char *set) {
+/* Whether a formulation's line says that it did not arrive. */
+static bool is_lost(const char *text, const char *formulation) {
     char words[64];
-    snprintf(words, sizeof words, "\n  %s gets wrong: ", set);
+    snprintf(words, sizeof words, "\n  %s gets wrong: ", formulation);
     const char *line = strstr(text, words);
-    if (!kt_check_true(set, line != NULL))
+    if (!kt_check_true(formulation, line != NULL))
         return false;
     line += strlen(words);
     return strncmp(line, "takes another branch", 20) == 0 || strncmp(line, "breaks down", 11) == 0;
@@ -68,7 +70,7 @@ static bool is_lost(const char *text, const char *set) {
 
 /* Through singular positions; dopri5 at a tolerance that the reduction takes to 1e-6. */
 KT_TEST(comparison_says_which_sets_lose_the_n_four_bar) {
-    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/n-four-bar-2.yaml --compare-sets --integrators dopri5 "
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/n-four-bar-2.yaml --formulations --integrators dopri5 "
                                 "--tolerances 1e-9 --budget 10 --plot n.svg");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_true("unprojected", is_lost(ran.out, "unprojected"));
@@ -81,10 +83,12 @@ KT_TEST(comparison_says_which_sets_lose_the_n_four_bar) {
 }
 
 KT_TEST(comparison_needs_loops) {
-    kt_expect(1, "there are no loops to keep closed", "$K accuracy " KT_SCENES "/pendulum.yaml --compare-sets");
+    kt_expect(1, "the option '--compare-sets' is called '--formulations' now",
+              "$K accuracy " KT_SCENES "/four-bar.yaml --compare-sets");
+    kt_expect(1, "there are no loops to keep closed", "$K accuracy " KT_SCENES "/pendulum.yaml --formulations");
 }
 
-/* Orders of Radau IIA in both sets of coordinates, from the last lines of their tables; what is asked besides is
+/* Orders of Radau IIA in tree and absolute coordinates, from the last lines of their tables; what is asked besides is
  * refused. */
 KT_TEST(baselines_print_orders_in_tree_and_absolute_coordinates) {
     const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --baselines --duration 0.25 "
