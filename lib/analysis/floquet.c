@@ -89,7 +89,8 @@ static size_t place(void *memory, const kt_model *model, const kt_floquet_option
 
 kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options, kt_floquet **floquet,
                             kt_error *error) {
-    KT_REQUIRE(error, model, options, options->method, floquet);
+    if (KT_IS_MISSING(error, model, options, options->method, floquet))
+        return KT_ERROR_ARGUMENT;
     kt_status status = check(model, options, error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
@@ -226,7 +227,8 @@ static void estimate(kt_floquet *f) {
 }
 
 kt_status kt_floquet_evaluate(kt_floquet *f, double t, const double *q, const double *v, kt_error *error) {
-    KT_REQUIRE(error, f, q || kt_model_nq(f->model) == 0, v || f->n == 0, isfinite(t));
+    if (KT_IS_MISSING(error, f, q || kt_model_nq(f->model) == 0, v || f->n == 0, isfinite(t)))
+        return KT_ERROR_ARGUMENT;
     f->count = f->states = 0;
     f->gap_size = (double)NAN;
     kt_status status = follow(f, t, q, v, f->options.steps / 2, f->coarse, error);

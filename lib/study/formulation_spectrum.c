@@ -82,7 +82,8 @@ static void sort(const kt_formulation_spectrum *s, size_t n, double *real, doubl
 kt_status kt_constraint_formulation_spectrum(kt_constraint_formulation *formulation, kt_data *data, double t,
                                              const double *q, const double *v, double *real, double *imaginary,
                                              kt_error *error) {
-    KT_REQUIRE(error, formulation, data, q || formulation->n == 0, v || formulation->n == 0, real, imaginary);
+    if (KT_IS_MISSING(error, formulation, data, q || formulation->n == 0, v || formulation->n == 0, real, imaginary))
+        return KT_ERROR_ARGUMENT;
     const size_t n = 2 * (size_t)formulation->n, nq = (size_t)kt_model_nq(formulation->model);
     const size_t size = lay_out(NULL, n, nq);
     double norm;
