@@ -291,6 +291,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         place_rows(model, data, g, alive);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         group->least = least_of(model, group, &w);
+        group->tolerance = KT_RANK_TOLERANCE;
         kt_form_choose_damped(model, group);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
@@ -321,6 +322,8 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
             group->usual[rows] = !group->rank[rows] ? 0.0 : kt_group_has_fronts(group) ? 1.0 : group->usual[rows];
             prefer(model, group, rows, found);
         }
+        group->least *= KT_RANK_TOLERANCE / KT_RANK_RESOLVED; /* the floor, their product, remains */
+        group->tolerance = KT_RANK_RESOLVED;
     }
     if (model->n.front) {
         kt_fronts_find_delays(model);

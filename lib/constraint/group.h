@@ -47,7 +47,8 @@ typedef struct kt_group_work {
      * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
      * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
     const double *weight;
-    double least; /* lower bound of the size that the largest direction counts as */
+    double least;     /* lower bound of the size that the largest direction counts as */
+    double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */
 #define KT_GROUP_DECLARE(name, count, meaning) double *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
@@ -73,6 +74,7 @@ KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t 
     w->weight =
         group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
     w->least = group->least;
+    w->tolerance = group->tolerance;
 #define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
     KT_GROUP_FIELDS(KT_GROUP_FIND)
 #undef KT_GROUP_FIND

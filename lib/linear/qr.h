@@ -18,9 +18,14 @@ typedef struct kt_qr {
 
 /* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
  * largest direction counts as at least KT_RANK_FLOOR of what it could be (rank.c): if all entries are rounding noise,
- * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be. */
+ * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be.
+ *
+ * That is asked where the number of independent equations is not known yet. Where it is, and caps the rank, a small
+ * direction is a real one, down to KT_RANK_RESOLVED of the largest: of linkages whose lengths are off by d, positions at
+ * which two loops fold at once have directions of the size d, not of its root, and the motion stays there for long. */
 #define KT_RANK_TOLERANCE 1e-10
 #define KT_RANK_FLOOR 1e-3
+#define KT_RANK_RESOLVED 1e-13
 
 static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;

@@ -157,6 +157,7 @@ typedef struct kt_group {
     int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
     double least;                 /* the least size that the first direction counts as (constraint/group.h) */
+    double tolerance;             /* the size, relative to that, below which a direction is lost */
     kt_group_form form;           /* how it is eliminated (compile/form.c) */
     kt_group_form damped_form;    /* of damped steps: DENSE, FRONT or DELASSUS */
     kt_form_reason reason;        /* why it has this form */

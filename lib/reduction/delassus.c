@@ -235,7 +235,7 @@ static double product(const kt_v4 *g, kt_v4 x, kt_v4 y) {
 /* The columns of C for the equations from `begin` to `end`, after those before, by Gram and Schmidt with the scalar
  * product of G = A A': the longest remainder first. *first is the squared size of the largest so far. Returns the size
  * of the last, 0 if that is not clear. */
-static double orthonormalise(const kt_v4 *g, int begin, int end, kt_v4 *c, double *first) {
+static double orthonormalise(const kt_v4 *g, int begin, int end, double tolerance, kt_v4 *c, double *first) {
     bool taken[KT_DELASSUS_MAX] = {false};
     double last = 0.0;
     for (int n = begin; n < end; n++) {
@@ -258,7 +258,7 @@ static double orthonormalise(const kt_v4 *g, int begin, int end, kt_v4 *c, doubl
         }
         *first = fmax(*first, most);
         if (best < 0 ||
-            !(most > SMALL * SMALL * g[best][best] && most > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * *first))
+            !(most > SMALL * SMALL * g[best][best] && most > tolerance * tolerance * *first))
             return 0.0;
         last = sqrt(most);
         taken[best] = true;
@@ -276,7 +276,7 @@ static double orthonormalise_steps(const sweep *s, kt_rows rows, const kt_v4 *g,
         const int32_t step = s->row[begin].step;
         while (end < s->count && s->row[end].step == step)
             end++;
-        least = fmin(least, orthonormalise(g, begin, end, c, &first) / usual[step]);
+        least = fmin(least, orthonormalise(g, begin, end, s->f.w.tolerance, c, &first) / usual[step]);
     }
     return least;
 }

@@ -127,7 +127,7 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
     for (; rank < most && rank < n && rank < k; rank++) {
         const int best = kt_longest_column(norm, rank, k, &all);
         *first = kt_larger(*first, norm[best]);
-        if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * *first))
+        if (!(norm[best] > f->w.tolerance * f->w.tolerance * *first))
             break;
         if (usual && k - rank <= f->plan->delayed_most && is_small(f, d->pivot[best], norm[best], *usual))
             break;
@@ -159,7 +159,7 @@ KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor
         early += kt_front_vector_count(f, f->live[l]) * rank;
     for (int c = rank; c < count->rows && count->rows - rank <= f->plan->delayed_most; c++) {
         const double *row = x->rows + c * n, weight = f->w.weight ? f->w.weight[pivot[c]] : 1.0;
-        if (!(kt_squares(row, rank, n) > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
+        if (!(kt_squares(row, rank, n) > f->w.tolerance * f->w.tolerance * first))
             continue;
         const int32_t slot = kt_front_delayed(f, count->delayed);
         double *t = kt_front_vector(f, slot);

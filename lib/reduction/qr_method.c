@@ -57,7 +57,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap) {
             return -1;
         if (j == 0)
             first = kt_larger(norm[best], w->least * w->least);
-        if (!(norm[best] > KT_RANK_TOLERANCE * KT_RANK_TOLERANCE * first))
+        if (!(norm[best] > w->tolerance * w->tolerance * first))
             return j;
         kt_qr_step(&qr, m, j, best, norm);
     }
@@ -99,7 +99,7 @@ static int factor_large(kt_group_work *w, int cap) {
         w->pivot[c]--; /* Fortran counts from 1 */
     const double first = kt_larger(fabs(w->factor[0]), w->least);
     int rank = 0;
-    while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > KT_RANK_TOLERANCE * first)
+    while (rank < cap && fabs(w->factor[(size_t)rank * (size_t)(w->m + 1)]) > w->tolerance * first)
         rank++;
     unweight(w, rank);
     return rank;

@@ -68,7 +68,7 @@ static int eliminate(const kt_group_work *w, int cap) {
         const double pivot = fabs(*at(w, row, column));
         if (j == 0)
             first = kt_larger(pivot, w->least);
-        if (!(pivot > KT_RANK_TOLERANCE * first))
+        if (!(pivot > w->tolerance * first))
             return j;
         if (row != j)
             swap_rows(w, row, j);

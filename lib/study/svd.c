@@ -25,7 +25,7 @@ static int factor(kt_group_work *w, int cap) {
         return -1;
     const double first = kt_larger(w->reflector[0], w->least);
     int rank = 0;
-    while (rank < cap && w->reflector[rank] > KT_RANK_TOLERANCE * first)
+    while (rank < cap && w->reflector[rank] > w->tolerance * first)
         rank++;
     return rank;
 }
