@@ -275,6 +275,13 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
     return fmax(KT_RANK_FLOOR * sqrt(longest), model->rounding / KT_RANK_TOLERANCE * sqrt(of_lengths));
 }
 
+/* Lets directions count down to `tolerance` of the largest; what counts at all, `least` times KT_RANK_TOLERANCE,
+ * remains. */
+static void resolve(kt_group *group, int rows, double least, double tolerance) {
+    group->least[rows] = least * (KT_RANK_TOLERANCE / tolerance);
+    group->tolerance[rows] = tolerance;
+}
+
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */
 static void begin(kt_model *model, kt_data *data, bool *alive) {
     kt_violation violation;
@@ -290,11 +297,12 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, alive);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        group->least = least_of(model, group, &w);
-        group->tolerance = KT_RANK_TOLERANCE;
+        const double least = least_of(model, group, &w);
         kt_form_choose_damped(model, group);
-        for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++) {
+            resolve(group, rows, least, KT_RANK_TOLERANCE);
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
+        }
     }
     memset(alive, 0, model->n.row * sizeof *alive);
 }
@@ -320,10 +328,9 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
             group->usual[rows] = !group->rank[rows] ? 0.0 : kt_group_has_fronts(group) ? 1.0 : group->usual[rows];
+            resolve(group, rows, group->least[rows], rows == KT_ROWS_CLOSED ? KT_RANK_CLOSED : KT_RANK_MOVING);
             prefer(model, group, rows, found);
         }
-        group->least *= KT_RANK_TOLERANCE / KT_RANK_RESOLVED; /* the floor, their product, remains */
-        group->tolerance = KT_RANK_RESOLVED;
     }
     if (model->n.front) {
         kt_fronts_find_delays(model);

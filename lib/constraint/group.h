@@ -73,8 +73,8 @@ KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t 
     w->pivot = data->pivot + group->row;
     w->weight =
         group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
-    w->least = group->least;
-    w->tolerance = group->tolerance;
+    w->least = group->least[rows];
+    w->tolerance = group->tolerance[rows];
 #define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
     KT_GROUP_FIELDS(KT_GROUP_FIND)
 #undef KT_GROUP_FIND

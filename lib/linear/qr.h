@@ -21,11 +21,14 @@ typedef struct kt_qr {
  * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be.
  *
  * That is asked where the number of independent equations is not known yet. Where it is, and caps the rank, a small
- * direction is a real one, down to KT_RANK_RESOLVED of the largest: of linkages whose lengths are off by d, positions at
- * which two loops fold at once have directions of the size d, not of its root, and the motion stays there for long. */
+ * direction is a real one: of linkages whose lengths are off by d, positions at which two loops fold at once have
+ * directions of the size d, not of its root, and the motion stays there for long. Positions can be closed along it down
+ * to KT_RANK_CLOSED of the largest; rates and accelerations, in whose errors it counts more than once, are computed
+ * with it down to KT_RANK_MOVING (measured by test/hard/band.py, scissor_lift and sarrus_flat). */
 #define KT_RANK_TOLERANCE 1e-10
 #define KT_RANK_FLOOR 1e-3
-#define KT_RANK_RESOLVED 1e-13
+#define KT_RANK_CLOSED 1e-13
+#define KT_RANK_MOVING 1e-11
 
 static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;

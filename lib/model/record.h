@@ -148,22 +148,22 @@ typedef enum kt_form_reason {
  * carries all links of the group and is not one of them. Equations that are void at every position are left out; those
  * with a residual come first. */
 typedef struct kt_group {
-    int32_t parent;               /* link */
-    int32_t loop, loop_count;     /* in model->group_loop */
-    int32_t link, link_count;     /* in model->group_link, ascending */
-    int32_t v, v_count;           /* in model->group_v: the coordinates of these links, in their order */
-    int32_t row, row_count;       /* in model->slot: its loops' equations */
-    int32_t count[KT_ROWS_COUNT]; /* of them that are not void */
-    int32_t rank[KT_ROWS_COUNT];  /* of them that are independent, at generic positions */
-    double usual[KT_ROWS_COUNT];  /* size of the last independent direction there, the largest seen */
-    double least;                 /* the least size that the first direction counts as (constraint/group.h) */
-    double tolerance;             /* the size, relative to that, below which a direction is lost */
-    kt_group_form form;           /* how it is eliminated (compile/form.c) */
-    kt_group_form damped_form;    /* of damped steps: DENSE, FRONT or DELASSUS */
-    kt_form_reason reason;        /* why it has this form */
-    bool has_armature;            /* a joint of it has */
-    size_t dense;                 /* first number in data->dense */
-    size_t at[KT_GROUP_MATRICES]; /* of each of its matrices, from there */
+    int32_t parent;                  /* link */
+    int32_t loop, loop_count;        /* in model->group_loop */
+    int32_t link, link_count;        /* in model->group_link, ascending */
+    int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */
+    int32_t row, row_count;          /* in model->slot: its loops' equations */
+    int32_t count[KT_ROWS_COUNT];    /* of them that are not void */
+    int32_t rank[KT_ROWS_COUNT];     /* of them that are independent, at generic positions */
+    double usual[KT_ROWS_COUNT];     /* size of the last independent direction there, the largest seen */
+    double least[KT_ROWS_COUNT];     /* the least size that the first direction counts as (constraint/group.h) */
+    double tolerance[KT_ROWS_COUNT]; /* the size, relative to that, below which a direction is lost */
+    kt_group_form form;              /* how it is eliminated (compile/form.c) */
+    kt_group_form damped_form;       /* of damped steps: DENSE, FRONT or DELASSUS */
+    kt_form_reason reason;           /* why it has this form */
+    bool has_armature;               /* a joint of it has */
+    size_t dense;                    /* first number in data->dense */
+    size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */
     kt_front_plan front;
 } kt_group;
 

@@ -257,8 +257,7 @@ static double orthonormalise(const kt_v4 *g, int begin, int end, double toleranc
             }
         }
         *first = fmax(*first, most);
-        if (best < 0 ||
-            !(most > SMALL * SMALL * g[best][best] && most > tolerance * tolerance * *first))
+        if (best < 0 || !(most > SMALL * SMALL * g[best][best] && most > tolerance * tolerance * *first))
             return 0.0;
         last = sqrt(most);
         taken[best] = true;
