@@ -123,6 +123,9 @@ struct kt_integrator {
     const kt_method *table;         /* the method, or of one that switches the one that takes the present step */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
+    double (*noise)(double h, void *user); /* by how much errors of the slopes themselves may put the state off within
+                                              the last try of the step h, which is short; 0: none, or not short. NULL:
+                                              never */
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */

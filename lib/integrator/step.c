@@ -107,6 +107,13 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
     return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
+/* Whether the error estimate of a try is made of errors of the slopes, which no shorter step lowers. */
+static bool is_noise(const kt_integrator *it, double h, const kt_try *r) {
+    const kt_integrator_options *o = &it->options;
+    return it->noise != NULL && r->result == KT_TRY_INACCURATE &&
+           r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <= it->noise(fabs(h), it->callbacks.user);
+}
+
 /* The caller's projection of the trial state, if there is one. */
 static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try *result) {
     *changed = true;
@@ -342,7 +349,7 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         plan_adaptive(it, t_limit, proposed, &p);
         bool changed = false;
         const bool passed =
-            kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED &&
+            (kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED || is_noise(it, p.interval.h, &r)) &&
             (it->callbacks.project == NULL || project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED);
         const bool stuck = r.result != KT_TRY_STOPPED && is_stuck(it, t_limit);
         if (stuck || !passed)
@@ -350,9 +357,10 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
         if (stuck)
             return report_stuck(it, t_limit, p.interval.h, &r, error);
         if (passed) {
-            double control_error;
+            double control_error = it->memory.control_error, next = fabs(p.interval.h);
             it->quadrature_error = worst_quadrature(it, p.interval.h);
-            const double next = accept(it, &p, retried, r.error, &control_error);
+            if (r.error <= 1.0) /* noise says nothing of the next step */
+                next = accept(it, &p, retried, r.error, &control_error);
             commit(it, &p, changed, next, r.error);
             it->memory.control_error = control_error;
             return KT_OK;

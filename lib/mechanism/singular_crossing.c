@@ -29,7 +29,8 @@
  * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken.
  *
  * What an error e of an acceleration matters is told (kt_data_crossings) by how far it leads off while the motion is
- * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s.
+ * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s. A motion
+ * may stay for longer, where two loops fold at once: within a step it leads off by e / 2 times the step's square.
  */
 #include "mechanism/evaluate.h"
 
@@ -320,14 +321,19 @@ static bool is_direct_better(const crossing *c, const double *a) {
     return contradicts(c, a) || (!settled && c->open + c->rounding < c->interpolated);
 }
 
-/* Adds to what kt_data_crossings tells; s: the size of the smallest direction. */
+/* Adds to what kt_data_crossings tells; s: the size of the smallest direction. Where errors cannot be measured the
+ * position itself is not known to better than x y = ROUNDING tells. */
 static void count_crossing(const crossing *c, double s, bool interpolated) {
+    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->v, NULL);
+    const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
+    const bool measured = isfinite(error) && time > 0.0;
     kt_crossings *seen = &c->data->crossings;
-    const double speed = difference(c->model, c->v, NULL), time = interpolated ? c->dt : s / speed;
-    const double error = 0.5 * (interpolated ? c->interpolated : c->rounding) * time * time;
+    kt_passage *passage = &c->data->passage;
+    passage->time = seen->near ? fmin(passage->time, fmax(s, nearest) / speed) : fmax(s, nearest) / speed;
+    passage->acceleration = fmax(passage->acceleration, measured ? error : 0.0);
     seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
-    seen->error = error > seen->error ? error : seen->error;
+    seen->error = fmax(seen->error, measured ? 0.5 * error * time * time : nearest);
 }
 
 /* Computes the acceleration near a singular position again, if something better is to be had than the direct one in

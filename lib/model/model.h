@@ -264,6 +264,12 @@ typedef struct kt_front_count {
     X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
+/* The motion next to a singular position, since the last call of kt_data_crossings: the largest estimated error of an
+ * acceleration, over its unit, and the least time in which the position would be reached; 0 and 0 if there is none. */
+typedef struct kt_passage {
+    double acceleration, time;
+} kt_passage;
+
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
     uint64_t shape;    /* of its model */
@@ -272,7 +278,8 @@ struct kt_data {
     bool dead;         /* the last projection was refused at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
-    kt_crossings crossings;     /* since the last call of kt_data_crossings */
+    kt_crossings crossings; /* since the last call of kt_data_crossings */
+    kt_passage passage;
     kt_iterations iterations;   /* since the last call of kt_data_iterations */
     kt_iterations closing;      /* of the last projection alone */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of

@@ -187,6 +187,9 @@ static inline void kt_simulation_put_works(const kt_simulation *simulation, cons
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
+/* What rounding makes of accelerations next to singular positions, within a step h (kt_integrator.noise). */
+double kt_simulation_noise(double h, void *user);
+
 /* Whether there are implicit methods, and Jacobians of mechanisms for them. */
 #ifdef KT_NO_JACOBIAN
 #define KT_HAS_JACOBIAN 0

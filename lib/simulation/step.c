@@ -121,6 +121,8 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
 }
 
 void kt_simulation_count(kt_simulation *simulation) {
+    const kt_integrator_memory *integrator = kt_integrator_memory_get(simulation->integrator);
+    const double step = integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
         const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->user_data);
@@ -129,9 +131,13 @@ void kt_simulation_count(kt_simulation *simulation) {
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
         most->capped += new.capped;
     }
-    for (int i = 0; i < 2 && simulation->groups > 0; i++)
-        add_crossings(&simulation->memory.crossings,
-                      kt_data_crossings(i == 0 ? simulation->data : simulation->user_data));
+    for (int i = 0; i < 2 && simulation->groups > 0; i++) {
+        kt_data *data = i == 0 ? simulation->data : simulation->user_data;
+        const double led_off = 0.5 * data->passage.acceleration * step * step;
+        kt_crossings new = kt_data_crossings(data);
+        new.error = fmax(new.error, led_off);
+        add_crossings(&simulation->memory.crossings, new);
+    }
 }
 
 kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *simulation) {
