@@ -9,7 +9,8 @@
  * size s, which amplify the rounding errors of phi. A gap c in it makes the motion bend as one whose lengths are off by
  * c would (singular_crossing.c), so it is closed like the others, once they are, if it is above rounding and s above
  * the root of that: below, steps c / s would be longer than s, within which the equation is linear. There the direction
- * is left out until the motion has moved on, unless the gap exceeds the tolerance.
+ * is left out until the motion has moved on, unless the gap exceeds the tolerance; and if no step closes it then,
+ * because the linkage would have to go elsewhere, it counts as closed as far as an assembly's would.
  */
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
@@ -147,13 +148,19 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
                                                      : closure;
 }
 
+/* Whether a gap is left in a direction too small for rounding to tell where it would be closed; as last factored. */
+static bool is_undecided(const kt_model *model, const kt_data *data, double gap) {
+    return gap <= KT_CLOSED_ASSEMBLED && kt_is_near_singular(model, data) &&
+           smallest(model, data, KT_ROWS_CLOSED) < RESOLVED;
+}
+
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
                                double goal, double tolerance, bool *changed, kt_violation *violation) {
     data->closing = (kt_iterations){0, 0, 0, 0};
     kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
-    if (!kt_loops_are_closed(model, q, violation->gap, tolerance))
+    if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
         return KT_CLOSURE_OPEN;
     closure = close_velocities(model, data, v, changed, violation);
     if (closure != KT_CLOSURE_DONE)

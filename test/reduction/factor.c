@@ -98,9 +98,9 @@ KT_TEST(large_matrices_are_solved_as_small_ones) {
     kt_check_worst(&solution);
 }
 
-/* Directions end at 1e-10 of the first, and that counts as `least` at least; below the size where LAPACK factors and
- * from there on. */
-KT_TEST(rank_ends_at_a_ten_billionth_of_what_the_first_direction_counts_as) {
+/* Directions end at the tolerance, 1e-10 or 1e-13 of the first, and that counts as `least` at least; below the size
+ * where LAPACK factors and from there on. The cases are those of 1e-10: what is of its size is scaled. */
+KT_TEST(rank_ends_at_the_tolerance_of_what_the_first_direction_counts_as) {
     static const int sizes[] = {2, KT_LARGE};
     static const struct {
         double first, second, least;
@@ -109,16 +109,19 @@ KT_TEST(rank_ends_at_a_ten_billionth_of_what_the_first_direction_counts_as) {
                  {1.0, 1.1e-10, 1.0, 2}, {1e-3, 1.1e-10, 1.0, 2},  {1e-3, 0.9e-10, 1.0, 1},     {1.1e-10, 0.0, 1.0, 1},
                  {0.9e-10, 0.0, 1.0, 0}, {5e-324, 0.0, 1e-300, 0}, {2e-150, 1e-150, 1e-120, 0}, {0.0, 0.0, 0.0, 0}};
     for (int way = 0; way < 3; way++)
-        for (int s = 0; s < 2; s++)
+        for (int s = 0; s < 4; s++)
             for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+                const int m = sizes[s % 2];
+                const double scale = s < 2 ? 1.0 : 1e-3, first = cases[c].first;
                 matrix_bench b;
-                matrix_set_up(&b, sizes[s], 2);
-                memset(b.w.a, 0, (size_t)(2 * sizes[s]) * sizeof *b.w.a);
-                b.w.a[0] = cases[c].first;
-                b.w.a[sizes[s] + 1] = cases[c].second;
+                matrix_set_up(&b, m, 2);
+                memset(b.w.a, 0, (size_t)(2 * m) * sizeof *b.w.a);
+                b.w.a[0] = first > 1e-100 && first < 1e-5 ? first * scale : first;
+                b.w.a[m + 1] = cases[c].second * scale;
                 b.w.least = cases[c].least;
-                kt_note("way %d, %d coordinates, %g and %g of %g", way, sizes[s], cases[c].first, cases[c].second,
-                        cases[c].least);
+                b.w.tolerance = KT_RANK_TOLERANCE * scale;
+                kt_note("way %d, %d coordinates, %g and %g of %g, tolerance %g", way, m, b.w.a[0], b.w.a[m + 1],
+                        cases[c].least, b.w.tolerance);
                 kt_check_equal_int("rank", kinds[way]->factor(&b.w, 2), cases[c].rank);
                 (void)matrix_tear_down(&b);
             }

@@ -14,7 +14,7 @@ void matrix_set_up(matrix_bench *b, int m, int k) {
     for (size_t i = 0; i < b->count + CANARY; i++)
         b->memory[i] = i < b->count ? (double)NAN : guard; /* nothing that has not been written may be read */
     const size_t *at = group.at;
-    b->w = (kt_group_work){.m = m, .k = k, .pivot = b->pivot};
+    b->w = (kt_group_work){.m = m, .k = k, .pivot = b->pivot, .tolerance = KT_RANK_TOLERANCE};
 #define MATRIX_PLACE(name, count, meaning) b->w.name = b->memory + *at++;
     KT_GROUP_FIELDS(MATRIX_PLACE)
 #undef MATRIX_PLACE
