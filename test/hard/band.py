@@ -13,7 +13,7 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
   r  refuse a linkage that is rigid if its lengths are off by d
   e  with fixed steps, end with an error on the way
 Wrong are X without a word, T a warning where the distance is above rounding, E another error, O no end in --patience seconds.
-Without --full there are some distances of some families and methods (20 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
+Without --full there are some distances of some families and methods (30 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
 and zero, of every family by every method (RUNS), for hours: choose some by --families and --runs.
 """
 import argparse
