@@ -223,7 +223,12 @@ typedef struct kt_end {
     X(KT_LOOP_UNIVERSAL, universal)     /* 4: Cardan joint */                                                          \
     X(KT_LOOP_COUPLING, coupling)       /* 1: terms = offset, as of gears */                                           \
     X(KT_LOOP_MOTION, motion)           /* 1: a joint's position is a function of time */                              \
-    X(KT_LOOP_ROLLING, rolling)         /* 2 of velocities, and 1 where holonomic */
+    X(KT_LOOP_ROLLING, rolling)         /* 2 of velocities, and 1 where holonomic */                                   \
+    X(KT_LOOP_KNIFE_EDGE, knife_edge)   /* 1 of velocities: none along axis */                                         \
+    X(KT_LOOP_RATES, rates)             /* 1 of velocities: terms = function */                                        \
+    X(KT_LOOP_HOMOKINETIC, homokinetic) /* 4: constant-velocity joint */                                               \
+    X(KT_LOOP_SURFACE, surface)         /* 1: the second point stays on a surface */                                   \
+    X(KT_LOOP_CURVE, curve)             /* 2: on a curve, and 1 where its arc length is given */
 
 /* Types of constraints between two ends, or between joints. */
 typedef enum kt_loop_type {
@@ -233,10 +238,61 @@ typedef enum kt_loop_type {
         KT_LOOP_TYPE_COUNT /* how many */
 } kt_loop_type;
 
-/* One term of a coupling: coefficient * position of a scalar joint. */
+/* Types of surfaces. X(type, name in scene files) */
+#define KT_SURFACE_LIST(X)                                                                                             \
+    X(KT_SURFACE_NONE, none)         /* not given */                                                                   \
+    X(KT_SURFACE_PLANE, plane)       /* normal to the axis */                                                          \
+    X(KT_SURFACE_CYLINDER, cylinder) /* about the axis */                                                              \
+    X(KT_SURFACE_SPHERE, sphere)     /* about the first end's point */                                                 \
+    X(KT_SURFACE_TORUS, torus)       /* about the axis */
+
+/* The surfaces on which a loop can keep a point. */
+typedef enum kt_surface_type {
+#define KT_SURFACE_ENUM(id, name) id,
+    KT_SURFACE_LIST(KT_SURFACE_ENUM)
+#undef KT_SURFACE_ENUM
+        KT_SURFACE_TYPE_COUNT /* how many */
+} kt_surface_type;
+
+/* A surface in the frame of a loop's first end; only the members of its type are read. */
+typedef struct kt_surface {
+    kt_surface_type type; /* default: none */
+    double radius;        /* cylinder, sphere; torus: of the circle in the middle of its tube, m */
+    double tube;          /* torus: radius of the tube, m */
+} kt_surface;
+
+/* Types of curves in space. X(type, name in scene files) */
+#define KT_TRACK_LIST(X)                                                                                               \
+    X(KT_TRACK_NONE, none)     /* not given */                                                                         \
+    X(KT_TRACK_LINE, line)     /* along the axis */                                                                    \
+    X(KT_TRACK_CIRCLE, circle) /* about the axis */                                                                    \
+    X(KT_TRACK_HELIX, helix)   /* about the axis */                                                                    \
+    X(KT_TRACK_SPLINE, spline) /* through points */
+
+/* The curves on which a loop can keep a point. */
+typedef enum kt_track_type {
+#define KT_TRACK_ENUM(id, name) id,
+    KT_TRACK_LIST(KT_TRACK_ENUM)
+#undef KT_TRACK_ENUM
+        KT_TRACK_TYPE_COUNT /* how many */
+} kt_track_type;
+
+/* A curve in the frame of a loop's first end; only the members of its type are read. Its arc length is counted from the
+ * first end's point (line), the x axis (circle, helix; of a helix in the plane through that point), or the first point
+ * (spline). */
+typedef struct kt_track {
+    kt_track_type type;    /* default: none */
+    double radius;         /* circle, helix, m */
+    double pitch;          /* helix: advance along the axis, m per radian; not 0 */
+    const kt_vec3 *points; /* spline, m: the caller's; the natural cubic spline through them, whose parameter is the sum
+                              of their distances, and the straight lines beyond its ends */
+    int point_count;       /* spline: two or more, each apart from the one before */
+} kt_track;
+
+/* One term of a coupling: coefficient * position of a scalar joint; of rates: coefficient * its rate. */
 typedef struct kt_term {
     const char *joint;  /* a body whose joint has one coordinate */
-    double coefficient; /* of its position, rad or m */
+    double coefficient; /* of its position, rad or m, or of its rate */
 } kt_term;
 
 /* A constraint that the tree cannot carry; only the members of its type are read. */
@@ -244,16 +300,20 @@ typedef struct kt_loop {
     const char *name;     /* as a body's; the only loop of its name */
     kt_loop_type type;    /* how many equations it is, and of what */
     kt_end between[2];    /* rolling: the wheel's centre, and the surface it rolls on */
-    kt_vec3 axis;         /* in both ends' frames; rolling: the wheel's axle, in the wheel's frame */
+    kt_vec3 axis;         /* in both ends' frames; rolling: the wheel's axle, in the wheel's frame; knife_edge: the
+                             direction without velocity, in the second end's frame */
     kt_vec3 axis2;        /* orthogonal, universal: in the second end's frame; rolling: the surface's normal */
     double pitch;         /* screw, m per radian */
     double radius;        /* rolling, m */
     bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation; default true */
     kt_function function; /* distance: the length (not given: that in the given positions, before loops are closed);
-                             motion: the joint's position */
+                             motion: the joint's position; rates: what the terms add up to (not given: 0); curve: the
+                             arc length (not given: free) */
+    kt_surface surface;   /* surface: on which the second point stays */
+    kt_track curve;       /* curve: likewise */
     const char *joint;    /* motion: that is driven */
-    const kt_term *terms; /* coupling: sum of terms = offset */
-    int term_count;       /* coupling: length of terms */
+    const kt_term *terms; /* coupling: sum of terms = offset; rates: sum of terms, of rates, = function */
+    int term_count;       /* coupling, rates: length of terms */
     double offset;        /* coupling: what the terms add up to */
 } kt_loop;
 

@@ -39,6 +39,9 @@ typedef enum kt_key_kind {
     KT_KEY_METHOD,    /* kt_function.interpolation */
     KT_KEY_PARTS,     /* kt_function.parts */
     KT_KEY_FORMULA,   /* const char *: a formula (expression.h) */
+    KT_KEY_SURFACE,   /* kt_surface */
+    KT_KEY_TRACK,     /* kt_track */
+    KT_KEY_POINTS,    /* kt_track.points: a list of [x, y, z] */
     KT_KEY_KIND_COUNT /* how many */
 } kt_key_kind;
 
@@ -51,9 +54,9 @@ typedef enum kt_key_range {
 
 /* One key. */
 typedef struct kt_key {
-    const char *name; /* "stiffness"; keys of joints and shapes begin with "joint." and "shape." */
+    const char *name; /* "stiffness"; keys of joints, shapes, surfaces and curves begin with "joint.", "shape." ... */
     kt_key_kind kind; /* what it holds */
-    size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape or kt_function */
+    size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape, kt_function, kt_surface or kt_track */
     const char *unit; /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
     const char *help; /* what it is, without the unit; NULL in a library for a machine without an operating system */
     const char *standard; /* its default in words; NULL: the value that the struct's _default has */
@@ -114,13 +117,16 @@ KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);
 KT_API const kt_descriptor *kt_effect_descriptor(kt_effect_type type);
 KT_API const kt_descriptor *kt_shape_descriptor(kt_shape_type type);
 KT_API const kt_descriptor *kt_function_descriptor(kt_function_type type);
+KT_API const kt_descriptor *kt_surface_descriptor(kt_surface_type type);
+KT_API const kt_descriptor *kt_track_descriptor(kt_track_type type);
 
 /* The first key of this name, or of this kind; NULL if the type has none, or if descriptor is NULL. O(keys). */
 KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name);
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
-/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false; 0
- * for a type that does not exist, and in a library without loops. O(1). */
+/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false, and
+ * the arc length of a curve where it is not given; 0 for a type that does not exist, and in a library without loops.
+ * O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* The words of KT_QUANTITY_LIST: the name and the unit of a quantity, of an effect in a sliding joint or of any other,

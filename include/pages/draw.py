@@ -549,6 +549,72 @@ def rolling(p, loop):
     p.text((228, 28), "wheel (second)", "a")
 
 
+def knife_edge(p, loop):
+    p.path([(1.25, -1.7, -0.45), (1.25, 1.7, -0.45), (-1.25, 1.7, -0.45), (-1.25, -1.7, -0.45)], "plane", True)
+    p.path([(0, -0.75, -0.45), (0, 0.75, -0.45), (0, 0.95, -0.25), (0, 0.75, -0.1), (0, -0.75, -0.1)], "b1", True)
+    p.box((0, 0, 0.05), (0.34, 1.3, 0.3), "b")
+    p.arrow((0, 1.0, -0.45), (0, 1.85, -0.45))
+    p.axis((0, 0, -0.28), (1.35, 0, -0.28), "axis", shift=(-10, 14))
+    p.path([(0.62, -0.14, -0.28), (0.9, 0.14, -0.28)], "m")
+    p.path([(0.62, 0.14, -0.28), (0.9, -0.14, -0.28)], "m")
+    names(p, loop, (258, 168), (120, 60))
+
+
+def rates(p, loop):
+    gear(p, (196, 88), 60, 24, "b", 0.5)
+    gear(p, (106, 88), 30, 12, "p", 0.0)
+    flat_turn(p, (106, 88), 43, 100, 200)
+    flat_turn(p, (196, 88), 74, 65, 15)
+    p.text((60, 54), "v_1", "i m")
+    p.text((276, 54), "v_2", "i m")
+    p.text((160, 183), "c_1 v_1 + c_2 v_2 = f(t)", "i")
+
+
+def homokinetic(p, loop):
+    def shaft(u):
+        return about(X, math.radians(38), u)
+    p.axis((0, -2.2, 0), (0, -1.7, 0))
+    p.cylinder((0, -1.7, 0), Y, 0.17, 1.5, "p")
+    p.cylinder((0, -0.35, 0), Y, 0.46, 0.5, "p", hole=0.36)
+    p.ball((0, 0.12, 0.04), 0.3, "b")
+    p.cylinder(shaft((0, 0.3, 0)), shaft(Y), 0.15, 1.45, "b")
+    p.axis(shaft((0, 1.78, 0)), shaft((0, 2.25, 0)), "axis", shift=(16, 6))
+    p.turn((0, -1.1, 0), Y, 0.42, 30, 230, start=X)
+    p.turn(shaft((0, 1.1, 0)), shaft(Y), 0.42, 30, 230, start=X)
+    p.text((0, -1.1, 0.42), "q", "i m", shift=(-4, -8))
+    p.text(shaft((0, 1.1, 0.42)), "q", "i m", shift=(-8, -8))
+    names(p, loop, (60, 172), (270, 110))
+
+
+def surface(p, loop):
+    R, tube = 1.25, 0.42
+    for radius, height in ((R + tube, 0.0), (R, tube), (R - tube, 0.0)):
+        p.path(p.circle_points((0, 0, height), Z, radius, count=48), "thin", True)
+    for k in range(12):
+        out = about(Z, math.radians(30 * k), X)
+        p.path(p.circle_points(scale(R, out), cross(Z, out), tube, count=20), "thin", True)
+    p.axis((0, 0, -0.2), (0, 0, 1.25), "axis", shift=(18, 4))
+    at = add(scale(R, about(Z, math.radians(55), X)), (0, 0, tube))
+    p.arrow(at, add(at, scale(0.75, about(Z, math.radians(145), X))))
+    p.arrow(at, add(at, scale(0.6, about(Z, math.radians(55), X)), (0, 0, -0.25)))
+    p.ball(add(at, (0, 0, 0.08)), 0.12, "b")
+    names(p, loop, (48, 176), (256, 62))
+
+
+def curve(p, loop):
+    points = [(0.3, -2.2 + 4.2 * s, -0.5 + 1.1 * math.sin(3.6 * s) + 0.5 * s) for s in (k / 40 for k in range(41))]
+    p.ground((20, 150), (60, 150))
+    p.path([(40, 150), p.at(points[0])], "thin")
+    p.path(points, "")
+    at = points[17]
+    p.bar(at, add(at, (-0.2, 0.35, 0.9)), 0.16, "b")
+    p.ball(at, 0.13, "b")
+    p.path([add(q, (0, 0, -0.2)) for q in points[1:16]], "m")
+    p.head(p.at(add(points[16], (0, 0, -0.2))), (9, -3), "m")
+    p.text(add(points[8], (0, 0, -0.45)), "sigma", "i m", shift=(14, 8))
+    names(p, loop, (74, 172), (222, 34))
+
+
 # ---- effects ----------------------------------------------------------------------------------------------------------
 
 def flat_box(p, x, y, width, height, kind):
@@ -742,7 +808,7 @@ def contact(p, loop):
 
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
-         inline, inplane, distance, coupling, motion, rolling]
+         inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
 EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
            attraction, contact]
 FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}

@@ -32,6 +32,8 @@ KT_INLINE kt_real kt_pow(kt_real x, double exponent) { return pow(x, exponent); 
 KT_INLINE kt_real kt_exp(kt_real x) { return exp(x); }
 KT_INLINE kt_real kt_tanh(kt_real x) { return tanh(x); }
 KT_INLINE kt_real kt_tan(kt_real x) { return tan(x); }
+KT_INLINE kt_real kt_sin(kt_real x) { return sin(x); }
+KT_INLINE kt_real kt_cos(kt_real x) { return cos(x); }
 
 KT_INLINE kt_vector kt_vector_zero(void) { return kt_v4_splat(0.0); }
 KT_INLINE kt_vector kt_vector_make(kt_real x, kt_real y, kt_real z) { return (kt_v4){x, y, z, 0.0}; }
@@ -104,6 +106,8 @@ KT_INLINE kt_real kt_tan(kt_real x) {
     const double f = tan(kt_dual_value(x));
     return kt_chain(x, f, 1.0 + f * f);
 }
+KT_INLINE kt_real kt_sin(kt_real x) { return kt_chain(x, sin(kt_dual_value(x)), cos(kt_dual_value(x))); }
+KT_INLINE kt_real kt_cos(kt_real x) { return kt_chain(x, cos(kt_dual_value(x)), -sin(kt_dual_value(x))); }
 
 KT_INLINE kt_vector kt_vector_zero(void) { return (kt_vector){0.0}; }
 KT_INLINE kt_vector kt_vector_make(kt_real x, kt_real y, kt_real z) {

@@ -23,6 +23,7 @@
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 #include "linear/lapack.h"
+#include "loop/loop.h"
 
 #include <float.h>
 #include <math.h>
@@ -359,8 +360,13 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
     for (size_t i = 0; i < l->model->n.loop; i++) {
         const kt_loop_record *loop = &l->model->loop[i];
         double f[3] = {0.0, 0.0, 0.0};
-        if (loop->curve.type != KT_FUNCTION_NONE)
+        if (loop->term_count) {
+            const kt_relation_row row = kt_loop_kinds_baseline[loop->type]->relate(loop, l->model->number, 0.0, l->t);
+            f[1] = row.rate;
+            f[2] = row.drift;
+        } else if (loop->curve.type != KT_FUNCTION_NONE) {
             kt_curve_evaluate(&loop->curve, l->model->number, l->t, f);
+        }
         if (f[1] != 0.0 || f[2] != 0.0) {
             char where[KT_WHERE_SIZE];
             (void)snprintf(where, sizeof where, "loop '%s'", l->model->text + loop->name);

@@ -89,19 +89,25 @@ static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
 
 static double distance_between(kt_pose a, kt_pose b) { return kt_vec3_norm(kt_vec3_sub(b.position, a.position)); }
 
+/* Whether the function of a loop is to be the distance of its ends. */
+static bool takes_distance(const kt_loop *loop) {
+    return KT_HAS_LOOPS && kt_loop_kinds_baseline[loop->type]->initial_distance &&
+           loop->function.type == KT_FUNCTION_NONE;
+}
+
 static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
-    const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
-    if (kt_descriptor_reads(descriptor, KT_LOOP_AT(offset)))
+    if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(offset)))
         return kt_function_constant(loop->offset);
-    if (kt_descriptor_reads(descriptor, KT_LOOP_AT(function)) && loop->function.type == KT_FUNCTION_NONE)
+    if (takes_distance(loop))
         return kt_function_constant(distance_between(end_pose(a, r, 0), end_pose(a, r, 1)));
+    if (kt_attach_is_relation(r->type) && loop->function.type == KT_FUNCTION_NONE)
+        return kt_function_constant(0.0);
     return loop->function;
 }
 
 /* The distance of two points that coincide has no gradient. */
 static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r, kt_error *error) {
-    if (!kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(function)) ||
-        loop->function.type != KT_FUNCTION_NONE)
+    if (!takes_distance(loop))
         return KT_OK;
     const kt_pose first = end_pose(a, r, 0), second = end_pose(a, r, 1);
     const double rounding = 16.0 * DBL_EPSILON * (kt_vec3_norm(first.position) + kt_vec3_norm(second.position));
@@ -113,6 +119,20 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
         error, KT_ERROR_MODEL, where,
         "it has no length, and its ends coincide at the given positions, so that its length would be 0; "
         "give a length, or type: spherical");
+}
+
+/* Numbers of a loop's own beside those of its function of time. */
+static size_t number_count(const kt_loop *loop) {
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    return kind->number_count ? kind->number_count(loop) : 0;
+}
+
+static void prepare(const kt_loop *loop, kt_model *m, kt_loop_record *r, size_t *number) {
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    r->number = *number;
+    if (kind->prepare)
+        kind->prepare(loop, m->number, r);
+    *number += number_count(loop);
 }
 
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
@@ -131,17 +151,22 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
             kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
                 return status;
-            if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(pitch)))
+            if (kt_loop_kinds_baseline[loop->type]->initial_angle)
                 r->angle = relative_angle(a, r);
             status = check_distance(a, loop, r, error);
             if (status != KT_OK)
                 return status;
         }
         const kt_function function = function_of(a, loop, r);
-        n->number += kt_curve_number_count(&function);
+        n->number += kt_curve_number_count(&function) + number_count(loop);
         n->text += strlen(loop->name) + 1;
     }
     return KT_OK;
+}
+
+/* Whether a relation of rates is driven at one speed: its right-hand side is no function of time then, but no zero. */
+static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
+    return r->term_count && kt_loop_kinds_baseline[r->type]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
 }
 
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
@@ -168,7 +193,8 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         const kt_function function = function_of(a, loop, r);
         r->curve = kt_curve_compile(&function, m->number, *number);
         *number += kt_curve_number_count(&function);
-        m->driven |= kt_loop_is_driven(r);
+        prepare(loop, m, r, number);
+        m->driven |= kt_loop_is_driven(r) || has_constant_rate(m, r);
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
         memcpy(m->text + *text, loop->name, length);

@@ -144,8 +144,8 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     for (int k = 0; d && k < d->key_count; k++) {
         const kt_key *key = &d->keys[k];
         kt_parameter found = {.item = item};
-        if (!classify(key, p->loop, &found))
-            continue;
+        if (!classify(key, p->loop, &found) || (p->loop && m->loop[item].curve.type == KT_FUNCTION_NONE))
+            continue; /* no number, or the arc length of a curve that is free */
         if (strcmp(key->name, p->key) == 0 || (key->also && strcmp(key->also, p->key) == 0)) {
             *parameter = found;
             return KT_OK;

@@ -95,7 +95,7 @@ static bool lay_loop(const kt_ordered *o, const kt_loop *loop, const kt_body_pla
     for (int k = 0; k < 2; k++)
         if (!lay_end(o, loop, k, &body[connected(o, loop, k)], plane, &end[k], &reach))
             return false;
-    return kt_loop_planar_rows(loop->type, end, PARALLEL, ROUNDING * reach, flat);
+    return kt_loop_planar_rows(loop, end, PARALLEL, ROUNDING * reach, flat);
 }
 
 void kt_loops_planar_rows(const kt_ordered *o, kt_body_plane *body, const kt_plane *plane, kt_planar_loop *flat) {

@@ -1,14 +1,24 @@
-/* The gradient of sums of the loops' equations at a state: planar loops by their own forms, others by dual numbers. */
+/* The gradient of sums of the loops' equations at a state: planar loops by their own forms, others by dual numbers; all
+ * by dual numbers if one of them has equations without a form in the plane. */
 #include "constraint/gradient.h"
 
 #include <string.h>
 
+bool kt_loop_gradient_reads_space(const kt_model *model) {
+    bool reads = model->sweep != KT_SWEEP_PLANAR;
+    for (size_t l = 0; l < model->n.planar_loop; l++)
+        for (int i = 0; i < model->planar_loop[l].count; i++)
+            reads |= model->planar_loop[l].row[i].kind == KT_PLANAR_ROW_SPATIAL;
+    return reads;
+}
+
 void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,
                       kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
+    const bool in_space = kt_loop_gradient_reads_space(model);
     for (size_t i = 0; i < model->n.loop; i++) {
         if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time */
             continue;
-        if (model->sweep == KT_SWEEP_PLANAR)
+        if (!in_space)
             KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));
         else
             kt_dual_loop_gradient(model, data, t, q, (int32_t)i, sum, dof, chain, by_q, by_v);
@@ -59,11 +69,12 @@ static void write_planar_matrices(const kt_model *model, const kt_data *data, in
 void kt_loop_matrices(const kt_model *model, kt_data *data, double t, const double *q, const double *lambda,
                       const double *z, kt_support_dof *dof, int32_t *chain, double *unit, double *work, double *d_q,
                       double *c_q) {
+    const bool in_space = kt_loop_gradient_reads_space(model);
     memset(c_q, 0, model->n.row * model->n.v * sizeof *c_q);
     for (size_t i = 0; i < model->n.loop; i++) {
         if (model->loop[i].term_count)
             continue;
-        if (model->sweep == KT_SWEEP_PLANAR)
+        if (!in_space)
             write_planar_matrices(model, data, (int32_t)i, lambda, z, unit, work, d_q, c_q);
         else
             kt_dual_loop_matrices(model, data, t, q, (int32_t)i, lambda, z, dof, chain, d_q, c_q);

@@ -12,6 +12,9 @@ typedef struct kt_loop_sum {
     const double *pi, *v, *a;
 } kt_loop_sum;
 
+/* Whether the gradients below read the links' poses in space (data->motion), which planar kernels leave out. O(loops). */
+bool kt_loop_gradient_reads_space(const kt_model *model);
+
 /* Adds the gradient of the sum with respect to positions and velocities, at the poses in data. dof, chain: work memory,
  * nv and links. */
 void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,

@@ -14,6 +14,8 @@
  *                 phi'' = 2 c / (1 + |s|)^2 (w2 - w1)^2
  *   distance      phi   = |D| - L(t),  D = (d, height),  n = D / |D|
  *                 phi'' = n . (a2 - a1) + |n x d'|^2 / |D| - L''
+ *   spatial       as the loop's type has it in space (loop/loop.h), for ends in the basis (e1, e2, n) of the plane; of
+ *                 the wrench, the moment about n and the force in the plane
  */
 #ifndef KT_CONSTRAINT_PLANAR_ROWS_H
 #define KT_CONSTRAINT_PLANAR_ROWS_H
@@ -171,11 +173,22 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
+/* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number. */
+#define KT_ROWS_IN_SPACE_DECLARE(level)                                                                                \
+    int kt_planar_rows_in_space_##level(const kt_model *model, const kt_data *data, const kt_group_work *w,            \
+                                        const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,   \
+                                        const kt_planar_end end[2], double t, kt_planar_wrench *rows);
+KT_ROWS_IN_SPACE_DECLARE(baseline)
+KT_ROWS_IN_SPACE_DECLARE(v3)
+KT_ROWS_IN_SPACE_DECLARE(v4)
+#undef KT_ROWS_IN_SPACE_DECLARE
+
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
-KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work *w, const kt_loop_record *loop,
-                                      const kt_planar_loop *flat, const int32_t *slot, const kt_planar_relative *r,
-                                      double t, kt_planar_wrench *rows) {
-    int count = 0;
+KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                                      const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,
+                                      const kt_planar_end end[2], const kt_planar_relative *r, double t,
+                                      kt_planar_wrench *rows) {
+    int count = 0, in_space = 0;
     for (int i = 0; i < flat->count; i++) {
         const kt_planar_row *row = &flat->row[i];
         const int32_t at = slot[row->row];
@@ -196,6 +209,9 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
         case KT_PLANAR_ROW_DISTANCE:
             x = kt_planar_row_distance(model, loop, flat, row, r, t, out);
             break;
+        case KT_PLANAR_ROW_SPATIAL:
+            in_space++;
+            continue;
         case KT_PLANAR_ROW_VOID:
         default:
             continue;
@@ -208,6 +224,8 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_group_work
         w->right[at] = -x.bias;
         count++;
     }
+    if (in_space)
+        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, w, loop, flat, slot, end, t, rows + count);
     return count;
 }
 
@@ -261,7 +279,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
     for (int k = 0; k < 2; k++)
         kt_planar_end_follow(model, data, loop, flat, k, moving, v, &end[k]);
     kt_planar_relate(data, flat, end, &r);
-    const int count = kt_planar_rows_evaluate(model, w, loop, flat, slot, &r, t, rows);
+    const int count = kt_planar_rows_evaluate(model, data, w, loop, flat, slot, end, &r, t, rows);
     kt_planar_rows_void(w, flat, slot);
     kt_planar_rows_path(model, data, w, loop, 0, rows, count, end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]);
     kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm[0], end[1].arm[1]);

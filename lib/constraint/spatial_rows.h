@@ -131,8 +131,8 @@ KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *gro
         scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
     w->scale[slot] = scale;
-    w->closes[slot] = 1.0;
     const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
+    w->closes[slot] = row.closes;
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;
     w->right[slot] = -row.drift;

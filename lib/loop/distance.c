@@ -32,7 +32,8 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 1;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_distance) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}};
+const kt_loop_kind KT_KERNEL(kt_loop_distance) = {
+    .rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}, .initial_distance = true};
 #endif
 
 #if KT_DESCRIBES

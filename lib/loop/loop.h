@@ -36,13 +36,15 @@ typedef struct kt_loop_row {
     bool holonomic;   /* the row has a residual */
 } kt_loop_row;
 
-/* A relation of joint positions: phi = sum of coefficient * position - f(t). */
+/* A relation of joint positions: phi = sum of coefficient * position - f(t); or of their rates, phi' alone. */
 typedef struct kt_relation_row {
-    double residual, rate, drift; /* as above; drift = -f'' */
+    double residual, rate, drift; /* as above */
+    double closes;                /* 1 where there is a residual, 0 of a relation of rates */
 } kt_relation_row;
 
 /* The kind of a row, for loops in a plane (planar_rows.c): d along an axis of end 1; the component along that axis of
- * the relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance. */
+ * the relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance; any other,
+ * which is evaluated in the plane as it is in space. */
 typedef enum kt_loop_part {
     KT_PART_NONE = 0, /* the type has no form in a plane */
     KT_PART_X,
@@ -54,7 +56,8 @@ typedef enum kt_loop_part {
     KT_PART_TILT_X,
     KT_PART_TILT_Y,
     KT_PART_NORMAL,
-    KT_PART_DISTANCE
+    KT_PART_DISTANCE,
+    KT_PART_SPATIAL
 } kt_loop_part;
 
 /* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical), and once
@@ -63,6 +66,14 @@ typedef enum kt_loop_part {
 typedef struct kt_loop_kind {
     int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
+    bool initial_angle;                  /* it reads the angle about the axis in the given positions */
+    bool initial_distance; /* its function, if not given, is the distance of the ends in the given positions */
+    /* How many rows a loop has; NULL: all. Numbers of its own that it needs; NULL: none. Both of a checked loop. */
+    int (*row_count)(const kt_loop *loop);
+    size_t (*number_count)(const kt_loop *loop);
+    /* Copies what it reads of the loop, which is not read later, into the record, and fills its numbers from
+     * record->number on; NULL: pitch, radius and holonomic are enough. */
+    void (*prepare)(const kt_loop *loop, double *numbers, kt_loop_record *record);
     /* Writes the rows and returns their number, which does not depend on the state. */
     int (*evaluate)(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows);
@@ -92,7 +103,7 @@ kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
 /* The planar form of a loop: fills all but arms and places from the poses of its ends in the plane's basis (e1, e2, n)
  * at q = 0; false if the type, or its equations out of the plane, have no planar form. `direction` and `length` are the
  * bounds below which a number counts as zero. Of relations it is true, and nothing is filled. */
-bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
+bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat);
 
 #ifdef KT_DUAL

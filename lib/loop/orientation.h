@@ -115,6 +115,37 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
     }
 }
 
+/* ---- the angle about one axis --------------------------------------------------------------------------------------
+ *
+ * theta is the angle of the rotation about z that, with the least rotation that takes z to the second end's z, makes up
+ * the relative rotation (q = (w, x, y, z): theta = 2 atan2(z, w)):
+ *     theta   = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
+ * With e = e_z, f = f_z, c = e . f and w the relative angular velocity,
+ *     theta'  = k . w,                               k = (e + f) / (1 + c)
+ *     theta'' = k . w' - (k . w) c' / (1 + c),       c' = w . (f x e)        (w . f' = w . (w x f) = 0)
+ * whatever the angle between the axes. (Differentiate tan(theta / 2) = z / w of q and insert
+ * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).) */
+typedef struct kt_axis_turn {
+    kt_real theta, bend; /* bend: theta'' but for k . (w2' - w1') */
+    kt_vector k;
+} kt_axis_turn;
+
+#define KT_TURN 6.283185307179586
+
+KT_INLINE kt_axis_turn kt_axis_turn_of(const kt_loop_end end[2], const kt_loop_relative *r) {
+    const kt_vector *x = end[0].axes, *y = end[1].axes;
+    kt_real sine;
+    kt_axis_turn turn;
+    const kt_vector e = x[2], f = kt_axis_not_opposite(end, &sine);
+    const kt_real c = 1.0 + kt_dot(e, f);
+    turn.k = kt_over(e + f, c);
+    turn.theta = kt_atan2(kt_dot(x[1], y[0]) - kt_dot(x[0], y[1]), kt_dot(x[0], y[0]) + kt_dot(x[1], y[1]));
+    turn.bend = -kt_dot(turn.k, r->w) * kt_dot(r->w, kt_cross(f, e)) / c - kt_dot(turn.k, r->turning);
+    return turn;
+}
+
+/* ---- two axes at right angles ------------------------------------------------------------------------------------ */
+
 /* Axis f = f_z normal to e = e_z. With eps the angle by which they miss it, c = e . f = sin(eps) and s = |e x f| =
  * cos(eps), whose slope would vanish at a quarter turn, the most that can be missed. So
  *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)

@@ -6,6 +6,7 @@
  *                      components in both ends
  *   tilt about k       the same, where theta is the angle from e_z to f_z, if both lie in the plane; void if both are n
  *   normal             if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
+ *   spatial            always
  */
 #include "loop/loop.h"
 
@@ -122,29 +123,33 @@ static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
     case KT_PART_DISTANCE:
         lay_distance(s, row);
         return true;
+    case KT_PART_SPATIAL:
+        row->kind = KT_PLANAR_ROW_SPATIAL;
+        return true;
     case KT_PART_NONE:
         break;
     }
     return false;
 }
 
-bool kt_loop_planar_rows(kt_loop_type type, const kt_pose end[2], double direction, double length,
+bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat) {
-    const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    const int count = kt_loop_equation_count(loop);
     const sheet s = {.end = end, .direction = direction, .length = length, .flat = flat};
     kt_planar_row rows[KT_PLANAR_ROW_MAX];
     flat->c = 1.0;
     flat->s = 0.0;
     flat->height = end[1].position.z - end[0].position.z;
     flat->count = flat->void_count = 0;
-    for (int r = 0; r < kind->rows; r++) {
+    for (int r = 0; r < count; r++) {
         rows[r] = (kt_planar_row){.kind = KT_PLANAR_ROW_VOID, .row = r};
         if (!lay_part(&s, (kt_loop_part)kind->part[r], &rows[r]))
             return false;
         if (rows[r].kind != KT_PLANAR_ROW_VOID)
             flat->row[flat->count++] = rows[r];
     }
-    for (int r = 0; r < kind->rows; r++)
+    for (int r = 0; r < count; r++)
         if (rows[r].kind == KT_PLANAR_ROW_VOID)
             flat->row[flat->count + flat->void_count++] = rows[r];
     return true;

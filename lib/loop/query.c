@@ -27,7 +27,6 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
 
 bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_loop_descriptor(type)) == 0; }
 
-/* Where a type has the key `holonomic`, false leaves its holonomic equation out. */
 int kt_loop_equation_count(const kt_loop *loop) {
     if (!loop)
         return 0;
@@ -35,8 +34,8 @@ int kt_loop_equation_count(const kt_loop *loop) {
         return 0;
     if (kt_loop_is_relation(loop->type))
         return 1;
-    const bool less = !loop->holonomic && kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(holonomic));
-    return kt_loop_kinds_baseline[loop->type]->rows - less;
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    return kind->row_count ? kind->row_count(loop) : kind->rows;
 }
 
 int kt_loop_term_count(const kt_loop *loop) {
@@ -100,6 +99,8 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     if (record->term_count) {
         const kt_link *link = &model->link[model->term[record->term].link];
+        if (KT_HAS_LOOPS && kt_loop_kinds_baseline[record->type]->relate(record, model->number, 0.0, 0.0).closes == 0.0)
+            return KT_MEASURE_NONE;
         if (record->type != KT_LOOP_MOTION)
             return KT_MEASURE_SUM;
         return kt_link_lengths(link) ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;

@@ -68,7 +68,9 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return count;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate};
+static int row_count(const kt_loop *loop) { return loop->holonomic ? 3 : 2; }
+
+const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate, .row_count = row_count};
 #endif
 
 #if KT_DESCRIBES

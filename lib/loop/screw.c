@@ -1,25 +1,14 @@
 /* Screw: inline, coaxial, and an advance along z of `pitch` metres for each radian of rotation since the start:
  *     phi = d_z - pitch (theta - theta0)
- * theta is the angle of the rotation about z that, with the least rotation that takes z to the second end's z, makes up
- * the relative rotation (q = (w, x, y, z): theta = 2 atan2(z, w)):
- *     theta   = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
- * With e = e_z, f = f_z, c = e . f and w the relative angular velocity,
- *     theta'  = k . w,                               k = (e + f) / (1 + c)
- *     theta'' = k . w' - (k . w) c' / (1 + c),       c' = w . (f x e)        (w . f' = w . (w x f) = 0)
- * also where the axes are not closed. (Differentiate tan(theta / 2) = z / w of q and insert
- * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).)
+ * (orientation.h has theta, also where the axes are not closed).
  * Whole revolutions are not counted: of all angles that give this rotation, the one with the least |phi| is taken, so
  * that a nut may be anywhere on its thread.
  */
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
-static const double TURN = 6.283185307179586;
-
-static kt_real advance(const kt_loop_record *loop, const kt_loop_end end[2], kt_real along) {
-    const kt_vector *e = end[0].axes, *f = end[1].axes;
-    const kt_real theta = kt_atan2(kt_dot(e[1], f[0]) - kt_dot(e[0], f[1]), kt_dot(e[0], f[0]) + kt_dot(e[1], f[1]));
-    const double lead = TURN * loop->pitch;
+static kt_real advance(const kt_loop_record *loop, kt_real theta, kt_real along) {
+    const double lead = KT_TURN * loop->pitch;
     const kt_real phi = along - loop->pitch * (theta - loop->angle);
     return lead != 0.0 ? kt_remainder(phi, lead) : phi;
 }
@@ -32,19 +21,15 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
         rows[k] = kt_row_along(&r, end[0].axes[k]);
     kt_row_coaxial(end, &r, rows + 2);
 
-    kt_real sine;
-    const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine);
-    const kt_real c = 1.0 + kt_dot(e, f);
-    const kt_vector k = kt_over(e + f, c);
-    const kt_real bend = -kt_dot(k, r.w) * kt_dot(r.w, kt_cross(f, e)) / c - kt_dot(k, r.turning);
-    rows[4] = kt_row_along(&r, e);
-    rows[4].residual = advance(loop, end, rows[4].residual);
-    rows[4].moment = kt_scale(-loop->pitch, k);
-    rows[4].drift -= loop->pitch * bend;
+    const kt_axis_turn turn = kt_axis_turn_of(end, &r);
+    rows[4] = kt_row_along(&r, end[0].axes[2]);
+    rows[4].residual = advance(loop, turn.theta, rows[4].residual);
+    rows[4].moment = kt_scale(-loop->pitch, turn.k);
+    rows[4].drift -= loop->pitch * turn.bend;
     return 5;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate};
+const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate, .initial_angle = true};
 #endif
 
 #if KT_DESCRIBES

@@ -161,6 +161,51 @@ static void check_armature(kt_checked *c, const kt_key *key) {
     }
 }
 
+/* The points of a spline: each apart from the one before. */
+static void check_points(kt_checked *c, const kt_key *key) {
+    const kt_track *track = c->object;
+    if (track->points == NULL || track->point_count < 2) {
+        kt_checker_fault(c->checker, key->name, -1, "a spline takes two points or more");
+        return;
+    }
+    for (int i = 0; i < track->point_count; i++) {
+        const kt_vec3 *p = &track->points[i];
+        const double x[3] = {p->x, p->y, p->z};
+        if (!kt_checker_values(c->checker, key->name, i, "", x, 3))
+            return;
+        if (i > 0 && !(kt_vec3_norm(kt_vec3_sub(*p, p[-1])) > 0.0)) {
+            kt_checker_fault(c->checker, key->name, i, "points %d and %d of the spline are the same; leave one out",
+                             i - 1, i);
+            return;
+        }
+    }
+}
+
+/* A surface and a curve are checked by the keys of their own types. */
+static void check_surface(kt_checked *c, const kt_key *key) {
+    static const kt_surface standard = {.type = KT_SURFACE_NONE};
+    const kt_surface *surface = member(c->object, key);
+    const kt_descriptor *descriptor = kt_surface_descriptor(surface->type);
+    if (descriptor == NULL)
+        kt_checker_fault(c->checker, key->name, -1, "%s is missing; give one of plane, cylinder, sphere, torus",
+                         key->name);
+    else
+        kt_checker_keys(c->checker, descriptor, surface, &standard);
+}
+
+static void check_track(kt_checked *c, const kt_key *key) {
+    static const kt_track standard = {.type = KT_TRACK_NONE};
+    const kt_track *track = member(c->object, key);
+    const kt_descriptor *descriptor = kt_track_descriptor(track->type);
+    if (descriptor == NULL)
+        kt_checker_fault(c->checker, key->name, -1, "%s is missing; give one of line, circle, helix, spline",
+                         key->name);
+    else
+        kt_checker_keys(c->checker, descriptor, track, &standard);
+    if (track->type == KT_TRACK_HELIX && track->pitch == 0.0)
+        kt_checker_fault(c->checker, "curve.pitch", -1, "the pitch of a helix is 0, which is a circle; give circle");
+}
+
 static void check_key(kt_checked *c, const kt_key *key) {
     const void *at = member(c->object, key);
     switch (key->kind) {
@@ -212,6 +257,17 @@ static void check_key(kt_checked *c, const kt_key *key) {
         break;
     case KT_KEY_ARMATURE:
         check_armature(c, key);
+        break;
+    case KT_KEY_SURFACE:
+        if (KT_HAS_LOOPS)
+            check_surface(c, key);
+        break;
+    case KT_KEY_TRACK:
+        if (KT_HAS_LOOPS)
+            check_track(c, key);
+        break;
+    case KT_KEY_POINTS:
+        check_points(c, key);
         break;
     case KT_KEY_FLAG:  /* both values are valid */
     case KT_KEY_POINT: /* part of an end */

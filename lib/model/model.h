@@ -114,7 +114,7 @@ struct kt_model {
     double length;     /* of the longest loop, once around: the scale of lengths */
     double rounding;   /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
     bool ordered;      /* velocity coordinates have the order of the links */
-    bool driven;       /* some loop depends on time */
+    bool driven;       /* some loop depends on time, or drives at a constant speed */
     bool has_delassus; /* some group is solved by reduction/delassus.h */
     bool has_armature; /* some joint has armature */
     bool placed;       /* in the caller's memory (kt_model_copy) */

@@ -7,6 +7,7 @@
  *   rotation    phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
  *   orthogonal  phi = 2 tan(eps / 2), sin(eps) = cos(theta)
  *   distance    phi = sqrt(d^2 + height^2) - L(t)
+ *   spatial     as in space, of ends that move in the plane; no motion may change such an equation either
  * Each row has its index among the loop's equations, by which equations are counted and reported.
  */
 #ifndef KT_MODEL_PLANAR_LOOP_H
@@ -23,7 +24,8 @@ typedef enum kt_planar_row_kind {
     KT_PLANAR_ROW_ALONG,
     KT_PLANAR_ROW_ROTATION,
     KT_PLANAR_ROW_ORTHOGONAL,
-    KT_PLANAR_ROW_DISTANCE
+    KT_PLANAR_ROW_DISTANCE,
+    KT_PLANAR_ROW_SPATIAL
 } kt_planar_row_kind;
 
 typedef struct kt_planar_row {

@@ -105,9 +105,13 @@ typedef struct kt_loop_record {
     int32_t group;
     int32_t equation;       /* its first row among those of all loops */
     int32_t row, row_count; /* rows in its group: first, number */
-    kt_curve curve;         /* distance: length; motion: position; coupling: offset */
+    kt_curve curve;         /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
-    double angle;  /* screw: relative angle at the start */
+    double angle;  /* screw, homokinetic: relative angle at the start */
+    double tube;   /* surface: of a torus */
+    int32_t form;  /* surface, curve: its type */
+    size_t number; /* curve: where the numbers of a spline begin among those of functions of time */
+    int32_t count; /* curve: points of a spline */
     bool contact;  /* rolling: the wheel also touches the surface */
     uint32_t name; /* offset in the model's text */
 } kt_loop_record;

@@ -104,13 +104,21 @@ static void list_joints(maker *m) {
     }
 }
 
+/* Whether a key of the type refers to the member at this offset. */
+static bool has_key(const kt_descriptor *type, size_t offset) {
+    for (int i = 0; i < type->key_count; i++)
+        if (type->keys[i].offset == offset)
+            return true;
+    return false;
+}
+
 static void list_loops(maker *m) {
     kt_picture *p = m->picture;
     for (int i = 0; i < m->description->loop_count; i++) {
         const kt_loop *loop = &m->description->loops[i];
-        const bool two_axes =
-            loop->type == KT_LOOP_ORTHOGONAL || loop->type == KT_LOOP_UNIVERSAL || loop->type == KT_LOOP_ROLLING;
-        if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION)
+        const kt_descriptor *type = kt_loop_descriptor(loop->type);
+        const bool two_axes = has_key(type, offsetof(kt_loop, axis2));
+        if (!has_key(type, offsetof(kt_loop, between)))
             continue;
         p->loops[p->loop_count++] =
             (kt_picture_loop){.type = loop->type,
@@ -139,9 +147,10 @@ static void add_relation(maker *m, int loop, int joint, int other) {
 static void list_relations(maker *m) {
     for (int i = 0; i < m->description->loop_count; i++) {
         const kt_loop *loop = &m->description->loops[i];
-        if (loop->type == KT_LOOP_MOTION && joint_of(m, loop->joint) >= 0)
+        const kt_descriptor *type = kt_loop_descriptor(loop->type);
+        if (has_key(type, offsetof(kt_loop, joint)) && joint_of(m, loop->joint) >= 0)
             add_relation(m, i, joint_of(m, loop->joint), -1);
-        for (int k = 1; k < loop->term_count && loop->type == KT_LOOP_COUPLING; k++) {
+        for (int k = 1; k < loop->term_count && has_key(type, offsetof(kt_loop, terms)); k++) {
             const int joint = joint_of(m, loop->terms[k - 1].joint), other = joint_of(m, loop->terms[k].joint);
             if (joint >= 0 && other >= 0)
                 add_relation(m, i, joint, other);

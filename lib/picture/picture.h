@@ -62,7 +62,7 @@ typedef struct kt_picture_loop {
     const char *name;
 } kt_picture_loop;
 
-/* A loop of joint positions: a coupling of two joints, one for each pair of neighbouring terms, or a motion of one. */
+/* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of one. */
 typedef struct kt_picture_relation {
     kt_loop_type type;
     int loop;  /* in the model */

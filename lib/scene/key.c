@@ -183,10 +183,18 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind function = {read_function, write_function, same_function};
     static const kt_kind functions = {read_functions, write_functions, same_function};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
-        [KT_KEY_FRAME] = &frame,       [KT_KEY_END] = &kt_kind_end,   [KT_KEY_ENDS] = &kt_kind_ends,
-        [KT_KEY_BODY] = &body,         [KT_KEY_POINT] = &point,       [KT_KEY_JOINT] = &joint,
-        [KT_KEY_TERMS] = &terms,       [KT_KEY_FUNCTION] = &function, [KT_KEY_FUNCTIONS] = &functions,
+        [KT_KEY_FRAME] = &frame,
+        [KT_KEY_END] = &kt_kind_end,
+        [KT_KEY_ENDS] = &kt_kind_ends,
+        [KT_KEY_BODY] = &body,
+        [KT_KEY_POINT] = &point,
+        [KT_KEY_JOINT] = &joint,
+        [KT_KEY_TERMS] = &terms,
+        [KT_KEY_FUNCTION] = &function,
+        [KT_KEY_FUNCTIONS] = &functions,
         [KT_KEY_DISTANCE] = &distance,
+        [KT_KEY_SURFACE] = &kt_kind_surface,
+        [KT_KEY_TRACK] = &kt_kind_track,
     };
     return kinds[key->kind] != NULL ? kinds[key->kind] : kt_kind_of_value_key(key);
 }

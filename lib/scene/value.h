@@ -58,6 +58,8 @@ extern const kt_kind kt_kind_map;
 extern const kt_kind kt_kind_rotation; /* kt_rotation */
 extern const kt_kind kt_kind_end;      /* kt_end */
 extern const kt_kind kt_kind_ends;     /* kt_end[2] */
+extern const kt_kind kt_kind_surface;  /* kt_surface */
+extern const kt_kind kt_kind_track;    /* kt_track */
 
 /* How a key of a type is read, written and compared: a key that any type may have (NULL: it is of another kind), and
  * one of a loop or an effect. The quantity of a key's number follows from its unit. */

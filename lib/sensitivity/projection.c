@@ -138,7 +138,7 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
     memset(w->unit, 0, (n + w->p) * sizeof *w->unit);
     if (mass)
         status = differentiate_inertia(w, q, error);
-    if (status == KT_OK && w->model->sweep != KT_SWEEP_PLANAR) /* otherwise the equations have left poses */
+    if (status == KT_OK && kt_loop_gradient_reads_space(w->model))
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
     if (status == KT_OK)
         status = find_multipliers(w, mass ? w->by_x : w->x, error);

@@ -82,7 +82,7 @@ static kt_status respond(kt_projection_work *w, const double *q, const double *y
     }
     kt_loops_apply(model, w->data, y, w->residual);
     status = kt_loops_respond(model, w->data, KT_METRIC_IDENTITY, w->residual, model->zero, w->response, error);
-    if (status == KT_OK && model->sweep != KT_SWEEP_PLANAR) /* for dual numbers, which read poses in space */
+    if (status == KT_OK && kt_loop_gradient_reads_space(model))
         status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
     for (size_t i = 0; i < w->n; i++) {
         w->by_g[i] = w->response[i] = y[i] - w->response[i];

@@ -30,6 +30,10 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
         status = kt_loops_multipliers_of(model, w->data, w->momentum, p->residual, error);
     if (status != KT_OK)
         return status;
+    if (model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)) /* in space, poses are there */
+        status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
+    if (status != KT_OK)
+        return status;
     const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};
     kt_loop_gradient(model, w->data, t, q, &sum, p->dof, p->chain, w->tangent, w->tangent + n);
     return KT_OK;

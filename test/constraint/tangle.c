@@ -52,11 +52,12 @@ static kt_pose draw_pose(kt_random *random, kt_vec3 around) {
 
 static int equations_of(kt_loop_type type) {
     static const int count[KT_LOOP_TYPE_COUNT] = {
-        [KT_LOOP_SPHERICAL] = 3, [KT_LOOP_INLINE] = 2,    [KT_LOOP_INPLANE] = 1,     [KT_LOOP_DISTANCE] = 1,
-        [KT_LOOP_PARALLEL] = 3,  [KT_LOOP_COAXIAL] = 2,   [KT_LOOP_ORTHOGONAL] = 1,  [KT_LOOP_REVOLUTE] = 5,
-        [KT_LOOP_PRISMATIC] = 5, [KT_LOOP_SCREW] = 5,     [KT_LOOP_CYLINDRICAL] = 4, [KT_LOOP_PLANAR] = 3,
-        [KT_LOOP_WELD] = 6,      [KT_LOOP_UNIVERSAL] = 4, [KT_LOOP_COUPLING] = 1,    [KT_LOOP_MOTION] = 1,
-        [KT_LOOP_ROLLING] = 3};
+        [KT_LOOP_SPHERICAL] = 3, [KT_LOOP_INLINE] = 2,     [KT_LOOP_INPLANE] = 1,     [KT_LOOP_DISTANCE] = 1,
+        [KT_LOOP_PARALLEL] = 3,  [KT_LOOP_COAXIAL] = 2,    [KT_LOOP_ORTHOGONAL] = 1,  [KT_LOOP_REVOLUTE] = 5,
+        [KT_LOOP_PRISMATIC] = 5, [KT_LOOP_SCREW] = 5,      [KT_LOOP_CYLINDRICAL] = 4, [KT_LOOP_PLANAR] = 3,
+        [KT_LOOP_WELD] = 6,      [KT_LOOP_UNIVERSAL] = 4,  [KT_LOOP_COUPLING] = 1,    [KT_LOOP_MOTION] = 1,
+        [KT_LOOP_ROLLING] = 3,   [KT_LOOP_KNIFE_EDGE] = 1, [KT_LOOP_RATES] = 1,       [KT_LOOP_HOMOKINETIC] = 4,
+        [KT_LOOP_SURFACE] = 1,   [KT_LOOP_CURVE] = 3};
     return count[type];
 }
 
@@ -124,6 +125,8 @@ static bool draw_relation(tangle *g, kt_random *random, kt_loop *loop, kt_term *
         loop->function = draw_function(random, position);
         return name != NULL;
     }
+    if (loop->type == KT_LOOP_RATES && !still)
+        loop->function = draw_function(random, 0.3);
     for (int i = 0; i < found; i++) {
         term[i].joint = g->tree.description.bodies[kt_body_source(g->tree.model, joint[i])].name;
         term[i].coefficient = kt_random_uniform(random, 0.5, 2.0) * (i % 2 ? -1.0 : 1.0);
@@ -153,12 +156,50 @@ static void draw_rolling(const tangle *g, kt_random *random, kt_loop *loop, cons
     loop->between[1] = end_on(&g->tree, body[1], plane);
 }
 
+/* A surface, and a point on it. */
+static kt_vec3 draw_surface(kt_random *random, kt_loop *loop) {
+    kt_surface *s = &loop->surface;
+    const double a = kt_random_uniform(random, -3.0, 3.0), b = kt_random_uniform(random, -1.2, 1.2);
+    *s = (kt_surface){.type = (kt_surface_type)kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS),
+                      .radius = kt_random_uniform(random, 0.5, 1.2),
+                      .tube = kt_random_uniform(random, 0.2, 0.4)};
+    const bool is_torus = s->type == KT_SURFACE_TORUS;
+    const double rho = is_torus                       ? s->radius + s->tube * cos(b)
+                       : s->type == KT_SURFACE_SPHERE ? s->radius * cos(b)
+                                                      : s->radius;
+    if (s->type == KT_SURFACE_PLANE)
+        return kt_vec3_make(a, b, 0.0);
+    const double z = is_torus ? s->tube * sin(b) : s->type == KT_SURFACE_SPHERE ? s->radius * sin(b) : b;
+    return kt_vec3_make(rho * cos(a), rho * sin(a), z);
+}
+
+/* A curve, and a point on it; its arc length may be given. Points of splines are static. */
+static kt_vec3 draw_curve(kt_random *random, kt_loop *loop, bool still) {
+    static const kt_vec3 bow[] = {{-0.5, 0.1, 0.0}, {0.2, 0.6, 0.1}, {0.9, 0.4, -0.3}, {1.3, -0.3, -0.1}};
+    kt_track *c = &loop->curve;
+    const double a = kt_random_uniform(random, -2.5, 2.5);
+    *c = (kt_track){.type = (kt_track_type)kt_random_int(random, KT_TRACK_LINE, KT_TRACK_SPLINE),
+                    .radius = kt_random_uniform(random, 0.5, 1.2),
+                    .pitch = kt_random_uniform(random, 0.2, 0.4),
+                    .points = bow,
+                    .point_count = 4};
+    const double h = c->type == KT_TRACK_HELIX ? c->pitch : 0.0;
+    const double length = c->type == KT_TRACK_LINE ? a : c->type == KT_TRACK_SPLINE ? 0.0 : a * hypot(c->radius, h);
+    if (!still && kt_random_int(random, 0, 1))
+        loop->function = draw_function(random, length);
+    if (c->type == KT_TRACK_LINE)
+        return kt_vec3_make(0.0, 0.0, a);
+    if (c->type == KT_TRACK_SPLINE)
+        return bow[0];
+    return kt_vec3_make(c->radius * cos(a), c->radius * sin(a), h * a);
+}
+
 /* An axis that a loop in the plane can have, in its frame: along the normal, in the plane, or any. */
 static kt_vec3 draw_flat_axis(const tangle *g, kt_random *random, kt_loop_type type, kt_pose frame) {
     const kt_vec3 n = g->tree.normal, any = kt_tree_direction(random);
     const bool free = type == KT_LOOP_SPHERICAL || type == KT_LOOP_INLINE || type == KT_LOOP_INPLANE ||
                       type == KT_LOOP_DISTANCE || type == KT_LOOP_PARALLEL || type == KT_LOOP_PRISMATIC ||
-                      type == KT_LOOP_WELD;
+                      type == KT_LOOP_WELD || type == KT_LOOP_KNIFE_EDGE || type == KT_LOOP_SURFACE;
     const int lie = kt_random_int(random, 0, free ? 2 : 1);
     const kt_vec3 axis = lie == 0   ? kt_vec3_scale(kt_random_int(random, 0, 1) ? 1.0 : -1.0, n)
                          : lie == 1 ? kt_vec3_normalize(kt_vec3_cross(n, any))
@@ -175,7 +216,7 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
     do
         loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_TYPE_COUNT - 1);
     while (!(plan->types & 1U << loop->type));
-    if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION)
+    if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION || loop->type == KT_LOOP_RATES)
         return draw_relation(g, random, loop, g->term[i], plan->still);
     const int equations = equations_of(loop->type), planar = equations < 3 ? equations : 3;
     if (!draw_bodies(g, plan, random, plan->tree.one_plane ? planar : equations, body))
@@ -199,6 +240,12 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
         frame.position = kt_vec3_add(frame.position, apart);
         if (!plan->still && kt_random_int(random, 0, 1))
             loop->function = draw_function(random, kt_vec3_norm(apart));
+    }
+    if (loop->type == KT_LOOP_SURFACE || loop->type == KT_LOOP_CURVE) {
+        const kt_vec3 at =
+            loop->type == KT_LOOP_SURFACE ? draw_surface(random, loop) : draw_curve(random, loop, plan->still);
+        const kt_mat3 shape = kt_mat3_multiply(frame.rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
+        frame.position = kt_vec3_add(frame.position, kt_mat3_apply(shape, at));
     }
     const bool slides =
         loop->type == KT_LOOP_INLINE || loop->type == KT_LOOP_PRISMATIC || loop->type == KT_LOOP_CYLINDRICAL;
@@ -268,12 +315,12 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 
 /* ---- a rod at its dead centre ------------------------------------------------------------------------------------ */
 
-/* A body on a revolute joint that moves and whose link is in a group, or 0; none where there is a screw, which is
- * closed at its initial state and would be open if another became that. */
+/* A body on a revolute joint that moves and whose link is in a group, or 0; none where there is a screw or
+ * a constant-velocity joint, which is closed at its initial state and would be open if another became that. */
 static int revolute_in_a_loop(const tangle *g) {
     const kt_model *model = g->tree.model;
     for (int i = 0; i < g->loops; i++)
-        if (g->loop[i].type == KT_LOOP_SCREW)
+        if (g->loop[i].type == KT_LOOP_SCREW || g->loop[i].type == KT_LOOP_HOMOKINETIC)
             return 0;
     for (int b = 1; b < g->tree.count; b++) {
         const kt_coordinates c = kt_body_coordinates(model, b);

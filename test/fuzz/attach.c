@@ -124,11 +124,14 @@ static bool draw_motion(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
 /* False where the mechanism cannot have it. */
 static bool draw_loop(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     static const char *const names[KT_FUZZ_LOOPS] = {"l", "m", "n", "o"};
+    static const kt_vec3 bow[] = {{-0.5, 0.1, 0.0}, {0.2, 0.6, 0.1}, {0.9, 0.4, -0.3}};
     kt_loop *loop = &m->loop[i];
     *loop = kt_loop_default();
     loop->name = m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15 ? names[0] : names[i];
     loop->type = (kt_loop_type)kt_bytes_pick(bytes, KT_LOOP_TYPE_COUNT + (m->wild == KT_WILD_ALL));
-    if (loop->type == KT_LOOP_COUPLING)
+    if (loop->type == KT_LOOP_RATES && kt_bytes_chance(bytes))
+        loop->function = draw_function(bytes, m, 0.0, false);
+    if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_RATES)
         return draw_coupling(bytes, m, i);
     if (loop->type == KT_LOOP_MOTION)
         return draw_motion(bytes, m, i);
@@ -140,6 +143,19 @@ static bool draw_loop(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     loop->pitch = kt_bytes_number(bytes, m->wild);
     loop->radius = kt_bytes_positive(bytes, m->wild);
     loop->holonomic = kt_bytes_chance(bytes);
+    loop->surface = (kt_surface){.type = (kt_surface_type)kt_bytes_pick(bytes, KT_SURFACE_TYPE_COUNT),
+                                 .radius = loop->radius,
+                                 .tube = kt_bytes_positive(bytes, m->wild)};
+    loop->curve = (kt_track){.type = (kt_track_type)kt_bytes_pick(bytes, KT_TRACK_TYPE_COUNT),
+                             .radius = loop->radius,
+                             .pitch = loop->pitch,
+                             .points = bow,
+                             .point_count = 3};
+    if (loop->type == KT_LOOP_CURVE && kt_bytes_chance(bytes))
+        loop->function = draw_function(bytes, m, 0.0, false);
+    if (m->wild < KT_WILD_ALL && ((loop->type == KT_LOOP_SURFACE && loop->surface.type == KT_SURFACE_NONE) ||
+                                  (loop->type == KT_LOOP_CURVE && loop->curve.type == KT_TRACK_NONE)))
+        return false;
     if (loop->type == KT_LOOP_DISTANCE)
         loop->function = draw_function(bytes, m, 1.0, true);
     return true;

@@ -66,6 +66,8 @@ static void close_loops(kt_fuzz_mechanism *m, unsigned spared) {
     if (kt_data_create(model, &data, NULL) == KT_OK && kt_kinematics_update(model, data, q, NULL, NULL, NULL) == KT_OK)
         for (int i = 0; i < m->description.loop_count; i++)
             if ((spared & 1U << i) == 0 && m->loop[i].type != KT_LOOP_COUPLING && m->loop[i].type != KT_LOOP_MOTION &&
+                m->loop[i].type != KT_LOOP_RATES && m->loop[i].type != KT_LOOP_KNIFE_EDGE &&
+                m->loop[i].type != KT_LOOP_SURFACE && m->loop[i].type != KT_LOOP_CURVE &&
                 m->loop[i].type != KT_LOOP_DISTANCE && m->loop[i].type != KT_LOOP_ROLLING)
                 close_loop(model, data, &m->loop[i]);
     free(q);

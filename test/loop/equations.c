@@ -22,6 +22,13 @@ static double steepness(int type, const kt_loop_end end[2], const kt_loop_row *r
     return normal ? fmax(most, 1.0 / sqrt(kt_v4_dot(across, across))) : most;
 }
 
+/* The same of a surface or a curve, whose normal is undefined on its axis, at its centre and within a tube. */
+static double steepness_of_shape(const kt_loop_record *loop, const kt_loop_end end[2]) {
+    const kt_v4 d = kt_v4_apply_transposed(end[0].axes, end[1].point - end[0].point);
+    const double rho = hypot(d[0], d[1]);
+    return fmax(fmax(1.0, 1.0 / rho), fmax(1.0 / hypot(rho, d[2]), 1.0 / hypot(rho - loop->radius, d[2])));
+}
+
 /* Rounding, against the sizes of what is summed, and s, s^2, s^3 for a steepness s; measured over forty seeds: at most
  * 0.85 of the bounds. */
 KT_TEST(rows_give_the_equations_and_their_rates) {
@@ -33,7 +40,10 @@ KT_TEST(rows_give_the_equations_and_their_rates) {
         kt_worst first = kt_worst_make("  phi'"), second = kt_worst_make("  phi''");
         for (int n = 0; n < 1000; n++) {
             double numbers[MOVING_NUMBERS];
-            const kt_loop_record loop = moving_loop(&random, type, numbers);
+            kt_loop_record loop = moving_loop(&random, type, numbers);
+            if (type == KT_LOOP_CURVE && loop.form == KT_TRACK_HELIX) /* curve.c */
+                continue;
+            loop.row_count += kt_random_int(&random, 0, 1);
             const double t = kt_random_uniform(&random, 0.0, 5.0);
             const moving a = moving_random(&random, 2.0), b = moving_random(&random, 2.0);
             kt_v4 acceleration[2][2];
@@ -43,7 +53,8 @@ KT_TEST(rows_give_the_equations_and_their_rates) {
             const int count = kt_loop_kinds_baseline[type]->evaluate(&loop, numbers, end, t, rows);
             if (count != moving_equations(&loop, t, &a, &b, phi))
                 kt_check_true("count", false);
-            const double s = steepness(type, end, rows, count);
+            const bool is_shape = type == KT_LOOP_SURFACE || type == KT_LOOP_CURVE;
+            const double s = is_shape ? steepness_of_shape(&loop, end) : steepness(type, end, rows, count);
             for (int k = 0; k < count; k++) {
                 const moving_rates rates = moving_rates_of(&rows[k], end, acceleration);
                 const moving_rates scale = moving_scales(end, acceleration);

@@ -5,8 +5,8 @@
 
 #define EPS DBL_EPSILON
 
-/* Which of x, y, z may slide; orientation: any, none, about z (Z), or any that keeps the second z normal to the first
- * (N). */
+/* Which of x, y, z may slide; orientation: any, none, about z (Z), any that keeps the second z normal to the first (N),
+ * or any without a turn about z (H). */
 typedef struct dof {
     int equations; /* SCENE, "Loops" */
     bool slides[3];
@@ -22,13 +22,37 @@ static const dof dofs[KT_LOOP_TYPE_COUNT] = {
     [KT_LOOP_CYLINDRICAL] = {4, {false, false, true}, 'Z'}, [KT_LOOP_PLANAR] = {3, {true, true, false}, 'Z'},
     [KT_LOOP_WELD] = {6, {false, false, false}, '0'},       [KT_LOOP_UNIVERSAL] = {4, {false, false, false}, 'N'},
     [KT_LOOP_COUPLING] = {1, {false, false, false}, '0'},   [KT_LOOP_MOTION] = {1, {false, false, false}, '0'},
-    [KT_LOOP_ROLLING] = {2, {true, true, true}, '*'},
+    [KT_LOOP_ROLLING] = {2, {true, true, true}, '*'},       [KT_LOOP_KNIFE_EDGE] = {1, {true, true, true}, '*'},
+    [KT_LOOP_RATES] = {1, {false, false, false}, '0'},      [KT_LOOP_HOMOKINETIC] = {4, {false, false, false}, 'H'},
+    [KT_LOOP_SURFACE] = {1, {false, false, false}, '*'},    [KT_LOOP_CURVE] = {2, {false, false, false}, '*'},
 };
 
 static void turn_by(moving *m, int k, jet angle) {
     jet q[4];
     moving_turn(k, angle, q);
     moving_multiply(m->q, q, m->q);
+}
+
+static jet plus(jet a, double b) { return jet_add(a, jet_constant((long double)b)); }
+
+/* A point of a surface, from two free numbers. */
+static void slide_on_surface(const kt_loop_record *loop, const jet free[2], jet p[3]) {
+    const jet c = jet_cos(free[0]), s = jet_sin(free[0]), up = jet_sin(free[1]), out = jet_cos(free[1]);
+    const bool torus = loop->form == KT_SURFACE_TORUS, cylinder = loop->form == KT_SURFACE_CYLINDER;
+    const long double r = (long double)(torus ? loop->tube : loop->radius);
+    const jet rho = torus ? plus(jet_scale(r, out), loop->radius) : cylinder ? jet_constant(r) : jet_scale(r, out);
+    p[0] = loop->form == KT_SURFACE_PLANE ? free[0] : jet_mul(rho, c);
+    p[1] = loop->form == KT_SURFACE_PLANE ? free[1] : jet_mul(rho, s);
+    p[2] = loop->form == KT_SURFACE_PLANE ? jet_constant(0.0L) : cylinder ? free[1] : jet_scale(r, up);
+}
+
+/* A point of a line, a circle or a helix, from its arc length. */
+static void slide_on_curve(const kt_loop_record *loop, jet length, jet p[3]) {
+    const long double R = (long double)loop->radius, h = (long double)loop->pitch;
+    const jet angle = jet_scale(1.0L / sqrtl(R * R + h * h), length);
+    p[0] = loop->form == KT_TRACK_LINE ? jet_constant(0.0L) : jet_scale(R, jet_cos(angle));
+    p[1] = loop->form == KT_TRACK_LINE ? jet_constant(0.0L) : jet_scale(R, jet_sin(angle));
+    p[2] = loop->form == KT_TRACK_LINE ? length : jet_scale(h, angle);
 }
 
 /* A relative pose that the type allows, from six free numbers: three to slide, three to turn. */
@@ -45,6 +69,10 @@ static moving allowed(const kt_loop_record *loop, double t, const jet free[6]) {
         for (int k = 0; k < 3; k++)
             m.p[k] = jet_mul(scale, m.p[k]);
     }
+    if (loop->type == KT_LOOP_SURFACE)
+        slide_on_surface(loop, free, m.p);
+    if (loop->type == KT_LOOP_CURVE)
+        slide_on_curve(loop, loop->row_count > 2 ? moving_length(t) : free[0], m.p);
     if (loop->type == KT_LOOP_SCREW) /* many turns */
         m.p[2] = jet_scale((long double)loop->pitch, jet_sub(free[3], jet_constant((long double)loop->angle)));
     if (f->turns != '0')
@@ -53,16 +81,25 @@ static moving allowed(const kt_loop_record *loop, double t, const jet free[6]) {
         turn_by(&m, 1, jet_constant(2.0L * atanl(1.0L)));
     if (f->turns == '*')
         turn_by(&m, 0, free[4]);
+    if (f->turns == 'H')
+        turn_by(&m, 0, jet_scale(0.1L, free[4]));
     if (f->turns == 'N' || f->turns == '*')
         turn_by(&m, 2, free[5]);
+    if (f->turns == 'H')
+        turn_by(&m, 2, jet_sub(jet_constant((long double)loop->angle), free[3]));
     return m;
+}
+
+/* Types whose equations are all about the relative pose. */
+static bool is_about_poses(int type) {
+    return kt_loop_kinds_baseline[type]->rows > 0 && type != KT_LOOP_ROLLING && type != KT_LOOP_KNIFE_EDGE;
 }
 
 /* Rounding of numbers up to 20 (the turns of the screw); measured over forty seeds: at most 0.8 of the bounds. */
 KT_TEST(allowed_motions_keep_every_equation_closed) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {
-        if (kt_loop_kinds_baseline[type]->rows == 0 || type == KT_LOOP_ROLLING)
+        if (!is_about_poses(type))
             continue;
         kt_worst residual = kt_worst_make(kt_loop_type_name((kt_loop_type)type));
         kt_worst first = kt_worst_make("  phi'"), second = kt_worst_make("  phi''");
@@ -70,7 +107,8 @@ KT_TEST(allowed_motions_keep_every_equation_closed) {
             double numbers[MOVING_NUMBERS];
             jet free[6];
             const double t = kt_random_uniform(&random, 0.0, 5.0);
-            const kt_loop_record loop = moving_loop(&random, type, numbers);
+            kt_loop_record loop = moving_loop(&random, type, numbers);
+            loop.row_count += kt_random_int(&random, 0, 1);
             for (int i = 0; i < 6; i++)
                 free[i] = moving_random_jet(&random, i < 3 ? 2.0 : 20.0);
             const moving relative = allowed(&loop, t, free), a = moving_random(&random, 2.0);
@@ -169,7 +207,7 @@ static int rank_of_motions(const kt_loop_record *loop, kt_random *random, const 
 KT_TEST(independent_rows_and_freedoms_left_make_six) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {
-        if (kt_loop_kinds_baseline[type]->rows == 0 || type == KT_LOOP_ROLLING)
+        if (!is_about_poses(type))
             continue;
         int least = 6, left_most = 0, left_least = 6;
         double shortest = 1.0;
@@ -208,7 +246,7 @@ KT_TEST(counts_are_those_of_the_scene_format) {
         const int most = dofs[type].equations + (type == KT_LOOP_ROLLING);
         kt_check_equal_int("  with contact", kt_loop_equation_count(&loop), most);
         const kt_loop_kind *kind = kt_loop_kinds_baseline[type];
-        kt_check_equal_int("  rows at most", kind->rows, kind->relate ? 0 : most);
+        kt_check_equal_int("  rows at most", kind->rows, kind->relate ? 0 : most + (type == KT_LOOP_CURVE));
         if (!kind->evaluate)
             continue;
         double numbers[MOVING_NUMBERS];

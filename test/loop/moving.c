@@ -123,6 +123,12 @@ kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NU
     loop.radius = kt_random_uniform(random, 0.3, 1.2);
     loop.contact = type == KT_LOOP_ROLLING;
     loop.curve = kt_curve_compile(&length, numbers, 0);
+    loop.tube = kt_random_uniform(random, 0.1, 0.25);
+    loop.form = type == KT_LOOP_SURFACE ? kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS)
+                                        : kt_random_int(random, KT_TRACK_LINE, KT_TRACK_HELIX);
+    if (type == KT_LOOP_SURFACE || (type == KT_LOOP_CURVE && loop.form != KT_TRACK_HELIX))
+        loop.pitch = 0.0;
+    loop.row_count = 2; /* of a curve: its arc length is free */
     return loop;
 }
 
@@ -192,6 +198,57 @@ static void rolling(const kt_loop_record *loop, const moving *wheel, jet phi[3])
     phi[2] = jet_sub(wheel->p[2], jet_scale(radius, size));
 }
 
+/* The second end's point seen from the first, and across the edge. */
+static jet knife_edge(const moving *r) {
+    jet axes[3][3], velocity[3];
+    moving_axes(r->q, axes);
+    for (int i = 0; i < 3; i++)
+        velocity[i] = jet_rate(r->p[i]);
+    const jet across = jet_dot(axes[2], velocity);
+    return jet_make((long double)NAN, across.x, across.d);
+}
+
+/* 4 tan((theta - angle) / 4), at the nearest of all whole turns */
+static jet homokinetic(const kt_loop_record *loop, const moving *r) {
+    const jet turned = jet_sub(jet_scale(2.0L, jet_atan2(r->q[3], r->q[0])), jet_constant((long double)loop->angle));
+    const jet quarter = jet_make(0.25L * remainderl(turned.x, 8.0L * atanl(1.0L)), 0.25L * turned.d, 0.25L * turned.dd);
+    return jet_scale(4.0L, jet_div(jet_sin(quarter), jet_cos(quarter)));
+}
+
+static jet norm(jet x, jet y) { return jet_sqrt(jet_add(jet_mul(x, x), jet_mul(y, y))); }
+
+static jet less(jet a, double b) { return jet_sub(a, jet_constant((long double)b)); }
+
+static jet surface(const kt_loop_record *loop, const moving *r) {
+    const jet rho = norm(r->p[0], r->p[1]);
+    switch (loop->form) {
+    case KT_SURFACE_PLANE:
+        return r->p[2];
+    case KT_SURFACE_CYLINDER:
+        return less(rho, loop->radius);
+    case KT_SURFACE_SPHERE:
+        return less(norm(rho, r->p[2]), loop->radius);
+    default:
+        return less(norm(less(rho, loop->radius), r->p[2]), loop->tube);
+    }
+}
+
+/* A line or a circle: across it, along its normals, and the arc length. */
+static int curve(const kt_loop_record *loop, double t, const moving *r, jet phi[3]) {
+    const long double R = (long double)loop->radius, around = 8.0L * atanl(1.0L) * R;
+    if (loop->form == KT_TRACK_LINE) {
+        phi[0] = jet_scale(-1.0L, r->p[1]);
+        phi[1] = r->p[0];
+        phi[2] = jet_sub(r->p[2], moving_length(t));
+    } else {
+        phi[0] = jet_scale(-1.0L, less(norm(r->p[0], r->p[1]), loop->radius));
+        phi[1] = r->p[2];
+        phi[2] = jet_sub(jet_scale(R, jet_atan2(r->p[1], r->p[0])), moving_length(t));
+        phi[2].x = remainderl(phi[2].x, around);
+    }
+    return loop->row_count;
+}
+
 static int lower_pair(const kt_loop_record *loop, const moving *r, jet phi[6]) {
     const bool point[KT_LOOP_TYPE_COUNT][3] = {
         [KT_LOOP_SPHERICAL] = {true, true, true},    [KT_LOOP_INLINE] = {true, true, false},
@@ -199,6 +256,7 @@ static int lower_pair(const kt_loop_record *loop, const moving *r, jet phi[6]) {
         [KT_LOOP_PRISMATIC] = {true, true, false},   [KT_LOOP_SCREW] = {true, true, false},
         [KT_LOOP_CYLINDRICAL] = {true, true, false}, [KT_LOOP_PLANAR] = {false, false, true},
         [KT_LOOP_WELD] = {true, true, true},         [KT_LOOP_UNIVERSAL] = {true, true, true},
+        [KT_LOOP_HOMOKINETIC] = {true, true, true},
     };
     int n = 0;
     for (int k = 0; k < 3; k++)
@@ -227,6 +285,8 @@ static int lower_pair(const kt_loop_record *loop, const moving *r, jet phi[6]) {
     }
     if (loop->type == KT_LOOP_SCREW)
         phi[n++] = screw(loop, r);
+    if (loop->type == KT_LOOP_HOMOKINETIC)
+        phi[n++] = homokinetic(loop, r);
     return n;
 }
 
@@ -240,6 +300,16 @@ int moving_equations(const kt_loop_record *loop, double t, const moving *first, 
         const moving wheel = moving_relative(second, first);
         rolling(loop, &wheel, phi);
         return loop->contact ? 3 : 2;
+    }
+    if (loop->type == KT_LOOP_CURVE)
+        return curve(loop, t, &r, phi);
+    if (loop->type == KT_LOOP_SURFACE) {
+        phi[0] = surface(loop, &r);
+        return 1;
+    }
+    if (loop->type == KT_LOOP_KNIFE_EDGE) {
+        phi[0] = knife_edge(&r);
+        return 1;
     }
     return lower_pair(loop, &r, phi);
 }

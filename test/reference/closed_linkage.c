@@ -101,6 +101,7 @@ static const struct {
     {"stephenson", 9e-9, 8e-11},      {"peaucellier", 1e-9, 1.6e-11},    {"scissor-lift", 1e-7, 3e-9},
     {"hooke-shaft", 1.3e-9, 1.7e-11}, {"bricard", 8e-10, 1e-10},         {"bicycle", 2.3e-8, 4e-10},
     {"bicycle-point", 7e-8, 1e-9},    {"rolling-disc", 4.2e-9, 3.1e-11}, {"skate", 7e-10, 8e-12},
+    {"spiral-wire", 7e-10, 8e-12},    {"torus-marble", 7e-10, 8e-12},
 };
 
 KT_TEST(closed_scenes_that_nothing_drives_keep_their_energy) {
@@ -195,6 +196,9 @@ static const struct {
     {"hooke-shaft", 1.0, 25.0, 3e-14, 0.0},
     {"rolling-disc", 1.0, 2.0, 1e-14, 0.0},
     {"skate", 1.0, 2.0, 1e-14, 0.0},
+    {"constant-velocity", 1.0, 25.0, 3e-14, 0.0},
+    {"spiral-wire", 1.0, 5.0, 3e-14, 0.0},
+    {"torus-marble", 1.4, 5.0, 3e-14, 0.0},
 };
 
 /* What is promised is 1e-12, which is needed where a direction is about to be lost and is left out of projections

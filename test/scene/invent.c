@@ -263,22 +263,53 @@ static bool is_among(kt_loop_type type, const kt_loop_type *types, int count) {
     return false;
 }
 
+/* Only the members that the type has: the others are not written. */
+static kt_surface invent_surface(inventor *v) {
+    kt_surface s = {.type = (kt_surface_type)(KT_SURFACE_PLANE + pick(v, 4))};
+    if (s.type != KT_SURFACE_PLANE)
+        s.radius = positive(v);
+    if (s.type == KT_SURFACE_TORUS)
+        s.tube = positive(v);
+    return s;
+}
+
+static kt_track invent_track(inventor *v) {
+    static const kt_vec3 points[] = {{0.1, -2.0, 0.0}, {1.0 / 3.0, 0.0, 1e-3}, {7.0, 0.25, -0.0}};
+    kt_track c = {.type = (kt_track_type)(KT_TRACK_LINE + pick(v, 4))};
+    if (c.type == KT_TRACK_CIRCLE || c.type == KT_TRACK_HELIX)
+        c.radius = positive(v);
+    if (c.type == KT_TRACK_HELIX)
+        c.pitch = positive(v);
+    if (c.type == KT_TRACK_SPLINE) {
+        c.points = points;
+        c.point_count = chance(v) ? 2 : 3;
+    }
+    return c;
+}
+
 static void invent_loop(inventor *v, int i) {
     static const char *const names[INVENT_LOOPS] = {"l0", "off", "n", "l3", "l4", "l5",
                                                     "l6", "l7",  "~", "l9", "la", "lb"};
     static const kt_loop_type two_axes[] = {KT_LOOP_ORTHOGONAL, KT_LOOP_UNIVERSAL, KT_LOOP_ROLLING};
-    static const kt_loop_type no_axis[] = {KT_LOOP_SPHERICAL, KT_LOOP_DISTANCE, KT_LOOP_PARALLEL,
-                                           KT_LOOP_WELD,      KT_LOOP_COUPLING, KT_LOOP_MOTION};
+    static const kt_loop_type no_axis[] = {KT_LOOP_SPHERICAL, KT_LOOP_DISTANCE, KT_LOOP_PARALLEL, KT_LOOP_WELD,
+                                           KT_LOOP_COUPLING,  KT_LOOP_MOTION,   KT_LOOP_RATES};
     kt_loop *loop = &v->out->loops[i];
     *loop = kt_loop_default();
     loop->name = names[i][0] == '~' ? "l8" : names[i];
     loop->type = (kt_loop_type)pick(v, KT_LOOP_TYPE_COUNT);
-    if (loop->type != KT_LOOP_COUPLING && loop->type != KT_LOOP_MOTION)
+    if (loop->type != KT_LOOP_COUPLING && loop->type != KT_LOOP_MOTION && loop->type != KT_LOOP_RATES)
         invent_ends(v, loop->between);
-    if (!is_among(loop->type, no_axis, 6) && chance(v))
+    if (!is_among(loop->type, no_axis, 7) && chance(v))
         loop->axis = axis(v);
     if (is_among(loop->type, two_axes, 3) && chance(v))
         loop->axis2 = axis(v);
+    if (loop->type == KT_LOOP_SURFACE)
+        loop->surface = invent_surface(v);
+    if (loop->type == KT_LOOP_CURVE) {
+        loop->curve = invent_track(v);
+        if (chance(v))
+            loop->function = function(v, v->out->numbers[i], false);
+    }
     if (loop->type == KT_LOOP_SCREW)
         loop->pitch = any(v);
     if (loop->type == KT_LOOP_ROLLING) {
@@ -291,12 +322,14 @@ static void invent_loop(inventor *v, int i) {
         loop->joint = scalar_joint(v);
         loop->function = function(v, v->out->numbers[i], false);
     }
-    if (loop->type == KT_LOOP_COUPLING) {
+    if (loop->type == KT_LOOP_RATES && chance(v))
+        loop->function = function(v, v->out->numbers[i], false);
+    if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_RATES) {
         loop->terms = v->out->terms[i];
         v->out->terms[i][0] = (kt_term){v->out->bodies[0].name, 1.0 / 3.0};
         v->out->terms[i][1] = (kt_term){scalar_joint(v), any(v)};
         loop->term_count = strcmp(v->out->terms[i][1].joint, v->out->bodies[0].name) == 0 ? 1 : 2;
-        loop->offset = chance(v) ? 0.0 : any(v);
+        loop->offset = loop->type == KT_LOOP_RATES || chance(v) ? 0.0 : any(v);
     }
 }
 

@@ -18,6 +18,8 @@ typedef union item {
     kt_effect effect;
     kt_function function;
     kt_shape shape;
+    kt_surface surface;
+    kt_track track;
 } item;
 
 typedef struct family {
@@ -37,6 +39,8 @@ FAMILY(loop, kt_loop_default())
 FAMILY(effect, kt_effect_default())
 FAMILY(function, kt_function_constant(0.0))
 FAMILY(shape, kt_shape_default())
+FAMILY(surface, (kt_surface){.type = KT_SURFACE_NONE})
+FAMILY(track, (kt_track){.type = KT_TRACK_NONE})
 
 static const family families[] = {
     {"joint", "Joints",
@@ -61,6 +65,16 @@ static const family families[] = {
      "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
      "none.\n",
      shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, false},
+    {"surface", "Surfaces",
+     "On which a loop `surface` keeps a point: `surface: {NAME: {KEYS}}`. x, y, z are the point's coordinates in the "
+     "frame of\n"
+     "the loop's first end, z along its `axis`.\n",
+     surface, surface_standard, KT_SURFACE_NONE + 1, KT_SURFACE_TYPE_COUNT, false},
+    {"curve", "Curves",
+     "On which a loop `curve` keeps a point: `curve: {NAME: {KEYS}}`. c is a point of the curve in the frame of the "
+     "loop's\n"
+     "first end, z along its `axis`; sigma is its arc length.\n",
+     track, track_standard, KT_TRACK_NONE + 1, KT_TRACK_TYPE_COUNT, false},
 };
 
 enum { FAMILY_COUNT = sizeof families / sizeof *families };

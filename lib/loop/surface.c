@@ -1,0 +1,142 @@
+/* Surface: the second point stays on a surface of the first end's frame; phi is its distance from it, outside positive.
+ * For a point at d that moves at u as seen in that frame (relative.h), with the unit normal n of the surface through it
+ *     phi'  = n . u
+ *     phi'' = n . (u' + coriolis) + bend,      bend = u . H u, H the second derivatives of phi
+ * About the axis z with m = h / rho, h the part of d normal to z, rho = |h|, g = m x (the part of u normal to z):
+ *     plane     phi = z . d                    n = z                        bend = 0
+ *     cylinder  phi = rho - R                  n = m                        bend = g^2 / rho
+ *     sphere    phi = |d| - R                  n = d / |d|                  bend = |n x u|^2 / |d|
+ *     torus     phi = tau - r                  n = (s m + y z) / tau        bend = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
+ *               s = rho - R, y = z . d, tau = |(s, y)|
+ * Where no normal is defined (on the axis, at the centre, on the circle in the tube), the first end's x axis is taken, or
+ * m, and the curvature there is set to zero.
+ */
+#include "loop/relative.h"
+
+#include <float.h>
+
+#ifndef KT_NO_LOOPS
+/* v / |v|, or `aside` where v is next to nothing; *inverse: 1 / |v|, or 0. */
+static inline kt_vector direction_of(kt_vector v, kt_vector aside, kt_real *norm, kt_real *inverse) {
+    const kt_real square = kt_dot(v, v);
+    const bool is_zero = !(kt_value(square) > DBL_MIN);
+    *norm = is_zero ? 0.0 : kt_sqrt(square);
+    *inverse = is_zero ? 0.0 : 1.0 / *norm;
+    return is_zero ? aside : kt_over(v, *norm);
+}
+
+typedef struct normal {
+    kt_vector n;
+    kt_real phi, bend;
+} normal;
+
+static inline normal normal_of_sphere(const kt_loop_record *loop, const kt_vector *e, const kt_loop_relative *r) {
+    kt_real norm, inverse;
+    normal x = {.n = direction_of(r->d, e[0], &norm, &inverse)};
+    const kt_vector across = kt_cross(x.n, r->u);
+    x.phi = norm - loop->radius;
+    x.bend = kt_dot(across, across) * inverse;
+    return x;
+}
+
+/* cylinder and torus */
+static inline normal normal_about_axis(const kt_loop_record *loop, const kt_vector *e, const kt_loop_relative *r) {
+    const kt_real y = kt_dot(e[2], r->d), y1 = kt_dot(e[2], r->u);
+    kt_real rho, inverse, tau, inverse_tau;
+    const kt_vector m = direction_of(r->d - kt_scale(y, e[2]), e[0], &rho, &inverse);
+    const kt_real g = kt_dot(e[2], kt_cross(m, r->u)), around = g * g * inverse;
+    if (loop->form == KT_SURFACE_CYLINDER)
+        return (normal){.n = m, .phi = rho - loop->radius, .bend = around};
+    const kt_real s = rho - loop->radius, s1 = kt_dot(m, r->u);
+    const kt_vector n = direction_of(kt_scale(s, m) + kt_scale(y, e[2]), m, &tau, &inverse_tau);
+    const kt_real swept = (s1 * y - y1 * s) * inverse_tau;
+    return (normal){.n = n, .phi = tau - loop->tube, .bend = (swept * swept + s * around) * inverse_tau};
+}
+
+static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                    kt_loop_row *rows) {
+    (void)numbers, (void)t;
+    const kt_loop_relative r = kt_loop_relative_of(end);
+    const kt_vector *e = end[0].axes;
+    const normal x = loop->form == KT_SURFACE_PLANE    ? (normal){.n = e[2], .phi = kt_dot(e[2], r.d), .bend = 0.0}
+                     : loop->form == KT_SURFACE_SPHERE ? normal_of_sphere(loop, e, &r)
+                                                       : normal_about_axis(loop, e, &r);
+    rows[0] = (kt_loop_row){.force = x.n,
+                            .moment = kt_vector_zero(),
+                            .residual = x.phi,
+                            .drift = kt_dot(x.n, r.coriolis) + x.bend,
+                            .holonomic = true};
+    return 1;
+}
+
+static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+    (void)numbers;
+    record->form = (int32_t)loop->surface.type;
+    record->radius = loop->surface.radius;
+    record->tube = loop->surface.tube;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
+    .rows = 1, .evaluate = evaluate, .part = {KT_PART_SPATIAL}, .prepare = prepare};
+#endif
+
+#if KT_DESCRIBES
+#define BEAD(surface, at)                                                                                              \
+    "bodies:\n"                                                                                                        \
+    "  - {name: bead, joint: {type: free, position: {position: " at                                                    \
+    "}}, mass: 1, shape: {type: sphere, radius: 0.03}}\n"                                                              \
+    "loops:\n"                                                                                                         \
+    "  - {name: on, type: surface, between: [world, bead], surface: " surface "}\n"
+
+static const kt_key keys[] = {
+    KT_BETWEEN_KEY(kt_loop),
+    {"surface", KT_KEY_SURFACE, KT_LOOP_AT(surface), "", KT_WORDS("one of plane, cylinder, sphere, torus"),
+     .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("of the surface, in the frame of the first end"),
+     .needed = false},
+};
+const kt_descriptor kt_loop_surface_descriptor = {
+    .name = "surface",
+    .help = KT_WORDS("the second point stays on a surface"),
+    .formula =
+        KT_WORDS("S(d) = 0    S: of the surface, in the frame of the first end;  d: from its point to the second"),
+    .example = KT_WORDS(BEAD("{sphere: {radius: 0.5}}", "[0.3, 0, 0.4]")),
+    KT_DESCRIPTOR_KEYS,
+};
+
+static const kt_key radius_keys[] = {
+    {"surface.radius", KT_KEY_NUMBER, offsetof(kt_surface, radius), "m", KT_WORDS("R"), .range = KT_RANGE_POSITIVE,
+     .needed = true},
+    {"surface.tube", KT_KEY_NUMBER, offsetof(kt_surface, tube), "m", KT_WORDS("r, the radius of the tube"),
+     .range = KT_RANGE_POSITIVE, .needed = true},
+};
+static const kt_descriptor surfaces[KT_SURFACE_TYPE_COUNT] = {
+    [KT_SURFACE_NONE] = {.name = NULL},
+    [KT_SURFACE_PLANE] = {.name = "plane",
+                          .help = KT_WORDS("normal to the axis"),
+                          .formula = KT_WORDS("z = 0"),
+                          .example = KT_WORDS(BEAD("{plane: {}}", "[0.3, 0, 0]"))},
+    [KT_SURFACE_CYLINDER] = {.name = "cylinder",
+                             .help = KT_WORDS("about the axis, without ends"),
+                             .formula = KT_WORDS("sqrt(x^2 + y^2) = R"),
+                             .example = KT_WORDS(BEAD("{cylinder: {radius: 0.5}}", "[0.3, 0.4, 0]")),
+                             .keys = radius_keys,
+                             .key_count = 1},
+    [KT_SURFACE_SPHERE] = {.name = "sphere",
+                           .help = KT_WORDS("about the point of the first end"),
+                           .formula = KT_WORDS("sqrt(x^2 + y^2 + z^2) = R"),
+                           .example = KT_WORDS(BEAD("{sphere: {radius: 0.5}}", "[0.3, 0, 0.4]")),
+                           .keys = radius_keys,
+                           .key_count = 1},
+    [KT_SURFACE_TORUS] = {.name = "torus",
+                          .help = KT_WORDS("a tube along a circle about the axis"),
+                          .formula = KT_WORDS("sqrt((sqrt(x^2 + y^2) - R)^2 + z^2) = r"),
+                          .example = KT_WORDS(BEAD("{torus: {radius: 0.5, tube: 0.1}}", "[0.6, 0, 0]")),
+                          .keys = radius_keys,
+                          .key_count = 2},
+};
+
+const kt_descriptor *kt_surface_descriptor(kt_surface_type type) {
+    return type > KT_SURFACE_NONE && type < KT_SURFACE_TYPE_COUNT ? &surfaces[type] : NULL;
+}
+#endif
