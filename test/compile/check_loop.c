@@ -73,6 +73,8 @@ static int faults_when(kt_loop_type type, void (*spoil)(kt_loop *)) {
     m.loops[CLOSE].terms = m.terms;
     m.loops[CLOSE].term_count = 2;
     m.loops[CLOSE].radius = 1.0;
+    m.loops[CLOSE].surface = (kt_surface){.type = KT_SURFACE_TORUS, .radius = 1.0, .tube = 0.5};
+    m.loops[CLOSE].curve = (kt_track){.type = KT_TRACK_HELIX, .radius = 1.0, .pitch = 0.5};
     kt_check_equal_int("faults of the sound loop", mechanism_faults(&m.description).count, 0);
     spoil(&m.loops[CLOSE]);
     return mechanism_faults(&m.description).count;
@@ -87,25 +89,30 @@ static void spoil_function(kt_loop *l) { l->function.value = nan_value; }
 static void spoil_joint(kt_loop *l) { l->joint = "nobody"; }
 static void spoil_terms(kt_loop *l) { l->term_count = 0; }
 static void spoil_offset(kt_loop *l) { l->offset = nan_value; }
+static void spoil_surface(kt_loop *l) { l->surface.tube = 0.0; }
+static void spoil_curve(kt_loop *l) { l->curve.radius = -1.0; }
 
 KT_TEST(each_loop_type_reads_what_the_format_says) {
-    static void (*const spoil[])(kt_loop *) = {spoil_ends,     spoil_axis,  spoil_axis2, spoil_pitch, spoil_radius,
-                                               spoil_function, spoil_joint, spoil_terms, spoil_offset};
+    static void (*const spoil[])(kt_loop *) = {spoil_ends,   spoil_axis,     spoil_axis2, spoil_pitch,
+                                               spoil_radius, spoil_function, spoil_joint, spoil_terms,
+                                               spoil_offset, spoil_surface,  spoil_curve};
     static const struct {
         kt_loop_type type;
         const char *reads; /* one digit for each member above */
     } table[] = {
-        {KT_LOOP_SPHERICAL, "100000000"},  {KT_LOOP_INLINE, "110000000"},      {KT_LOOP_INPLANE, "110000000"},
-        {KT_LOOP_DISTANCE, "100001000"},   {KT_LOOP_PARALLEL, "100000000"},    {KT_LOOP_COAXIAL, "110000000"},
-        {KT_LOOP_ORTHOGONAL, "111000000"}, {KT_LOOP_REVOLUTE, "110000000"},    {KT_LOOP_PRISMATIC, "110000000"},
-        {KT_LOOP_SCREW, "110100000"},      {KT_LOOP_CYLINDRICAL, "110000000"}, {KT_LOOP_PLANAR, "110000000"},
-        {KT_LOOP_WELD, "100000000"},       {KT_LOOP_UNIVERSAL, "111000000"},   {KT_LOOP_COUPLING, "000000011"},
-        {KT_LOOP_MOTION, "000001100"},     {KT_LOOP_ROLLING, "111010000"},
+        {KT_LOOP_SPHERICAL, "10000000000"},  {KT_LOOP_INLINE, "11000000000"},      {KT_LOOP_INPLANE, "11000000000"},
+        {KT_LOOP_DISTANCE, "10000100000"},   {KT_LOOP_PARALLEL, "10000000000"},    {KT_LOOP_COAXIAL, "11000000000"},
+        {KT_LOOP_ORTHOGONAL, "11100000000"}, {KT_LOOP_REVOLUTE, "11000000000"},    {KT_LOOP_PRISMATIC, "11000000000"},
+        {KT_LOOP_SCREW, "11010000000"},      {KT_LOOP_CYLINDRICAL, "11000000000"}, {KT_LOOP_PLANAR, "11000000000"},
+        {KT_LOOP_WELD, "10000000000"},       {KT_LOOP_UNIVERSAL, "11100000000"},   {KT_LOOP_COUPLING, "00000001100"},
+        {KT_LOOP_MOTION, "00000110000"},     {KT_LOOP_ROLLING, "11101000000"},     {KT_LOOP_KNIFE_EDGE, "11000000000"},
+        {KT_LOOP_RATES, "00000101000"},      {KT_LOOP_HOMOKINETIC, "11000000000"}, {KT_LOOP_SURFACE, "11000000010"},
+        {KT_LOOP_CURVE, "11000100001"},
     };
     kt_check_equal_int("types in the table", sizeof table / sizeof *table, KT_LOOP_TYPE_COUNT);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char found[10] = "";
-        for (size_t k = 0; k < 9; k++)
+        char found[12] = "";
+        for (size_t k = 0; k < 11; k++)
             found[k] = (char)('0' + faults_when(table[i].type, spoil[k]));
         kt_check_text(kt_loop_type_name(table[i].type), found, table[i].reads);
     }

@@ -100,8 +100,8 @@ static const struct {
     {"four-bar", 9e-9, 8e-11},        {"slider-crank", 5e-9, 3e-11},     {"watt", 4e-8, 4e-10},
     {"stephenson", 9e-9, 8e-11},      {"peaucellier", 1e-9, 1.6e-11},    {"scissor-lift", 1e-7, 3e-9},
     {"hooke-shaft", 1.3e-9, 1.7e-11}, {"bricard", 8e-10, 1e-10},         {"bicycle", 2.3e-8, 4e-10},
-    {"bicycle-point", 7e-8, 1e-9},    {"rolling-disc", 4.2e-9, 3.1e-11}, {"skate", 7e-10, 8e-12},
-    {"spiral-wire", 7e-10, 8e-12},    {"torus-marble", 7e-10, 8e-12},
+    {"bicycle-point", 7e-8, 1e-9},    {"rolling-disc", 4.2e-9, 3.1e-11}, {"skate", 3e-9, 2.5e-11},
+    {"spiral-wire", 1.2e-8, 1e-10},   {"torus-marble", 5e-10, 4e-11},
 };
 
 KT_TEST(closed_scenes_that_nothing_drives_keep_their_energy) {

@@ -69,13 +69,14 @@ KT_TEST(loops_take_their_keys) {
 }
 
 KT_TEST(every_loop_between_two_ends_has_its_name) {
-    static const char *const types[] = {"spherical",   "inline",     "inplane",  "distance",  "parallel",
-                                        "coaxial",     "orthogonal", "revolute", "prismatic", "screw",
-                                        "cylindrical", "planar",     "weld",     "universal"};
-    static const kt_loop_type values[] = {KT_LOOP_SPHERICAL, KT_LOOP_INLINE,   KT_LOOP_INPLANE,     KT_LOOP_DISTANCE,
-                                          KT_LOOP_PARALLEL,  KT_LOOP_COAXIAL,  KT_LOOP_ORTHOGONAL,  KT_LOOP_REVOLUTE,
-                                          KT_LOOP_PRISMATIC, KT_LOOP_SCREW,    KT_LOOP_CYLINDRICAL, KT_LOOP_PLANAR,
-                                          KT_LOOP_WELD,      KT_LOOP_UNIVERSAL};
+    static const char *const types[] = {"spherical",  "inline",    "inplane",    "distance",   "parallel",    "coaxial",
+                                        "orthogonal", "revolute",  "prismatic",  "screw",      "cylindrical", "planar",
+                                        "weld",       "universal", "knife_edge", "homokinetic"};
+    static const kt_loop_type values[] = {
+        KT_LOOP_SPHERICAL, KT_LOOP_INLINE,    KT_LOOP_INPLANE,     KT_LOOP_DISTANCE,
+        KT_LOOP_PARALLEL,  KT_LOOP_COAXIAL,   KT_LOOP_ORTHOGONAL,  KT_LOOP_REVOLUTE,
+        KT_LOOP_PRISMATIC, KT_LOOP_SCREW,     KT_LOOP_CYLINDRICAL, KT_LOOP_PLANAR,
+        KT_LOOP_WELD,      KT_LOOP_UNIVERSAL, KT_LOOP_KNIFE_EDGE,  KT_LOOP_HOMOKINETIC};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         char text[500];
         kt_scene scene;
@@ -84,6 +85,74 @@ KT_TEST(every_loop_between_two_ends_has_its_name) {
         if (!kt_parse_right(text, &scene))
             continue;
         kt_check_equal_int(types[i], scene.description.loops[0].type, values[i]);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(surfaces_curves_and_rates_take_their_keys) {
+    static const char text[] =
+        HEAD "loops:\n"
+             "  - {name: a, type: surface, between: [world, crank], surface: {plane: {}}}\n"
+             "  - {name: b, type: surface, between: [world, crank], surface: {cylinder: {radius: 2}}, axis: x}\n"
+             "  - {name: c, type: surface, between: [world, crank], surface: {sphere: {radius: 3}}}\n"
+             "  - {name: d, type: surface, between: [world, crank], surface: {torus: {radius: 4, tube: 0.5}}}\n"
+             "  - {name: e, type: curve, between: [world, crank], curve: {line: {}}, distance: 1}\n"
+             "  - {name: f, type: curve, between: [world, crank], curve: {circle: {radius: 5}}}\n"
+             "  - {name: g, type: curve, between: [world, crank], curve: {helix: {radius: 6, pitch: -0.1}}}\n"
+             "  - {name: h, type: curve, between: [world, crank], curve: {spline: [[1, 2, 3], [4, 5, 6]]}}\n"
+             "  - {name: i, type: rates, coefficients: {crank: 1, slide: 2}, rate: 90 deg}\n"
+             "  - {name: j, type: rates, coefficients: {slide: 2}}\n";
+    kt_scene scene;
+    if (!kt_parse_right(text, &scene))
+        return;
+    const kt_loop *l = scene.description.loops;
+    for (int i = 0; i < 4; i++) {
+        kt_check_equal_int("surface", l[i].surface.type, KT_SURFACE_PLANE + i);
+        kt_check_equal_int("curve", l[4 + i].curve.type, KT_TRACK_LINE + i);
+    }
+    CHECK_NUMBERS("radius of a cylinder", &l[1].surface.radius, 2);
+    CHECK_VECTOR("axis", l[1].axis, 1, 0, 0);
+    CHECK_NUMBERS("radius of a sphere", &l[2].surface.radius, 3);
+    CHECK_NUMBERS("tube", &l[3].surface.tube, 0.5);
+    CHECK_NUMBERS("distance", &l[4].function.value, 1);
+    kt_check_equal_int("a free arc length", l[5].function.type, KT_FUNCTION_NONE);
+    CHECK_NUMBERS("radius of a circle", &l[5].curve.radius, 5);
+    CHECK_NUMBERS("pitch", &l[6].curve.pitch, -0.1);
+    kt_check_equal_int("points", l[7].curve.point_count, 2);
+    CHECK_VECTOR("point", l[7].curve.points[1], 4, 5, 6);
+    CHECK_NUMBERS("rate, of an angle", &l[8].function.value, PI / 2);
+    kt_check_equal_int("terms", l[8].term_count, 2);
+    kt_check_equal_int("rate by default", l[9].function.type, KT_FUNCTION_NONE);
+    kt_scene_free(&scene);
+}
+
+/* One fault each, and how to mend it. */
+KT_TEST(wrong_surfaces_and_curves_are_told) {
+    static const struct {
+        const char *loop, *says;
+    } table[] = {
+        {"type: surface", "surface"},
+        {"type: surface, surface: {}", "one of plane, cylinder, sphere, torus"},
+        {"type: surface, surface: 3", "a surface (one of plane, cylinder, sphere, torus)"},
+        {"type: surface, surface: {cone: {}}", "cone"},
+        {"type: surface, surface: {plane: {}, sphere: {radius: 1}}", "'plane' and 'sphere' are two of them"},
+        {"type: surface, surface: {sphere: {}}", "radius"},
+        {"type: surface, surface: {sphere: {radius: -1}}", "must be greater than 0"},
+        {"type: curve, curve: {helix: {radius: 1, pitch: 0}}", "which is a circle"},
+        {"type: curve, curve: {spline: [[0, 0, 0]]}", "two points or more"},
+        {"type: curve, curve: {spline: [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}",
+         "points 1 and 2 of the spline are the same"},
+        {"type: curve, curve: {spline: {}}", "a list of points"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[600];
+        snprintf(text, sizeof text, HEAD "loops: [{name: l, between: [world, crank], %s}]\n", table[i].loop);
+        static kt_collected faults;
+        kt_scene scene = kt_scene_default();
+        const kt_status status = kt_collect_parse(&faults, text, &scene);
+        kt_note("%s", faults.text);
+        kt_check_true(table[i].loop, status != KT_OK && strstr(faults.text, table[i].says) != NULL);
+        kt_check_equal_int("faults", faults.count, 1);
         kt_scene_free(&scene);
     }
 }
