@@ -191,6 +191,9 @@ static kt_real arc_length(const kt_loop_record *loop, const double *numbers, kt_
     return sum + kt_value(speed) * (value - inside) + speed * (s - value);
 }
 
+/* Least part of c1^2 that D counts as: at a centre of curvature, where all of the curve is as near, D is zero. */
+#define LEAST 1e-6
+
 /* The motion of the foot, vectors in the first end's frame. */
 typedef struct foot {
     place at;
@@ -205,7 +208,7 @@ static foot foot_moving(const kt_loop_record *loop, const double *numbers, kt_ve
     f.delta = p - f.at.c;
     f.square = kt_dot(f.at.c1, f.at.c1);
     f.speed = kt_sqrt(f.square);
-    f.D = f.square - kt_dot(f.delta, f.at.c2);
+    f.D = kt_max(f.square - kt_dot(f.delta, f.at.c2), LEAST * kt_value(f.square));
     f.rate = kt_dot(f.at.c1, u) / f.D;
     f.bend = 2.0 * f.rate * kt_dot(f.at.c2, u) +
              f.rate * f.rate * (kt_dot(f.delta, f.at.c3) - 3.0 * kt_dot(f.at.c1, f.at.c2));

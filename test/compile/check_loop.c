@@ -20,8 +20,8 @@ KT_TEST(names_and_types_of_loops_are_checked) {
                  "name 'a b' is not valid; begin with a letter or _, go on with letters, digits, _ and -");
     REFUSES_LOOP(ROD, l->name = "close", -1, "name", "loop 'close'",
                  "name 'close' is that of loops[0] already; choose another");
-    REFUSES_LOOP(ROD, l->type = (kt_loop_type)17, -1, "type", "loop 'rod'",
-                 "type is 17, and there is no loop of that number; take one of kt_loop_type");
+    REFUSES_LOOP(ROD, l->type = (kt_loop_type)97, -1, "type", "loop 'rod'",
+                 "type is 97, and there is no loop of that number; take one of kt_loop_type");
     PASSES_LOOP("name of a body", ROD, l->name = "crank");
 }
 

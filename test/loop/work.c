@@ -73,7 +73,7 @@ static bool is_smooth(const kt_loop_record *loop, const moving m[2]) {
         return (double)jet_dot(r.p, r.p).x > 1.0;
     const double rho = hypot((double)r.p[0].x, (double)r.p[1].x);
     if (type == KT_LOOP_SURFACE || type == KT_LOOP_CURVE) /* a helix: curve.c */
-        return rho > 1.0 && hypot(rho - loop->radius, (double)r.p[2].x) > 0.8 && loop->pitch == 0.0;
+        return rho > 1.3 && hypot(rho - loop->radius, (double)r.p[2].x) > 1.2 && loop->pitch == 0.0;
     return c > -0.3 && (double)r.q[0].x > 0.05;
 }
 

@@ -35,7 +35,7 @@ static bool react(const tangle *g, reactions *r) {
 }
 
 static bool is_relation(const tangle *g, int i) {
-    return g->loop[i].type == KT_LOOP_COUPLING || g->loop[i].type == KT_LOOP_MOTION;
+    return g->loop[i].type == KT_LOOP_COUPLING || g->loop[i].type == KT_LOOP_MOTION || g->loop[i].type == KT_LOOP_RATES;
 }
 
 /* The world point of a loop's first end, and the bodies at its ends. Needs the kinematics. */
@@ -152,16 +152,12 @@ static void check_joints(const tangle *g, const reactions *r, kt_worst *worst) {
 static bool draw_allowed(const tangle *g, int i, kt_random *random, double *w) {
     static double a[TANGLE_ROWS * KT_TREE_NV];
     double row[6][KT_TREE_NV];
-    int first = 0, count = 0, nv = g->tree.nv;
+    const int first = kt_loop_rows_of(g->tree.model, i).first, count = kt_loop_rows_of(g->tree.model, i).count;
+    const int nv = g->tree.nv;
     kt_error e = {0};
-    static const int rows[KT_LOOP_TYPE_COUNT] = {3, 2, 1, 1, 3, 2, 1, 5, 5, 5, 4, 3, 6, 4, 1, 1, 2};
     if (!kt_tree_fine("equations",
                       kt_loop_equations(g->tree.model, g->tree.data, g->t, g->q, NULL, a, NULL, NULL, NULL, &e), &e))
         return false;
-    for (int j = 0; j <= i; j++) {
-        first += count;
-        count = rows[g->loop[j].type] + (g->loop[j].type == KT_LOOP_ROLLING && g->loop[j].holonomic);
-    }
     for (int k = 0; k < nv; k++)
         w[k] = kt_random_uniform(random, -1.0, 1.0);
     for (int pass = 0; pass < 2; pass++)
