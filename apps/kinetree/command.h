@@ -94,6 +94,10 @@ bool kt_speaks_utf8(int descriptor);
  * and then the caller releases *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
+/* Does the same, and lets the scene start from a result (kt_start_from; NULL: from what its key `initial.from` names, if
+ * it has one). */
+int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene);
+
 /* Reads a robot in URDF or MJCF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf,
  * *.mjcf or *.xml, and where a file or standard input begins with '<'. Prints what the scene has left out. */
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);

@@ -138,7 +138,8 @@ typedef struct kt_joint {
     double position[KT_JOINT_NQ_MAX]; /* initial positions, as many as the type has, rad or m */
     double velocity[KT_JOINT_NV_MAX]; /* initial velocities, rad/s or m/s */
     double armature[KT_JOINT_NV_MAX]; /* rotor inertia at each degree of freedom, kg m^2 or kg, >= 0; default: 0 */
-    unsigned given;                   /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
+    bool guess;     /* the positions say where assembly begins, and no more: they count as not given */
+    unsigned given; /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
 } kt_joint;
 
 /* The KT_GIVEN_ bits of all parts that are given: those that `given` names, and those that are not zero. A quaternion

@@ -83,6 +83,10 @@ typedef struct kt_scene {
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 
+    /* Of `initial`: the result of a run, a file next to the scene's, from whose end the motion starts; NULL: none. The
+     * command acts upon it; a program reads the file and calls kt_scene_start_from. */
+    const char *from;
+
     const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */
@@ -128,6 +132,15 @@ KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
 /* Releases the memory that reading took, and sets *scene to kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);
+
+/* Makes a state of a scene's model, q (nq) and v (nv; NULL: at rest), its initial state: all of it is given then, and is
+ * what the loops are closed from. What the scene measures in its initial state keeps the value that it has there: lengths
+ * of springs and distances of loops become numbers, and the first ends of screw closures move along their axes. Functions
+ * of time begin at 0, as before. scene->from is NULL afterwards. model: compiled from this scene, and not changed. On
+ * failure the scene is untouched. Errors: KT_ERROR_MEMORY; KT_ERROR_CONSTRAINT where springs have no length because the
+ * scene's own initial state cannot be assembled. */
+KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q,
+                                                const double *v, kt_error *error);
 
 /* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
  * many digits as are needed to read back the same bits. Parameters and expressions are written as the numbers that they

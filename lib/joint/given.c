@@ -23,6 +23,8 @@ unsigned kt_joint_given(const kt_joint *joint) {
     given |= joint->given & (KT_GIVEN_VELOCITY | (has_both ? KT_GIVEN_ANGULAR : 0U));
     given |= is_zero(joint->position, plain) ? 0U : KT_GIVEN_POSITION;
     given |= has_quaternion && !is_zero(joint->position + plain, 4) ? KT_GIVEN_ORIENTATION : 0U;
+    if (joint->guess)
+        given &= ~(unsigned)(KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION);
     given |= is_zero(joint->velocity, linear) ? 0U : KT_GIVEN_VELOCITY;
     given |= has_both && !is_zero(joint->velocity + linear, 3) ? KT_GIVEN_ANGULAR : 0U;
     return given;

@@ -261,6 +261,7 @@ static const kt_descriptor *describe(int type) { return kt_joint_descriptor((kt_
 
 static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
+    {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
 };
 const kt_table kt_joint_table = {
-    .fields = fields, .count = 1, .types = &types, .describe = describe, .kind_of = kind_of_key};
+    .fields = fields, .count = KT_COUNT_OF(fields), .types = &types, .describe = describe, .kind_of = kind_of_key};

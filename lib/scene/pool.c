@@ -56,6 +56,16 @@ char *kt_pool_text(kt_pool *pool, const char *text, size_t length) {
     return copy;
 }
 
+kt_chunk *kt_pool_join(kt_chunk *chunks, kt_chunk *others) {
+    kt_chunk *last = chunks;
+    if (chunks == NULL)
+        return others;
+    while (last->next != NULL)
+        last = last->next;
+    last->next = others;
+    return chunks;
+}
+
 void kt_pool_free(kt_chunk *chunks) {
     while (chunks != NULL) {
         kt_chunk *next = chunks->next;

@@ -19,6 +19,9 @@ void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 /* A terminated copy of `length` bytes; NULL where there is no memory. */
 char *kt_pool_text(kt_pool *pool, const char *text, size_t length);
 
+/* Puts the chunks of one pool before those of another (NULL: none), to be released together; returns the first. */
+kt_chunk *kt_pool_join(kt_chunk *chunks, kt_chunk *others);
+
 /* Releases everything that was taken from a pool, given its `chunks`. */
 void kt_pool_free(kt_chunk *chunks);
 

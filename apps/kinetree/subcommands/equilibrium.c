@@ -155,108 +155,12 @@ static json_t *describe(const kt_small_motion *motion) {
 
 /* ---- the scene at rest ------------------------------------------------------------------------------------------- */
 
-/* Position of an end in the world, for the positions of the last kt_kinematics_update. */
-static kt_vec3 end_point(const kt_small_motion *motion, const kt_end *end) {
-    const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
-    const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
-    return kt_point_position(motion->model, motion->data, body,
-                             marker >= 0 ? kt_marker_at(motion->model, body, marker) : end->at);
-}
-
-/* Lengths of springs that are measured in the assembled initial state become explicit numbers, so that they do not
- * change with the new initial state. */
-static kt_status keep_lengths(const kt_small_motion *motion, kt_effect *effects, int count, kt_error *error) {
-    double *q = calloc((size_t)kt_model_nq(motion->model) + 1, sizeof *q);
-    double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
-    kt_status status = KT_OK;
-    if (q == NULL || v == NULL) {
-        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-    } else {
-        kt_model_initial(motion->model, q, v);
-        status = kt_state_assemble(motion->model, motion->data, 0.0, q, v, error);
-    }
-    if (status == KT_OK)
-        status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < count; i++)
-        if (kt_descriptor_kind(kt_effect_descriptor(effects[i].type), KT_KEY_DISTANCE) && effects[i].initial_length) {
-            effects[i].initial_length = false;
-            effects[i].length = kt_vec3_norm(
-                kt_vec3_sub(end_point(motion, &effects[i].between[1]), end_point(motion, &effects[i].between[0])));
-        }
-    free(q);
-    free(v);
-    return status;
-}
-
-/* The angle of a screw loop is measured from the initial state. In the written scene this is the equilibrium, where its
- * ends are some distance apart along the axis; the first end is therefore moved by this distance. (The distances of
- * loops are the same at the equilibrium as at the start.) */
-static kt_status keep_threads(const kt_small_motion *motion, kt_loop *loops, int count, kt_error *error) {
-    kt_status status = kt_kinematics_update(motion->model, motion->data, motion->q, NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < count; i++) {
-        kt_mat3 turn;
-        kt_end *end = loops[i].between;
-        if (kt_descriptor_key(kt_loop_descriptor(loops[i].type), "pitch") == NULL)
-            continue;
-        status = kt_rotation_evaluate(&end->rotation, &turn, error);
-        if (status != KT_OK)
-            return status;
-        const int body = end->body != NULL ? kt_body_find(motion->model, end->body) : 0;
-        const int marker = end->marker != NULL ? kt_marker_find(motion->model, body, end->marker) : -1;
-        const kt_vec3 axis = kt_mat3_apply(turn, kt_vec3_normalize(loops[i].axis)); /* in the body's frame */
-        const kt_vec3 apart = kt_mat3_apply_transposed(kt_body_pose(motion->model, motion->data, body).rotation,
-                                                       kt_vec3_sub(end_point(motion, &end[1]), end_point(motion, end)));
-        if (marker >= 0)
-            end->at = kt_marker_at(motion->model, body, marker);
-        end->marker = NULL;
-        end->at = kt_vec3_add(end->at, kt_vec3_scale(kt_vec3_dot(axis, apart), axis));
-    }
-    return status;
-}
-
-/* Returns a copy of an array, which may be empty; NULL: not enough memory. */
-static void *copy_of(const void *array, int count, size_t size) {
-    void *copy = calloc((size_t)count + 1, size);
-    if (copy == NULL)
-        return NULL;
-    if (count > 0)
-        memcpy(copy, array, (size_t)count * size);
-    return copy;
-}
-
-static void rest_bodies(const kt_small_motion *motion, kt_body *bodies) {
-    for (int body = 1; body < kt_model_body_count(motion->model); body++) {
-        const kt_coordinates at = kt_body_coordinates(motion->model, body);
-        kt_joint *joint = &bodies[kt_body_source(motion->model, body)].joint;
-        memcpy(joint->position, motion->q + at.q, (size_t)at.nq * sizeof(double));
-        memset(joint->velocity, 0, sizeof joint->velocity);
-        joint->given = KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION; /* written as given, so that the assembly keeps it */
-    }
-}
-
 /* Writes the scene with the equilibrium as initial positions, zero velocities, and otherwise the same forces. */
-static int write_scene(const kt_small_motion *motion, const char *path) {
-    kt_scene scene = motion->scene;
-    kt_description *d = &scene.description;
+static int write_scene(kt_small_motion *motion, const char *path) {
     kt_error error = {0};
-    kt_body *bodies = copy_of(d->bodies, d->body_count, sizeof *bodies);
-    kt_loop *loops = copy_of(d->loops, d->loop_count, sizeof *loops);
-    kt_effect *effects = copy_of(d->effects, d->effect_count, sizeof *effects);
-    kt_status status = KT_ERROR_MEMORY;
-    if (bodies != NULL && loops != NULL && effects != NULL) {
-        rest_bodies(motion, bodies);
-        status = keep_lengths(motion, effects, d->effect_count, &error);
-        if (status == KT_OK)
-            status = keep_threads(motion, loops, d->loop_count, &error);
-        d->bodies = bodies;
-        d->loops = loops;
-        d->effects = effects;
-        if (status == KT_OK)
-            status = kt_write_scene(&scene, path, &error);
-    }
-    free(bodies);
-    free(loops);
-    free(effects);
+    kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
+    if (status == KT_OK)
+        status = kt_write_scene(&motion->scene, path, &error);
     if (status == KT_OK)
         return KT_EXIT_DONE;
     kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));

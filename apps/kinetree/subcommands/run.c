@@ -179,7 +179,7 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
         const kt_file_use uses[] = {{"the scene", path, false},    states[i],
                                     {"--out", names->out, true},   {"--summary", names->summary, true},
                                     {"--plot", names->plot, true}, {"--view", names->view, true},
-                                    {"--glb", names->glb, true}};
+                                    {"--glb", names->glb, true},   {"--scene", arguments->scene, true}};
         code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
     }
     code = code < 0 ? kt_check_records(names->out) : code;
@@ -306,6 +306,22 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
     free(view);
     free(glb);
     return code;
+}
+
+/* Writes the scene with the end of the run as its initial state. */
+static int write_scene(const kt_outcome *outcome, const char *path) {
+    kt_scene end = *outcome->scene; /* what it takes besides is its own */
+    kt_error error = {0};
+    end.memory = NULL;
+    kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
+                                           kt_simulation_velocities(outcome->simulation), &error);
+    if (status == KT_OK)
+        status = kt_write_scene(&end, path, &error);
+    kt_scene_free(&end);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));
+    return KT_EXIT_INTEGRATION;
 }
 
 /* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
@@ -437,6 +453,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         warn_of_crossings(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
+        if (code == KT_EXIT_DONE && arguments->scene != NULL)
+            code = write_scene(outcome, arguments->scene);
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
@@ -635,7 +653,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         return KT_EXIT_USAGE;
     }
     const char *path = argv[1];
-    code = kt_read_scene(path, &arguments.settings, &scene);
+    code = kt_read_scene_from(path, &arguments.settings, arguments.from, &scene);
     if (code != KT_EXIT_DONE)
         return code;
     char *base = kt_base_name(path);

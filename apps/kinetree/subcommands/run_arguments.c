@@ -12,6 +12,8 @@
 
 static const kt_option options[] = {
     KT_SET_OPTION(KT_AT(settings)),
+    {"from", KT_OPTION_TEXT, KT_AT(from), "RESULT[:TIME]",
+     "start from the end of another run: its summary or records, or its record at a time", NULL},
     {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
     {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
      "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},
@@ -33,6 +35,7 @@ static const kt_option options[] = {
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
      NULL},
+    {"scene", KT_OPTION_TEXT, KT_AT(scene), "FILE", "the scene with the end of the run as its initial state", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
      "a picture of what --record names, or of positions and energy: FILE.svg or FILE.png", NULL},
     {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
@@ -124,6 +127,11 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     }
     if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
         kt_say("%s: --view and --glb would not show what was before the checkpoint; leave --resume or them out",
+               arguments->command);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && arguments->from != NULL) {
+        kt_say("%s: --resume goes on with a run that was interrupted, --from starts another one; give one of them",
                arguments->command);
         return KT_EXIT_USAGE;
     }

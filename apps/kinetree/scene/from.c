@@ -1,0 +1,243 @@
+/* Reads the state of a result, joint by joint. */
+#include "scene/from.h"
+#include "records/table.h"
+#include "scene/start.h"
+#include "text/json.h"
+#include "text/list.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* A result: a summary, or records of which one row is the state. */
+typedef struct source {
+    char *path;
+    double time;    /* s, that was asked for; NaN: the end */
+    json_t *root;   /* NULL: records */
+    kt_table table; /* of these */
+    size_t row;
+} source;
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+/* "run.csv:2.5" is the record at 2.5 s of run.csv, unless there is a file of that whole name. */
+static char *split_path(const char *result, const char *folder, double *time) {
+    const bool is_here = folder == NULL || result[0] == '/';
+    const size_t room = strlen(result) + (is_here ? 0 : strlen(folder)) + 2;
+    char *path = malloc(room), *end;
+    *time = (double)NAN;
+    if (path == NULL)
+        return NULL;
+    snprintf(path, room, "%s%s%s", is_here ? "" : folder, is_here ? "" : "/", result);
+    char *colon = strrchr(path, ':');
+    if (colon == NULL || colon[1] == '\0' || access(path, F_OK) == 0)
+        return path;
+    const double value = strtod(colon + 1, &end);
+    if (*end == '\0' && isfinite(value)) {
+        *colon = '\0';
+        *time = value;
+    }
+    return path;
+}
+
+/* Whether the file begins as JSON does. */
+static bool is_json(const char *path) {
+    FILE *file = fopen(path, "r");
+    int c = file != NULL ? fgetc(file) : EOF;
+    while (c == ' ' || c == '\n' || c == '\t' || c == '\r')
+        c = fgetc(file);
+    if (file != NULL)
+        (void)fclose(file);
+    return c == '{';
+}
+
+static int read_summary(source *s) {
+    json_error_t error;
+    s->root = json_load_file(s->path, 0, &error);
+    if (s->root == NULL) {
+        kt_say("%s:%d:%d: it is no result: %s", s->path, error.line, error.column, error.text);
+        return KT_EXIT_SCENE;
+    }
+    const double end = json_number_value(json_object_get(s->root, "time"));
+    if (!isnan(s->time) && s->time != end) {
+        kt_say(
+            "%s is a summary, which has the state at its end alone, t = %.9g s, not that at %.9g s; take the records "
+            "of that run (CSV)",
+            s->path, end, s->time);
+        return KT_EXIT_USAGE;
+    }
+    return KT_EXIT_DONE;
+}
+
+static int read_records(source *s) {
+    const int code = kt_table_read_file(s->path, &s->table);
+    if (code >= 0)
+        return code;
+    const double *time = kt_table_column(&s->table, "time");
+    s->row = s->table.rows - 1;
+    if (time == NULL) {
+        kt_say("%s has no column 'time': it is no result of a run", s->path);
+        return KT_EXIT_SCENE;
+    }
+    for (size_t i = 0; !isnan(s->time) && i < s->table.rows; i++)
+        if (fabs(time[i] - s->time) < fabs(time[s->row] - s->time))
+            s->row = i;
+    if (!isnan(s->time) && fabs(time[s->row] - s->time) > 1e-9 * fmax(1.0, fabs(s->time)))
+        kt_say("%s has no record at %.9g s; the nearest one, at %.9g s, is taken", s->path, s->time, time[s->row]);
+    return KT_EXIT_DONE;
+}
+
+static int open_source(source *s, const char *result, const char *folder) {
+    double time;
+    char *path = split_path(result, folder, &time);
+    *s = (source){.path = path, .time = time};
+    if (path == NULL) {
+        kt_say("there is not enough memory");
+        return KT_EXIT_INTEGRATION;
+    }
+    return is_json(path) ? read_summary(s) : read_records(s);
+}
+
+static void close_source(source *s) {
+    json_decref(s->root);
+    kt_table_free(&s->table);
+    free(s->path);
+}
+
+/* ---- the state --------------------------------------------------------------------------------------------------- */
+
+/* Reads `count` numbers of "position" or "velocity" of a joint. Returns how many there are: 0, or another number than
+ * count, is nothing that was read. */
+static int read_part(const source *s, const char *part, const char *joint, int count, double *out) {
+    char name[512];
+    if (s->root != NULL) {
+        const json_t *value = json_object_get(json_object_get(s->root, part), joint);
+        const int found = json_is_number(value) ? 1 : json_is_array(value) ? (int)json_array_size(value) : 0;
+        for (int k = 0; k < count && found == count; k++)
+            out[k] = json_number_value(json_is_array(value) ? json_array_get(value, (size_t)k) : value);
+        return found;
+    }
+    int found = 0;
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        snprintf(name, sizeof name, count == 1 ? "%s.%s" : "%s.%s[%d]", part, joint, k);
+        const double *column = kt_table_column(&s->table, name);
+        if (column == NULL || (count == 1 && k > 0))
+            break;
+        if (k < count)
+            out[k] = column[s->row];
+        found++;
+    }
+    return found;
+}
+
+/* Reads the state of all joints that the result has. Returns their number, or -1 after printing an error. */
+static int read_state(const source *s, const kt_model *model, double *q, double *v, char *missing, size_t room) {
+    int found = 0, still = 0;
+    size_t used = 0;
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const char *joint = kt_body_name(model, body);
+        double x[KT_JOINT_NQ_MAX], y[KT_JOINT_NQ_MAX] = {0.0};
+        const int has = at.nq > 0 ? read_part(s, "position", joint, at.nq, x) : 0;
+        if (at.nq == 0)
+            continue;
+        if (has != 0 && has != at.nq) {
+            kt_say("%s: joint '%s' has %d position%s there, and %d in the scene: another type of joint", s->path, joint,
+                   has, has == 1 ? "" : "s", at.nq);
+            return -1;
+        }
+        if (has == 0) {
+            used +=
+                (size_t)snprintf(missing + used, used < room ? room - used : 0, "%s%s", used > 0 ? ", " : "", joint);
+            used = used < room ? used : room - 1;
+            continue;
+        }
+        still += read_part(s, "velocity", joint, at.nv, y) != at.nv;
+        memcpy(q + at.q, x, (size_t)at.nq * sizeof *q);
+        memcpy(v + at.v, y, (size_t)at.nv * sizeof *v);
+        found++;
+    }
+    if (still > 0)
+        kt_say("%s has no velocities of %d joint%s, which start%s at rest; --record position,velocity records them",
+               s->path, still, still == 1 ? "" : "s", still == 1 ? "s" : "");
+    return found;
+}
+
+/* A joint of the summary that the scene does not have. */
+static void say_unknown(const source *s, const kt_model *model) {
+    const char *name;
+    json_t *value;
+    json_object_foreach(json_object_get(s->root, "position"), name, value) {
+        if (kt_body_find(model, name) > 0)
+            continue;
+        kt_nearest nearest = kt_nearest_make(name, NULL);
+        for (int body = 1; body < kt_model_body_count(model); body++)
+            (void)kt_nearest_try(&nearest, kt_body_name(model, body));
+        kt_say("%s has a joint '%s', which the scene does not have%s", s->path, name, kt_ask(&nearest, "").text);
+    }
+}
+
+static bool has_functions_of_time(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    bool any = false;
+    for (int i = 0; i < d->loop_count; i++)
+        any =
+            any || (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT);
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_effect *e = &d->effects[i];
+        const kt_function *all[] = {&e->torque, &e->target, &e->value[0], &e->value[1], &e->value[2]};
+        for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+            any = any || (all[k]->type != KT_FUNCTION_NONE && all[k]->type != KT_FUNCTION_CONSTANT);
+    }
+    return any;
+}
+
+static int take_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
+    char missing[400] = "";
+    kt_error error = {0};
+    kt_model_initial(model, q, v);
+    const int found = read_state(s, model, q, v, missing, sizeof missing);
+    if (found < 0)
+        return KT_EXIT_SCENE;
+    if (s->root != NULL)
+        say_unknown(s, model);
+    if (found == 0) {
+        kt_say("%s has the state of no joint of the scene: %s", s->path, missing);
+        return KT_EXIT_SCENE;
+    }
+    if (missing[0] != '\0')
+        kt_say("%s has no state of %s: what the scene gives stays", s->path, missing);
+    if (has_functions_of_time(scene))
+        kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and what they drive is "
+               "moved to where they begin",
+               s->path);
+    const kt_status status = kt_scene_start_from(scene, model, q, v, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    return kt_exit_code(status);
+}
+
+int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
+    source s;
+    kt_model *model = NULL;
+    int code = open_source(&s, result, folder);
+    if (code == KT_EXIT_DONE)
+        code = kt_compile_scene(scene, &model);
+    if (code == KT_EXIT_DONE) {
+        double *q = calloc((size_t)kt_model_nq(model) + 1, sizeof *q);
+        double *v = calloc((size_t)kt_model_nv(model) + 1, sizeof *v);
+        if (q != NULL && v != NULL) {
+            code = take_state(scene, &s, model, q, v);
+        } else {
+            kt_say("there is not enough memory");
+            code = KT_EXIT_INTEGRATION;
+        }
+        free(q);
+        free(v);
+    }
+    kt_model_free(model);
+    close_source(&s);
+    return code;
+}
