@@ -69,30 +69,30 @@ typedef struct kt_key {
  * what it is). Of effects with two ends a wrench is that on the second end, of a contact that on the sphere; axes and
  * points are the world's. */
 #define KT_QUANTITY_LIST(X)                                                                                            \
-    X(JOINT_FORCE, "torque", "force", "N m", "N", "in the joint, on its child")                                        \
-    X(TENSION, "force", "force", "N", "N", "along the line of the ends; positive: it pulls them together")             \
-    X(NORMAL, "normal", "normal", "N", "N", "normal force")                                                            \
-    X(FRICTION, "friction", "friction", "N", "N", "friction force, its magnitude")                                     \
-    X(FORCE_X, "fx", "fx", "N", "N", "force along x")                                                                  \
-    X(FORCE_Y, "fy", "fy", "N", "N", "force along y")                                                                  \
-    X(FORCE_Z, "fz", "fz", "N", "N", "force along z")                                                                  \
-    X(MOMENT_X, "mx", "mx", "N m", "N m", "moment about x, about the end's point")                                     \
-    X(MOMENT_Y, "my", "my", "N m", "N m", "moment about y, likewise")                                                  \
-    X(MOMENT_Z, "mz", "mz", "N m", "N m", "moment about z, likewise")                                                  \
-    X(POWER, "power", "power", "W", "W", "that it delivers to the mechanism; negative: takes")                         \
-    X(COORDINATE, "position", "position", "rad", "m", "of the joint")                                                  \
-    X(COORDINATE_RATE, "rate", "rate", "rad/s", "m/s", "of the joint")                                                 \
-    X(LENGTH, "length", "length", "m", "m", "distance of the ends")                                                    \
-    X(LENGTH_RATE, "rate", "rate", "m/s", "m/s", "at which that distance grows")                                       \
-    X(EXCESS, "depth", "depth", "rad", "m", "beyond the stop, below the plane; 0: it does not act")                    \
-    X(SLIP, "slip", "slip", "m/s", "m/s", "speed at which the surfaces slide")                                         \
-    X(POINT_X, "x", "x", "m", "m", "of the sphere's lowest point")                                                     \
-    X(POINT_Y, "y", "y", "m", "m", "likewise")                                                                         \
-    X(POINT_Z, "z", "z", "m", "m", "likewise")
+    X(KT_QUANTITY_JOINT_FORCE, "torque", "force", "N m", "N", "in the joint, on its child")                            \
+    X(KT_QUANTITY_TENSION, "force", "force", "N", "N", "along the line of the ends; positive: it pulls them together") \
+    X(KT_QUANTITY_NORMAL, "normal", "normal", "N", "N", "normal force")                                                \
+    X(KT_QUANTITY_FRICTION, "friction", "friction", "N", "N", "friction force, its magnitude")                         \
+    X(KT_QUANTITY_FORCE_X, "fx", "fx", "N", "N", "force along x")                                                      \
+    X(KT_QUANTITY_FORCE_Y, "fy", "fy", "N", "N", "force along y")                                                      \
+    X(KT_QUANTITY_FORCE_Z, "fz", "fz", "N", "N", "force along z")                                                      \
+    X(KT_QUANTITY_MOMENT_X, "mx", "mx", "N m", "N m", "moment about x, about the end's point")                         \
+    X(KT_QUANTITY_MOMENT_Y, "my", "my", "N m", "N m", "moment about y, likewise")                                      \
+    X(KT_QUANTITY_MOMENT_Z, "mz", "mz", "N m", "N m", "moment about z, likewise")                                      \
+    X(KT_QUANTITY_POWER, "power", "power", "W", "W", "that it delivers to the mechanism; negative: takes")             \
+    X(KT_QUANTITY_COORDINATE, "position", "position", "rad", "m", "of the joint")                                      \
+    X(KT_QUANTITY_COORDINATE_RATE, "rate", "rate", "rad/s", "m/s", "of the joint")                                     \
+    X(KT_QUANTITY_LENGTH, "length", "length", "m", "m", "distance of the ends")                                        \
+    X(KT_QUANTITY_LENGTH_RATE, "rate", "rate", "m/s", "m/s", "at which that distance grows")                           \
+    X(KT_QUANTITY_EXCESS, "depth", "depth", "rad", "m", "beyond the stop, below the plane; 0: it does not act")        \
+    X(KT_QUANTITY_SLIP, "slip", "slip", "m/s", "m/s", "speed at which the surfaces slide")                             \
+    X(KT_QUANTITY_POINT_X, "x", "x", "m", "m", "of the sphere's lowest point")                                         \
+    X(KT_QUANTITY_POINT_Y, "y", "y", "m", "m", "likewise")                                                             \
+    X(KT_QUANTITY_POINT_Z, "z", "z", "m", "m", "likewise")
 
 /* The quantities. */
 typedef enum kt_effect_quantity {
-#define KT_QUANTITY_ENUM(id, name, sliding_name, unit, sliding_unit, help) KT_QUANTITY_##id,
+#define KT_QUANTITY_ENUM(id, name, sliding_name, unit, sliding_unit, help) id,
     KT_QUANTITY_LIST(KT_QUANTITY_ENUM)
 #undef KT_QUANTITY_ENUM
         KT_QUANTITY_COUNT /* how many */

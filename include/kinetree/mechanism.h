@@ -251,7 +251,8 @@ KT_API int kt_effect_body(const kt_model *model, int effect, int end);
 
 /* What can be recorded of an effect: the number of its quantities, and one of them (KT_QUANTITY_COUNT: there is none).
  * These are those of its type (kt_descriptor.quantities); of a caller's own effect those of its joint, its wrench, or
- * its line. Whether its joint slides, which decides their names and units (kt_quantity_name). O(log effects). */
+ * its line. Whether what it measures is a length, as of effects with ends and in sliding joints, not an angle: that
+ * decides names and units (kt_quantity_name). O(log effects). */
 KT_API int kt_effect_quantity_count(const kt_model *model, int effect);
 KT_API kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k);
 KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);

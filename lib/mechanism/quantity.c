@@ -94,7 +94,7 @@ kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int 
 
 bool kt_effect_is_sliding(const kt_model *model, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
-    return record && record->ends == 0 && model->link[record->link[0]].motion == KT_MOTION_PRISMATIC;
+    return record && (record->ends > 0 || model->link[record->link[0]].motion == KT_MOTION_PRISMATIC);
 }
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */

@@ -145,7 +145,8 @@ static kt_status change(restart *r, kt_pool *pool, const double *q, const double
 
 kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q, const double *v,
                               kt_error *error) {
-    KT_REQUIRE(error, scene, model, q || kt_model_nq(model) == 0);
+    if (KT_IS_MISSING(error, scene, model, q || kt_model_nq(model) == 0))
+        return KT_ERROR_ARGUMENT;
     restart r = {.model = model, .description = &scene->description};
     kt_pool pool = {NULL, 0};
     kt_status status = kt_data_create(model, &r.data, error);

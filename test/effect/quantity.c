@@ -284,6 +284,8 @@ KT_TEST(names_and_units_of_quantities_tell_turning_from_sliding) {
     kt_check_text("name", kt_effect_name(s.model, KT_EFFECT_SPRING), "strut");
     kt_check_equal_int("no such effect", kt_effect_type_of(s.model, EFFECTS), KT_EFFECT_TYPE_COUNT);
     kt_check_equal_int("no such quantity", kt_effect_quantity_at(s.model, 0, 99), KT_QUANTITY_COUNT);
+    kt_check_text("depth of a contact",
+                  kt_quantity_unit(KT_QUANTITY_EXCESS, kt_effect_is_sliding(s.model, KT_EFFECT_CONTACT)), "m");
     for (int i = 0; i < EFFECTS; i++)
         if (kt_effect_quantity_at(s.model, i, 0) == KT_QUANTITY_JOINT_FORCE) {
             kt_check_text("name", kt_quantity_name(KT_QUANTITY_JOINT_FORCE, kt_effect_is_sliding(s.model, i)),
