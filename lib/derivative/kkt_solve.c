@@ -110,7 +110,7 @@ static void pass_constants(const columns *k, front *o) {
     }
 }
 
-static void leave(const columns *k, front *o) {
+static void release_after_last_use(const columns *k, front *o) {
     for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++)
         if (k->model->loop[k->model->front_loop[i]].term_count)
             kt_front_release(&o->f, kt_front_relation_of(&o->f, o->step, k->model->front_loop[i]));
@@ -160,7 +160,7 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
             find_right(k, &o);
         if (o.count->received || o.count->delayed)
             pass_constants(k, &o);
-        leave(k, &o);
+        release_after_last_use(k, &o);
         if (o.count->rank)
             impose(k, &o);
         minimise(k, &o);

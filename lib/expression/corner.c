@@ -45,7 +45,7 @@ static void meet(void *user, const kt_jet *decision) {
 }
 
 /* Derivatives that change the value over the interval by no more than its rounding errors are none. */
-static finding look(search *s, double from, double to) {
+static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, underflow = 1e-200;
     finding worst = NOTHING;
     s->effort--;
@@ -100,7 +100,7 @@ static double first_change(search *s, double from, double to, double *clear) {
     *clear = from;
     while (depth >= 0) {
         const double last = end[depth], middle = begin + 0.5 * (last - begin);
-        const finding found = look(s, begin, last);
+        const finding found = bound_on(s, begin, last);
         const bool divisible = depth < DEPTH && middle > begin && middle < last;
         if (found == UNKNOWN && divisible && s->effort > 0) {
             end[++depth] = middle;

@@ -22,12 +22,12 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     const kt_real norm = apart ? kt_sqrt(d2) : 0.0;
     const kt_vector n = apart ? kt_over(d, norm) : end[0].axes[0];
     const kt_vector across = kt_cross(n, rate); /* |d'|^2 - (n . d')^2 without cancellation */
-    const kt_real bend = apart ? kt_dot(across, across) / norm : 0.0;
+    const kt_real bias = apart ? kt_dot(across, across) / norm : 0.0;
     rows[0] = (kt_loop_row){.force = n,
                             .moment = kt_vector_zero(),
                             .residual = norm - length[0],
                             .rate = -length[1],
-                            .drift = bend - length[2],
+                            .drift = bias - length[2],
                             .holonomic = true};
     return 1;
 }

@@ -131,27 +131,27 @@ static void settle_units(kt_reader *r, const kt_scope *outer, kt_named_number *p
 
 static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
     const int count = r->parameter_count;
-    int *ready = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *ready), ready_count = 0;
-    if (ready == NULL) {
+    int *computable = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *computable), computable_count = 0;
+    if (computable == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }
     for (int k = 0; k < count; k++) {
         r->parameters[k].missing = r->parameters[k].use_count;
         if (r->parameters[k].missing == 0)
-            ready[ready_count++] = k;
+            computable[computable_count++] = k;
     }
-    for (int i = 0; i < ready_count; i++) {
-        kt_named_number *parameter = &r->parameters[ready[i]];
+    for (int i = 0; i < computable_count; i++) {
+        kt_named_number *parameter = &r->parameters[computable[i]];
         if (parameter->use_count > 0)
             settle_units(r, scope, parameter);
         if (!parameter->is_known)
             compute(r, scope, parameter);
         if (!parameter->is_known)
             continue; /* a fault of it has been reported; what uses it is left out */
-        for (size_t j = u->first_user[ready[i]]; j < u->first_user[ready[i] + 1]; j++)
+        for (size_t j = u->first_user[computable[i]]; j < u->first_user[computable[i] + 1]; j++)
             if (--r->parameters[u->users[j]].missing == 0)
-                ready[ready_count++] = u->users[j];
+                computable[computable_count++] = u->users[j];
     }
 }
 

@@ -270,7 +270,7 @@ static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, co
                        kt_name_quote(end->marker).text, mend.text);
 }
 
-static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_names *seen, int index,
+static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_names *names, int index,
                         kt_marker_pair *out) {
     kt_end end = kt_end_default();
     if (node->kind != KT_NODE_TEXT)
@@ -285,7 +285,7 @@ static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_n
         return false;
     if (body < 0 || kt_find_marker(r, body, end.marker) < 0)
         return body >= 0 && kt_body_is_hidden(r, body) ? false : report_marker(r, scope, node, &end, body);
-    if (kt_names_add(seen, 0, node->of.text, index) >= 0)
+    if (kt_names_add(names, 0, node->of.text, index) >= 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is there already; remove one",
                            kt_name_quote(node->of.text).text);
     *out = (kt_marker_pair){end.body, end.marker};
@@ -303,11 +303,11 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     void *memory = kt_pool_take(&r->scratch, 1, kt_names_size((size_t)count));
     if (markers == NULL || memory == NULL)
         return kt_reader_out_of_memory(r);
-    kt_names seen;
-    kt_names_init(&seen, (size_t)count, memory);
+    kt_names names;
+    kt_names_init(&names, (size_t)count, memory);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        (void)read_marker(r, &here, nodes[i], &seen, i, &markers[i]);
+        (void)read_marker(r, &here, nodes[i], &names, i, &markers[i]);
     }
     run->markers = markers;
     run->marker_count = count;

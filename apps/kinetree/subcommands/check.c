@@ -1,6 +1,6 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice/advice.h"
-#include "advice/touch.h"
+#include "advice/penetration.h"
 #include "records/output.h"
 #include "scene/start.h"
 #include "text/arguments.h"
@@ -241,7 +241,7 @@ static int check_start(check *c) {
     check_mobility(c);
     check_angles(c);
     check_driven_angles(c);
-    c->warnings += kt_touch_warn(&warnings, c->scene, c->model, c->q);
+    c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
     const char *jumping = kt_start_jumping(c->scene);
     if (jumping != NULL)

@@ -1,5 +1,5 @@
 /* kinetree info: shows what a scene consists of. */
-#include "advice/touch.h"
+#include "advice/penetration.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "text/json.h"
@@ -269,7 +269,7 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
         status = kt_kinematics_update(model, data, state, state + nq, NULL, &error);
     if (status == KT_OK && code == KT_EXIT_DONE) {
         show_masses(model, data, state, state + nq);
-        (void)kt_touch_warn(&warnings, scene, model, state);
+        (void)kt_penetration_warn(&warnings, scene, model, state);
         kt_warnings_free(&warnings);
     } else if (status != KT_OK) {
         kt_say_error(&error);

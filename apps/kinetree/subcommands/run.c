@@ -2,7 +2,7 @@
 #include "records/checkpoint.h"
 
 #include "advice/advice.h"
-#include "advice/touch.h"
+#include "advice/penetration.h"
 #include "plot/run.h"
 #include "view/glb.h"
 #include "view/view.h"
@@ -514,7 +514,7 @@ static void report_start(kt_outcome *outcome, bool quiet) {
     list_notes(outcome);
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
-    (void)kt_touch_warn(&outcome->warnings, outcome->scene, outcome->model, q);
+    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);

@@ -1,7 +1,7 @@
 /* kinetree stability: finds the fastest modes of a scene, and the largest stable step of each method. */
 #include "subcommands/stability.h"
 
-#include "advice/touch.h"
+#include "advice/penetration.h"
 #include "plot/plot.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -253,7 +253,7 @@ static bool acts(const kt_stability_subject *subject, kt_data *data, const kt_ef
     for (int i = 0; i < kt_spectrum_samples(subject->spectrum); i++) {
         const double *q = kt_spectrum_positions(subject->spectrum, i);
         if (kt_kinematics_update(subject->model, data, q, NULL, NULL, NULL) == KT_OK &&
-            kt_touch_of(subject->model, data, effect, q).depth > 0.0)
+            kt_penetration_of(subject->model, data, effect, q).depth > 0.0)
             return true;
     }
     return false;
@@ -267,8 +267,8 @@ static json_t *list_inactive(const kt_stability_subject *subject) {
     if (kt_data_create(subject->model, &data, NULL) != KT_OK)
         return list;
     for (int i = 0; i < d->effect_count; i++)
-        if (kt_effect_touches(&d->effects[i]) && !acts(subject, data, &d->effects[i]))
-            json_array_append_new(list, json_string(kt_name_touch(&d->effects[i]).text));
+        if (kt_effect_can_penetrate(&d->effects[i]) && !acts(subject, data, &d->effects[i]))
+            json_array_append_new(list, json_string(kt_name_penetration(&d->effects[i]).text));
     kt_data_free(data);
     return list;
 }

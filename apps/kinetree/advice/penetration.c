@@ -1,5 +1,5 @@
 /* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. */
-#include "advice/touch.h"
+#include "advice/penetration.h"
 
 #include "kinetree/descriptor.h"
 
@@ -9,10 +9,10 @@
 
 /* ---- one contact or limit ---------------------------------------------------------------------------------------- */
 
-kt_touch_name kt_name_touch(const kt_effect *effect) {
+kt_penetration_name kt_name_penetration(const kt_effect *effect) {
     const bool is_contact = effect->type == KT_EFFECT_CONTACT;
     const char *of = is_contact ? effect->between[0].body : effect->joint;
-    kt_touch_name name;
+    kt_penetration_name name;
     if (effect->name != NULL && *effect->name != '\0')
         snprintf(name.text, sizeof name.text, "%s '%.70s' of '%.70s'", kt_effect_type_name(effect->type), effect->name,
                  of != NULL ? of : "world");
@@ -40,30 +40,30 @@ static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt
                          kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
 }
 
-bool kt_effect_touches(const kt_effect *effect) {
+bool kt_effect_can_penetrate(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT || effect->type == KT_EFFECT_JOINT_LIMIT;
 }
 
-kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q) {
-    kt_touch touch = {.effect = effect};
+kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q) {
+    kt_penetration penetration = {.effect = effect};
     double exponent = 1.0;
     if (effect->type == KT_EFFECT_CONTACT) {
         const kt_vec3 apart =
             kt_vec3_sub(point_of(model, data, &effect->between[0]), point_of(model, data, &effect->between[1]));
-        touch.normal = plane_normal(model, data, effect);
-        touch.depth = effect->radius - kt_vec3_dot(touch.normal, apart);
+        penetration.normal = plane_normal(model, data, effect);
+        penetration.depth = effect->radius - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
         const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, effect->joint));
-        touch.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
-        touch.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
-        touch.is_below = q[at.q] < effect->lower;
+        penetration.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
+        penetration.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
+        penetration.is_below = q[at.q] < effect->lower;
     }
-    if (touch.depth > 0.0) {
-        touch.force = effect->stiffness * pow(touch.depth, exponent);
-        touch.energy = touch.force * touch.depth / (exponent + 1.0);
+    if (penetration.depth > 0.0) {
+        penetration.force = effect->stiffness * pow(penetration.depth, exponent);
+        penetration.energy = penetration.force * penetration.depth / (exponent + 1.0);
     }
-    return touch;
+    return penetration;
 }
 
 /* ---- initial state ----------------------------------------------------------------------------------------------- */
@@ -112,62 +112,64 @@ static double moment_of_weights(const start *s, const char *joint) {
 
 /* Warns of a limit with more than twice the force that weights can cause at rest: the weight of all bodies (prismatic
  * joint), or the moment of their weights about the joint (revolute joint). */
-static int warn_of_limit(const start *s, const kt_touch *touch) {
-    const kt_effect *effect = touch->effect;
-    const char *unit = touch->is_length ? "m" : "rad", *beyond = touch->is_below ? "lower" : "upper";
+static int warn_of_limit(const start *s, const kt_penetration *penetration) {
+    const kt_effect *effect = penetration->effect;
+    const char *unit = penetration->is_length ? "m" : "rad", *beyond = penetration->is_below ? "lower" : "upper";
     char remedy[200];
-    if (!(touch->force > 2.0 * (touch->is_length ? s->weight : moment_of_weights(s, effect->joint))))
+    if (!(penetration->force > 2.0 * (penetration->is_length ? s->weight : moment_of_weights(s, effect->joint))))
         return 0;
     snprintf(remedy, sizeof remedy, "Start the joint at %.6g %s or %s, or move '%s'",
-             touch->is_below ? effect->lower : effect->upper, unit, touch->is_below ? "above" : "below", beyond);
+             penetration->is_below ? effect->lower : effect->upper, unit, penetration->is_below ? "above" : "below",
+             beyond);
     const kt_warning warning = {
-        .code = "starts_beyond_limit", .time = 0.0, .value = touch->depth, .unit = unit, .remedy = remedy};
+        .code = "starts_beyond_limit", .time = 0.0, .value = penetration->depth, .unit = unit, .remedy = remedy};
     kt_warn(s->warnings, &warning, "%s starts %.3g %s beyond '%s', where it pushes with %.3g %s and stores %.3g J",
-            kt_name_touch(effect).text, touch->depth, unit, beyond, touch->force, touch->is_length ? "N" : "N m",
-            touch->energy);
+            kt_name_penetration(effect).text, penetration->depth, unit, beyond, penetration->force,
+            penetration->is_length ? "N" : "N m", penetration->energy);
     return 1;
 }
 
-static void warn_of_contact(const start *s, const kt_touch *touch) {
-    const kt_vec3 n = touch->normal;
+static void warn_of_contact(const start *s, const kt_penetration *penetration) {
+    const kt_vec3 n = penetration->normal;
     char remedy[200];
-    snprintf(remedy, sizeof remedy, "Start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]", touch->depth,
-             n.x + 0.0, n.y + 0.0, n.z + 0.0); /* adding 0.0 avoids -0 */
+    snprintf(remedy, sizeof remedy, "Start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]",
+             penetration->depth, n.x + 0.0, n.y + 0.0, n.z + 0.0); /* adding 0.0 avoids -0 */
     const kt_warning warning = {
-        .code = "starts_in_contact", .time = 0.0, .value = touch->depth, .unit = "m", .remedy = remedy};
+        .code = "starts_in_contact", .time = 0.0, .value = penetration->depth, .unit = "m", .remedy = remedy};
     kt_warn(
         s->warnings, &warning,
         "%s starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) and stores %.3g J",
-        kt_name_touch(touch->effect).text, touch->depth, touch->force, s->weight, touch->energy);
+        kt_name_penetration(penetration->effect).text, penetration->depth, penetration->force, s->weight,
+        penetration->energy);
 }
 
-static void warn_of_contacts(const start *s, const kt_touch *deepest, int count, double force, double energy) {
+static void warn_of_contacts(const start *s, const kt_penetration *deepest, int count, double force, double energy) {
     char remedy[300];
     snprintf(remedy, sizeof remedy, "Start them further along their planes' normals, %s by %.3g m",
-             kt_name_touch(deepest->effect).text, deepest->depth);
+             kt_name_penetration(deepest->effect).text, deepest->depth);
     const kt_warning warning = {
         .code = "starts_in_contact", .time = 0.0, .value = deepest->depth, .unit = "m", .remedy = remedy};
     kt_warn(s->warnings, &warning,
             "%d contacts start inside their planes, %s by %.3g m, the deepest, where they push with %.3g N together "
             "(all bodies weigh %.3g N) and store %.3g J",
-            count, kt_name_touch(deepest->effect).text, deepest->depth, force, s->weight, energy);
+            count, kt_name_penetration(deepest->effect).text, deepest->depth, force, s->weight, energy);
 }
 
 /* Warns of contacts with more than twice the weight of all bodies together; with less, the scene may be at rest. */
 static int warn_of_all_contacts(const start *s) {
     const kt_description *d = &s->scene->description;
-    kt_touch deepest = {.effect = NULL};
+    kt_penetration deepest = {.effect = NULL};
     double force = 0.0, energy = 0.0;
     int count = 0;
     for (int i = 0; i < d->effect_count; i++) {
-        const kt_touch touch = kt_touch_of(s->model, s->data, &d->effects[i], s->q);
-        if (d->effects[i].type != KT_EFFECT_CONTACT || touch.depth <= 0.0)
+        const kt_penetration penetration = kt_penetration_of(s->model, s->data, &d->effects[i], s->q);
+        if (d->effects[i].type != KT_EFFECT_CONTACT || penetration.depth <= 0.0)
             continue;
         count++;
-        force += touch.force;
-        energy += touch.energy;
-        if (touch.depth > deepest.depth)
-            deepest = touch;
+        force += penetration.force;
+        energy += penetration.energy;
+        if (penetration.depth > deepest.depth)
+            deepest = penetration;
     }
     if (count == 0 || !(force > 2.0 * s->weight))
         return 0;
@@ -178,23 +180,23 @@ static int warn_of_all_contacts(const start *s) {
     return 1;
 }
 
-int kt_touch_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
+int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
     kt_vec3 center;
     start s = {.warnings = warnings, .scene = scene, .model = model, .q = q};
     bool any = false;
     int count = 0;
     for (int i = 0; i < d->effect_count; i++)
-        any |= kt_effect_touches(&d->effects[i]);
+        any |= kt_effect_can_penetrate(&d->effects[i]);
     if (!any || kt_data_create(model, &s.data, NULL) != KT_OK)
         return 0;
     if (kt_kinematics_update(model, s.data, q, NULL, NULL, NULL) == KT_OK) {
         s.weight = kt_mass_center(model, s.data, &center) * kt_vec3_norm(d->gravity);
         count = warn_of_all_contacts(&s);
         for (int i = 0; i < d->effect_count; i++) {
-            const kt_touch touch = kt_touch_of(model, s.data, &d->effects[i], q);
-            if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT && touch.depth > 0.0)
-                count += warn_of_limit(&s, &touch);
+            const kt_penetration penetration = kt_penetration_of(model, s.data, &d->effects[i], q);
+            if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT && penetration.depth > 0.0)
+                count += warn_of_limit(&s, &penetration);
         }
     }
     kt_data_free(s.data);

@@ -1,11 +1,11 @@
 /* Contacts and joint limits that act in a state. */
-#ifndef KT_COMMAND_ADVICE_TOUCH_H
-#define KT_COMMAND_ADVICE_TOUCH_H
+#ifndef KT_COMMAND_ADVICE_PENETRATION_H
+#define KT_COMMAND_ADVICE_PENETRATION_H
 
 #include "advice/warnings.h"
 
 /* A contact or a joint limit, and the depth by which its body or joint is beyond the plane or the limit. */
-typedef struct kt_touch {
+typedef struct kt_penetration {
     const kt_effect *effect;
     double depth; /* m or rad; <= 0: it does not act */
     double force; /* elastic force, N or N m; its potential energy below, J */
@@ -13,25 +13,25 @@ typedef struct kt_touch {
     kt_vec3 normal; /* contact: unit normal, out of the half-space, world frame */
     bool is_length; /* joint_limit: its joint is prismatic */
     bool is_below;  /* joint_limit: beyond `lower` */
-} kt_touch;
+} kt_penetration;
 
 /* Whether an effect is a contact or a joint limit. */
-bool kt_effect_touches(const kt_effect *effect);
+bool kt_effect_can_penetrate(const kt_effect *effect);
 
 /* Evaluates a contact or joint limit at q, for which data must contain the kinematics. For any other effect the depth
  * is 0. */
-kt_touch kt_touch_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q);
+kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q);
 
 /* "contact 'floor' of 'ball'" */
-typedef struct kt_touch_name {
+typedef struct kt_penetration_name {
     char text[200];
-} kt_touch_name;
+} kt_penetration_name;
 
-kt_touch_name kt_name_touch(const kt_effect *effect);
+kt_penetration_name kt_name_penetration(const kt_effect *effect);
 
 /* Warns of contacts and limits whose force at the start q exceeds twice the weight of all bodies (for revolute joints:
  * the moment exceeds twice that of the weights), which does not occur in a scene at rest. The forces of all contacts
  * are added. Returns the number of warnings. */
-int kt_touch_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q);
+int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q);
 
 #endif

@@ -1,0 +1,95 @@
+"""The field's words, held in the sources: a name that only its builders knew does not come back.
+
+words.py SOURCE-ROOT
+
+CODE are identifiers, or parts of identifiers between underscores, that no code has; comments and texts are not read for
+them, since many are good English there. TEXT are phrases that stand nowhere: not in code, comments, messages or pages.
+Each line says what stands in its place. Where a word is the field's own for something else, its files are named.
+"""
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+# word, what is said instead, where it means something else
+CODE = [
+    ("look", "residuals, evaluate", ()),
+    ("looks", "residuals, evaluations", ()),
+    ("ready", "prepare; has_terms", ("apps/embed/",)),  # a file descriptor of poll
+    ("unsolved", "singular", ()),
+    ("unsolve", "refactor", ()),
+    ("few", "delassus", ()),
+    ("narrow", "front4", ()),
+    ("saddle", "kkt", ()),
+    ("touch", "link_acceleration; contact; penetration", ()),
+    ("unseen", "free", ()),
+    ("waits", "pending, delayed", ("lib/scene/expression.c", "apps/kinetree/records/lines.c")),
+    ("leave", "last_use, store", ("lib/compile/inertia_check.c", "lib/picture/", "lib/expression/", "apps/kinetree/draw/")),
+    ("descend", "forward or backward pass, iterate", ()),
+    ("weigh", "apply_mass, set_inertia, weight", ()),
+    ("weighs", "weight", ()),
+    ("push", "propagate, wrench", ("lib/import/mjcf_force.c",)),
+    ("pushed", "wrench", ()),
+    ("geared", "has_armature", ("lib/import/urdf",)),
+    ("level", "isa", ("lib/integrator/order.c", "lib/scene/emit", "lib/picture/camera.c", "apps/kinetree/text/tree.c")),
+    ("bend", "bias, second derivative", ()),
+    ("rise", "time_derivative", ("apps/embed/",)),
+    ("slopes", "jacobian; stages k_i alone", ("lib/integrator/", "include/kinetree/integrator.h", "lib/simulation/", "lib/sensitivity/", "lib/study/dae.c")),
+    ("fold", "make_reflector", ()),
+    ("unfold", "expand_reflector", ()),
+    ("come_nearer", "nearest_on_manifold", ()),
+    ("bearer", "force frame", ()),
+    ("wish", "options", ()),
+]
+TEXT = [
+    (r"compare[-_]sets", "--formulations", ("apps/kinetree/text/arguments.c", "test/command/accuracy_formulations.c")),
+    (r"does not get on", "makes no progress", ("include/pages/contributing.md",)),
+    (r"callback cannot tell", "cannot compute", ()),
+    (r"cannot be had", "cannot be computed", ("include/pages/contributing.md",)),
+    (r"is told in", "is described in", ()),
+    (r"gives way", "is compliant", ()),
+    (r"open links?\b", "active link", ("include/pages/contributing.md",)),
+    (r"KT_BY_LEVEL|model->level", "isa", ()),
+    (r"KT_REQUIRE\b", "KT_IS_MISSING", ()),
+]
+
+
+def code_of(text):
+    """Without comments and texts, lines kept."""
+    def blank(found):
+        return re.sub(r"[^\n]", " ", found[0])
+    return re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', blank, text, flags=re.S)
+
+
+def problems(root, paths, words, read):
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        text = read(path.read_text())
+        for pattern, instead, elsewhere in words:
+            if name.startswith(elsewhere) if elsewhere else False:
+                continue
+            for found in pattern.finditer(text):
+                yield f"{name}:{text.count(chr(10), 0, found.start()) + 1}: {found[0]}: {instead}"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    sources = sorted(path for folder in ("lib", "include", "apps") for path in (root / folder).rglob("*")
+                     if path.suffix in (".c", ".h"))
+    pages = [root / "README.md", *sorted((root / "include/pages").glob("*.md")), *sorted((root / "apps/scenes").glob("*.yaml"))]
+    note(f"{len(sources)} sources, {len(pages)} pages and scenes")
+    code = [(re.compile(rf"(?<![A-Za-z0-9]){word}(?![A-Za-z0-9])"), instead, elsewhere) for word, instead, elsewhere in CODE]
+    text = [(re.compile(pattern), instead, elsewhere) for pattern, instead, elsewhere in TEXT]
+    claim("there_are_sources", [] if len(sources) > 500 else [f"{len(sources)}"])
+    claim("names_are_the_fields", list(problems(root, sources, code, code_of)))
+    claim("messages_comments_and_pages_speak_as_the_field_does",
+          list(problems(root, [*sources, *pages], text, lambda text: text)))
+    made = "kt_status look_at(int few_rows); /* few */\n"
+    found = [pattern for pattern, _, _ in code if pattern.search(code_of(made))]
+    claim("a_word_that_is_no_term_is_found", [] if len(found) == 2 else [f"{len(found)} of 2"])
+    finish()
+
+
+main()
