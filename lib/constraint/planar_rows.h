@@ -174,10 +174,10 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
 }
 
 /* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number. */
-#define KT_ROWS_IN_SPACE_DECLARE(level)                                                                                \
-    int kt_planar_rows_in_space_##level(const kt_model *model, const kt_data *data, const kt_group_work *w,            \
-                                        const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,   \
-                                        const kt_planar_end end[2], double t, kt_planar_wrench *rows);
+#define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
+    int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
+                                      const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,     \
+                                      const kt_planar_end end[2], double t, kt_planar_wrench *rows);
 KT_ROWS_IN_SPACE_DECLARE(baseline)
 KT_ROWS_IN_SPACE_DECLARE(v3)
 KT_ROWS_IN_SPACE_DECLARE(v4)

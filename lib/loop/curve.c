@@ -199,7 +199,7 @@ typedef struct foot {
     place at;
     kt_vector delta, u;
     kt_real s, D, square, speed; /* s, D, c1^2, |c1| */
-    kt_real rate, bend;          /* s', b */
+    kt_real rate, bias;          /* s', b */
 } foot;
 
 static foot foot_moving(const kt_loop_record *loop, const double *numbers, kt_vector p, kt_vector u) {
@@ -210,7 +210,7 @@ static foot foot_moving(const kt_loop_record *loop, const double *numbers, kt_ve
     f.speed = kt_sqrt(f.square);
     f.D = kt_max(f.square - kt_dot(f.delta, f.at.c2), LEAST * kt_value(f.square));
     f.rate = kt_dot(f.at.c1, u) / f.D;
-    f.bend = 2.0 * f.rate * kt_dot(f.at.c2, u) +
+    f.bias = 2.0 * f.rate * kt_dot(f.at.c2, u) +
              f.rate * f.rate * (kt_dot(f.delta, f.at.c3) - 3.0 * kt_dot(f.at.c1, f.at.c2));
     return f;
 }
@@ -233,7 +233,7 @@ static void rows_across(const foot *f, kt_vector g, const kt_vector *e, kt_vecto
     const kt_real tau1 =
         (kt_dot(normal[1], w2) - kt_dot(normal[1], x->c2) * kt_dot(T, w1) / f->speed - 2.0 * tau * kt_dot(across, w1)) /
         size;
-    const kt_real turn = tau * f->rate, rise = tau * f->bend / f->D + tau1 * f->rate * f->rate;
+    const kt_real turn = tau * f->rate, turn_rate = tau * f->bias / f->D + tau1 * f->rate * f->rate;
     const kt_real phi[2] = {kt_dot(normal[0], f->delta), kt_dot(normal[1], f->delta)};
     const kt_real rate[2] = {kt_dot(normal[0], f->u) + turn * phi[1], kt_dot(normal[1], f->u) - turn * phi[0]};
     const kt_real curved = f->rate * kt_dot(x->c1, f->u) / f->square;
@@ -241,13 +241,13 @@ static void rows_across(const foot *f, kt_vector g, const kt_vector *e, kt_vecto
         const double sign = k ? -1.0 : 1.0;
         const int other = 1 - k;
         const kt_vector force = kt_apply(e, normal[k] + kt_scale(sign * tau * phi[other] / f->D, x->c1));
-        rows[k] =
-            (kt_loop_row){.force = force,
-                          .moment = kt_vector_zero(),
-                          .residual = phi[k],
-                          .drift = kt_dot(force, coriolis) - kt_dot(normal[k], x->c2) * curved +
-                                   sign * (turn * kt_dot(normal[other], f->u) + rise * phi[other] + turn * rate[other]),
-                          .holonomic = true};
+        rows[k] = (kt_loop_row){
+            .force = force,
+            .moment = kt_vector_zero(),
+            .residual = phi[k],
+            .drift = kt_dot(force, coriolis) - kt_dot(normal[k], x->c2) * curved +
+                     sign * (turn * kt_dot(normal[other], f->u) + turn_rate * phi[other] + turn * rate[other]),
+            .holonomic = true};
     }
 }
 
@@ -258,13 +258,13 @@ static kt_loop_row row_along(const kt_loop_record *loop, const double *numbers, 
     kt_curve_evaluate(&loop->curve, numbers, t, goal);
     const kt_real phi = arc_length(loop, numbers, f->s, f->speed) - goal[0];
     const kt_vector force = kt_apply(e, kt_scale(f->speed / f->D, f->at.c1));
-    const kt_real bend = f->speed / f->D * f->bend + kt_dot(f->at.c1, f->at.c2) * f->rate * f->rate / f->speed;
+    const kt_real bias = f->speed / f->D * f->bias + kt_dot(f->at.c1, f->at.c2) * f->rate * f->rate / f->speed;
     return (kt_loop_row){.force = force,
                          .moment = kt_vector_zero(),
                          .residual =
                              loop->form == KT_TRACK_CIRCLE ? kt_remainder(phi, 6.283185307179586 * loop->radius) : phi,
                          .rate = -goal[1],
-                         .drift = kt_dot(force, coriolis) + bend - goal[2],
+                         .drift = kt_dot(force, coriolis) + bias - goal[2],
                          .holonomic = true};
 }
 

@@ -22,7 +22,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     rows[3] = (kt_loop_row){.moment = kt_scale(slope, turn.k),
                             .force = kt_vector_zero(),
                             .residual = p,
-                            .drift = slope * (turn.bend + 0.125 * p * rate * rate),
+                            .drift = slope * (turn.bias + 0.125 * p * rate * rate),
                             .holonomic = true};
     return 4;
 }

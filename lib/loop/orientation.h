@@ -126,7 +126,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
  * whatever the angle between the axes. (Differentiate tan(theta / 2) = z / w of q and insert
  * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).) */
 typedef struct kt_axis_turn {
-    kt_real theta, bend; /* bend: theta'' but for k . (w2' - w1') */
+    kt_real theta, bias; /* bias: theta'' but for k . (w2' - w1') */
     kt_vector k;
 } kt_axis_turn;
 
@@ -140,7 +140,7 @@ KT_INLINE kt_axis_turn kt_axis_turn_of(const kt_loop_end end[2], const kt_loop_r
     const kt_real c = 1.0 + kt_dot(e, f);
     turn.k = kt_over(e + f, c);
     turn.theta = kt_atan2(kt_dot(x[1], y[0]) - kt_dot(x[0], y[1]), kt_dot(x[0], y[0]) + kt_dot(x[1], y[1]));
-    turn.bend = -kt_dot(turn.k, r->w) * kt_dot(r->w, kt_cross(f, e)) / c - kt_dot(turn.k, r->turning);
+    turn.bias = -kt_dot(turn.k, r->w) * kt_dot(r->w, kt_cross(f, e)) / c - kt_dot(turn.k, r->turning);
     return turn;
 }
 

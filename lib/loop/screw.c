@@ -25,7 +25,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     rows[4] = kt_row_along(&r, end[0].axes[2]);
     rows[4].residual = advance(loop, turn.theta, rows[4].residual);
     rows[4].moment = kt_scale(-loop->pitch, turn.k);
-    rows[4].drift -= loop->pitch * turn.bend;
+    rows[4].drift -= loop->pitch * turn.bias;
     return 5;
 }
 

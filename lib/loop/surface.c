@@ -1,12 +1,12 @@
 /* Surface: the second point stays on a surface of the first end's frame; phi is its distance from it, outside positive.
  * For a point at d that moves at u as seen in that frame (relative.h), with the unit normal n of the surface through it
  *     phi'  = n . u
- *     phi'' = n . (u' + coriolis) + bend,      bend = u . H u, H the second derivatives of phi
+ *     phi'' = n . (u' + coriolis) + bias,      bias = u . H u, H the second derivatives of phi
  * About the axis z with m = h / rho, h the part of d normal to z, rho = |h|, g = m x (the part of u normal to z):
- *     plane     phi = z . d                    n = z                        bend = 0
- *     cylinder  phi = rho - R                  n = m                        bend = g^2 / rho
- *     sphere    phi = |d| - R                  n = d / |d|                  bend = |n x u|^2 / |d|
- *     torus     phi = tau - r                  n = (s m + y z) / tau        bend = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
+ *     plane     phi = z . d                    n = z                        bias = 0
+ *     cylinder  phi = rho - R                  n = m                        bias = g^2 / rho
+ *     sphere    phi = |d| - R                  n = d / |d|                  bias = |n x u|^2 / |d|
+ *     torus     phi = tau - r                  n = (s m + y z) / tau        bias = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
  *               s = rho - R, y = z . d, tau = |(s, y)|
  * Where no normal is defined (on the axis, at the centre, on the circle in the tube), the first end's x axis is taken, or
  * m, and the curvature there is set to zero.
@@ -27,7 +27,7 @@ static inline kt_vector direction_of(kt_vector v, kt_vector aside, kt_real *norm
 
 typedef struct normal {
     kt_vector n;
-    kt_real phi, bend;
+    kt_real phi, bias;
 } normal;
 
 static inline normal normal_of_sphere(const kt_loop_record *loop, const kt_vector *e, const kt_loop_relative *r) {
@@ -35,7 +35,7 @@ static inline normal normal_of_sphere(const kt_loop_record *loop, const kt_vecto
     normal x = {.n = direction_of(r->d, e[0], &norm, &inverse)};
     const kt_vector across = kt_cross(x.n, r->u);
     x.phi = norm - loop->radius;
-    x.bend = kt_dot(across, across) * inverse;
+    x.bias = kt_dot(across, across) * inverse;
     return x;
 }
 
@@ -46,11 +46,11 @@ static inline normal normal_about_axis(const kt_loop_record *loop, const kt_vect
     const kt_vector m = direction_of(r->d - kt_scale(y, e[2]), e[0], &rho, &inverse);
     const kt_real g = kt_dot(e[2], kt_cross(m, r->u)), around = g * g * inverse;
     if (loop->form == KT_SURFACE_CYLINDER)
-        return (normal){.n = m, .phi = rho - loop->radius, .bend = around};
+        return (normal){.n = m, .phi = rho - loop->radius, .bias = around};
     const kt_real s = rho - loop->radius, s1 = kt_dot(m, r->u);
     const kt_vector n = direction_of(kt_scale(s, m) + kt_scale(y, e[2]), m, &tau, &inverse_tau);
     const kt_real swept = (s1 * y - y1 * s) * inverse_tau;
-    return (normal){.n = n, .phi = tau - loop->tube, .bend = (swept * swept + s * around) * inverse_tau};
+    return (normal){.n = n, .phi = tau - loop->tube, .bias = (swept * swept + s * around) * inverse_tau};
 }
 
 static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
@@ -58,13 +58,13 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     const kt_vector *e = end[0].axes;
-    const normal x = loop->form == KT_SURFACE_PLANE    ? (normal){.n = e[2], .phi = kt_dot(e[2], r.d), .bend = 0.0}
+    const normal x = loop->form == KT_SURFACE_PLANE    ? (normal){.n = e[2], .phi = kt_dot(e[2], r.d), .bias = 0.0}
                      : loop->form == KT_SURFACE_SPHERE ? normal_of_sphere(loop, e, &r)
                                                        : normal_about_axis(loop, e, &r);
     rows[0] = (kt_loop_row){.force = x.n,
                             .moment = kt_vector_zero(),
                             .residual = x.phi,
-                            .drift = kt_dot(x.n, r.coriolis) + x.bend,
+                            .drift = kt_dot(x.n, r.coriolis) + x.bias,
                             .holonomic = true};
     return 1;
 }
