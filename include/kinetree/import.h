@@ -57,9 +57,8 @@ typedef struct kt_robot_options {
  *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
  *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.
  *     Positions are MuJoCo's. A body without joints is fixed, or `floating` if it is the world's.
- *   - Masses and inertias are those of <inertial>, else of the geoms, meshes in files among them; then come the
- * settings
- *     of <compiler>.
+ *   - Masses and inertias are those of <inertial>, else of the geoms, files of meshes among them; then come the
+ *     settings of <compiler>.
  *   - stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects, equalities loops (which
  *     are exact, not soft), named sites markers.
  *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
