@@ -244,7 +244,7 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
         return;
     }
     int digits = 1;
-    for (double power = 10.0; power <= count; power *= 10.0)
+    for (int power = 10; power <= (int)count; power *= 10)
         digits++;
     for (int k = 0; k < (int)count && !m->r->out_of_memory; k++) {
         char suffix[80];

@@ -132,9 +132,8 @@ int kt_parse_numbers(const char *text, int most, double *values) {
 }
 
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
-    const kt_mat3 one = kt_mat3_identity();
     const kt_quat q = kt_quat_from_matrix(matrix);
-    if (memcmp(&matrix, &one, sizeof one) == 0 || (q.x == 0.0 && q.y == 0.0 && q.z == 0.0))
+    if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0)
         return (kt_rotation){.type = KT_ROTATION_NONE};
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
 }

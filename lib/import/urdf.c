@@ -61,72 +61,86 @@ static void note_odd_inertias(kt_notes *n, const kt_urdf *u) {
         by.text, u->odd_inertias.count);
 }
 
-/* Tells what was changed or left out, each kind once. */
-static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
+static void note_links(kt_notes *n, const kt_urdf *u, int root) {
     const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
-    kt_phrase unknown = {.length = 0};
-    kt_notes n;
-    if (!kt_notes_begin(&n, u->r, u->path))
-        return;
-    kt_note_put(&n, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
+    kt_note_put(n, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
                 kt_name_quote(kt_xml_attribute(base.first, "name")).text,
                 u->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
     if (u->late.line > 0) {
         const kt_element declaration = {.line = u->late.line, .column = u->late.column};
-        kt_note_put(&n, &(kt_left){.first = &declaration, .count = 1},
+        kt_note_put(n, &(kt_left){.first = &declaration, .count = 1},
                     "the XML declaration is not at the beginning of the file, where other readers expect it");
     }
-    kt_note_put(&n, &u->undeclared, "no link 'world' is declared; this parent is taken for the world");
-    kt_note_put(&n, &u->freed, "links that are fixed to the world and move freely, by --floating: %d", u->freed.count);
+    kt_note_put(n, &u->undeclared, "no link 'world' is declared; this parent is taken for the world");
+    kt_note_put(n, &u->freed, "links that are fixed to the world and move freely, by --floating: %d", u->freed.count);
     if (u->options->floating && kt_urdf_is_world(u, root) && u->freed.count == 0)
-        kt_note_put(&n, &(kt_left){.first = u->links[root].element, .count = 1},
+        kt_note_put(n, &(kt_left){.first = u->links[root].element, .count = 1},
                     "--floating frees nothing: no link is fixed to the world");
-    kt_note_put(&n, &u->renamed,
+    kt_note_put(n, &u->renamed,
                 "names of links that names of bodies cannot be, with '_' in place of what is not allowed: %d",
                 u->renamed.count);
-    kt_note_put(&n, &u->starts, "joints that start at a limit, since zero is outside their limits: %d",
-                u->starts.count);
+}
+
+static void note_joints(kt_notes *n, const kt_urdf *u) {
+    kt_note_put(n, &u->starts, "joints that start at a limit, since zero is outside their limits: %d", u->starts.count);
     if (u->options->stop_stiffness == 0.0)
-        kt_note_put(&n, &u->limits, "joints whose limits of position are left out (--stops makes effects of them): %d",
+        kt_note_put(n, &u->limits, "joints whose limits of position are left out (--stops makes effects of them): %d",
                     u->limits.count);
-    kt_note_put(&n, &u->disordered, "joints whose limits of position are left out, since lower is above upper: %d",
+    kt_note_put(n, &u->disordered, "joints whose limits of position are left out, since lower is above upper: %d",
                 u->disordered.count);
-    kt_note_put(&n, &u->followers,
-                "joints that start where the joints that they follow put them, which is not zero: %d",
+    kt_note_put(n, &u->followers, "joints that start where the joints that they follow put them, which is not zero: %d",
                 u->followers.count);
-    kt_note_put(&n, &u->beyond, "joints that start beyond their own limits, since they follow others: %d",
+    kt_note_put(n, &u->beyond, "joints that start beyond their own limits, since they follow others: %d",
                 u->beyond.count);
-    kt_note_put(&n, &u->fixed_mimics,
+    kt_note_put(n, &u->fixed_mimics,
                 "mimics that are left out, since the joint or the one that it follows is fixed: %d",
                 u->fixed_mimics.count);
-    kt_note_put(&n, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
+}
+
+static void note_masses(kt_notes *n, const kt_urdf *u) {
+    kt_note_put(n, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
                 u->sizeless.count);
-    kt_note_put(&n, &u->nothings, "inertias that are nothing but rounding, taken for zero: %d", u->nothings.count);
-    kt_note_put(&n, &u->odd_links,
+    kt_note_put(n, &u->nothings, "inertias that are nothing but rounding, taken for zero: %d", u->nothings.count);
+    kt_note_put(n, &u->odd_links,
                 "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
                 "'inertia_check: accept'): %d",
                 u->odd_links.count);
-    note_odd_inertias(&n, u);
-    kt_note_put(&n, &u->by_density,
+    note_odd_inertias(n, u);
+    kt_note_put(n, &u->by_density,
                 "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
                 u->by_density.count);
-    kt_note_put(&n, &u->massless,
+    kt_note_put(n, &u->massless,
                 "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
                 "masses by shapes, --mass LINK=MASS one)");
-    kt_note_put(&n, &u->geared, "transmissions whose rotor inertia became the joint's armature: %d", u->geared.count);
-    kt_note_put(&n, &u->ungeared, "transmissions that are left out, since they have no rotor inertia: %d",
+    kt_note_put(n, &u->geared, "transmissions whose rotor inertia became the joint's armature: %d", u->geared.count);
+    kt_note_put(n, &u->ungeared, "transmissions that are left out, since they have no rotor inertia: %d",
                 u->ungeared.count);
-    kt_note_put(&n, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
-    kt_note_put(&n, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
-    kt_note_put(&n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
+}
+
+static void note_rest(kt_notes *n, const kt_urdf *u) {
+    kt_phrase unknown = {.length = 0};
+    kt_note_put(n, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
+    kt_note_put(n, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
+    kt_note_put(n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
                 u->shapes.count);
-    kt_note_put(&n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",
+    kt_note_put(n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 u->contacts.count);
     kt_unknown_list(&u->unknown, &unknown);
     if (u->unknown.count > 0)
-        kt_note_put(&n, &u->unknown.left[0],
+        kt_note_put(n, &u->unknown.left[0],
                     "elements and attributes that do not concern the motion, or are not known, are left out: %s",
                     unknown.text);
+}
+
+/* Tells what was changed or left out, each kind once. */
+static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
+    kt_notes n;
+    if (!kt_notes_begin(&n, u->r, u->path))
+        return;
+    note_links(&n, u, root);
+    note_joints(&n, u);
+    note_masses(&n, u);
+    note_rest(&n, u);
     scene->notes = n.notes;
     scene->note_count = n.count;
 }

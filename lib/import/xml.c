@@ -101,13 +101,14 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
     x->at = element;
 }
 
+static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
 /* The text since the last tag, without blanks around it. */
 static void keep_leaf(kt_xml *x) {
-    static const char space[] = " \t\r\n";
     size_t from = 0, to = x->text_size;
-    while (from < to && memchr(space, x->text[from], 4) != NULL)
+    while (from < to && is_blank(x->text[from]))
         from++;
-    while (to > from && memchr(space, x->text[to - 1], 4) != NULL)
+    while (to > from && is_blank(x->text[to - 1]))
         to--;
     if (from == to)
         return;

@@ -172,12 +172,14 @@ static void compare_places(pair *p, findings *f) {
     for (int b = 1; b < kt_model_body_count(p->model); b++) {
         const int i = p->bodies[b];
         const kt_pose pose = kt_body_pose(p->model, p->data, b);
-        const kt_mat3 r = kt_mat3_transpose(pose.rotation);
+        const kt_vec3 x = pose.rotation.x, y = pose.rotation.y, z = pose.rotation.z;
+        const double at[3] = {pose.position.x, pose.position.y, pose.position.z};
+        const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
         for (int k = 0; k < 3 && i > 0; k++)
-            kt_worst_near(&f->place, (&pose.position.x)[k], p->d->xpos[3 * i + k],
-                          1e-14 * fmax(1.0, kt_vec3_norm(pose.position)), "%s", kt_body_name(p->model, b));
+            kt_worst_near(&f->place, at[k], p->d->xpos[3 * i + k], 1e-14 * fmax(1.0, kt_vec3_norm(pose.position)), "%s",
+                          kt_body_name(p->model, b));
         for (int k = 0; k < 9 && i > 0; k++)
-            kt_worst_near(&f->turn, (&r.x.x)[k], p->d->xmat[9 * i + k], 1e-14, "%s", kt_body_name(p->model, b));
+            kt_worst_near(&f->turn, rows[k], p->d->xmat[9 * i + k], 1e-14, "%s", kt_body_name(p->model, b));
     }
 }
 
@@ -332,9 +334,10 @@ static void compare_coupling(const pair *p, const kt_loop *loop, const mjtNum *t
 /* The distance of both points along the world's axes; a weld's orientations agree where its residual does. */
 static void compare_ends(const pair *p, const kt_loop *loop, const mjtNum *theirs, kt_worst *worst) {
     const kt_pose a = place_of(p, &loop->between[0]), b = place_of(p, &loop->between[1]);
-    const kt_vec3 d = kt_vec3_sub(a.position, b.position);
+    const kt_vec3 between_points = kt_vec3_sub(a.position, b.position);
+    const double d[3] = {between_points.x, between_points.y, between_points.z};
     for (int k = 0; k < 3; k++)
-        kt_worst_near(worst, (&d.x)[k], theirs[k], 1e-14, "%s, %d", loop->name, k);
+        kt_worst_near(worst, d[k], theirs[k], 1e-14, "%s, %d", loop->name, k);
     if (loop->type != KT_LOOP_WELD)
         return;
     /* MuJoCo: the vector part of the quaternion between both, so that its norm is the sine of half the angle */

@@ -51,8 +51,8 @@ static void put_number(char *to, double value) {
 static size_t write_binary_stl(char *text) {
     const uint32_t count = 4;
     memset(text, 0, 84 + 200);
-    memcpy(text, "solid, as some writers begin it", 31);
-    memcpy(text + 80, &count, 4);
+    (void)sprintf(text, "solid, as some writers begin it");
+    memcpy(text + 80, &count, sizeof count);
     for (int f = 0; f < 4; f++)
         for (int k = 0; k < 9; k++)
             put_number(text + 84 + 50 * f + 12 + 4 * k, corners[faces[f][k / 3]][k % 3]);

@@ -95,10 +95,11 @@ static bool has_rod(const shown *s, kt_vec3 a, kt_vec3 b) {
     for (int i = 0; i < s->picture->solid_count; i++) {
         const kt_solid *rod = &s->picture->solids[i];
         const kt_pose *pose = &s->poses[rod->body];
-        for (double sign = -1.0; sign < 2.0; sign += 2.0)
+        const kt_vec3 ends[] = {kt_pose_apply(*pose, end_of(rod, -1.0)), kt_pose_apply(*pose, end_of(rod, 1.0))};
+        for (int k = 0; k < 2; k++)
             found = found || (rod->type == KT_SOLID_ROD && rod->source == KT_SOURCE_IMPLIED &&
-                              kt_vec3_norm(kt_vec3_sub(kt_pose_apply(*pose, end_of(rod, sign)), a)) < 1e-12 &&
-                              kt_vec3_norm(kt_vec3_sub(kt_pose_apply(*pose, end_of(rod, -sign)), b)) < 1e-12);
+                              kt_vec3_norm(kt_vec3_sub(ends[k], a)) < 1e-12 &&
+                              kt_vec3_norm(kt_vec3_sub(ends[1 - k], b)) < 1e-12);
     }
     return found;
 }
