@@ -9,7 +9,12 @@
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
+
+/* How well derivatives next to singular positions are known at least, relative to the largest. */
+#define KT_KNOWN 1e-3
 
 static size_t kkt_size(const kt_model *model) {
     if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
@@ -103,6 +108,26 @@ static kt_status solve_forces(work *w, kt_error *error) {
     return solve(w, w->d_tau, NULL, error);
 }
 
+/* Refuses derivatives next to a singular position that are known to less than KT_KNOWN of the largest. */
+static kt_status refuse_unknown(const work *w, kt_error *error) {
+    const kt_model *model = w->of.model;
+    const size_t n = w->of.n;
+    double most = 0.0;
+    for (size_t i = 0; i < model->n.group_v; i++)
+        for (size_t j = 0; j < model->n.group_v; j++) {
+            const size_t row = (size_t)model->group_v[i], column = (size_t)model->group_v[j];
+            most = fmax(most, fabs(w->of.d_q[column * n + row]) * model->unit[j] / model->unit[i]);
+        }
+    if (w->of.error <= KT_KNOWN * most)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "derivatives, t = %.9g s", w->of.t);
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "next to a singular position of the loops rounding leaves derivatives of the accelerations "
+                        "uncertain by %.2g of the largest, more than %g; take a state farther away",
+                        w->of.error / most, KT_KNOWN);
+}
+
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
@@ -125,6 +150,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_linearized_is_dense(model));
+    w.of.estimates = true;
     (void)lay_out(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, q, v, tau, external, a, error);
     if (status == KT_OK)
@@ -133,6 +159,8 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve(&w, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)
         status = solve(&w, w.of.d_v, w.of.e_v, error);
+    if (status == KT_OK && w.of.error > 0.0)
+        status = refuse_unknown(&w, error);
     if (status == KT_OK && da_dtau)
         status = solve_forces(&w, error);
     if (status != KT_OK)

@@ -22,12 +22,14 @@
  */
 #include "derivative/stiffness.h"
 
+#include "closure/project.h"
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
 #include "linear/cholesky.h"
 
+#include <math.h>
 #include <string.h>
 
 #define KT_STEP 0.002 /* rad or m, and of their rates */
@@ -130,15 +132,49 @@ static void reduce(kt_linearized *w) {
 /* ---- all terms -----------------------------------------------------------------------------------------------------
  * */
 
-/* Refuses singular positions: the acceleration there may be interpolated from neighbouring states. */
-static kt_status refuse_singular(const kt_linearized *w, const double *q, const double *v, kt_error *error) {
-    if (!KT_HAS_LOOPS || !w->model->n.group)
-        return KT_OK;
+static bool factor_loops(const kt_linearized *w, const double *q, const double *v) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     kt_violation violation;
-    (void)(kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
-           kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
-    return kt_loops_refuse_singular(w->model, w->data, error);
+    return kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
+           kernels->factor(w->model, w->data, KT_ROWS_ALL, false);
+}
+
+/* Estimates the error of derivatives next to a singular position. The error of an acceleration that is computed directly
+ * grows like 1 / s^3 (singular_crossing.c), so that of its change within s is three times as large. Where accelerations
+ * are interpolated from neighbouring states their error is of these, and no derivative can be computed. */
+static kt_status estimate_error(kt_linearized *w, const double *q, const double *v, const double *tau,
+                                const kt_wrench *external, kt_error *error) {
+    kt_data *data = w->data;
+    const kt_passage before = data->passage;
+    data->passage = (kt_passage){0.0, 0.0};
+    const kt_status status = kt_acceleration_evaluate(w->model, data, w->t, q, v, tau, external, w->change, error);
+    const kt_passage here = data->passage;
+    data->passage = (kt_passage){fmax(before.acceleration, here.acceleration),
+                                 before.time > 0.0 ? fmin(before.time, here.time) : here.time};
+    const bool interpolated = data->interpolated;
+    if (status != KT_OK)
+        return status;
+    const bool near = factor_loops(w, q, v);
+    for (size_t g = 0; near && g < w->model->n.group; g++) {
+        const double usual = w->model->group[g].usual[KT_ROWS_ALL];
+        if (!data->near[g])
+            continue;
+        if (interpolated || !(here.acceleration > 0.0) || data->rank[g] < w->model->group[g].rank[KT_ROWS_ALL])
+            return kt_loops_refuse_singular(w->model, data, error);
+        w->error = fmax(w->error, 3.0 * here.acceleration * usual / data->last[g]);
+    }
+    return KT_OK;
+}
+
+/* Factors the loops' equations. Refuses singular positions, where the acceleration may be interpolated from neighbouring
+ * states, or estimates the error next to them. */
+static kt_status refuse_singular(kt_linearized *w, const double *q, const double *v, const double *tau,
+                                 const kt_wrench *external, kt_error *error) {
+    if (!KT_HAS_LOOPS || !w->model->n.group)
+        return KT_OK;
+    (void)factor_loops(w, q, v);
+    return w->estimates && kt_is_near_singular(w->model, w->data) ? estimate_error(w, q, v, tau, external, error)
+                                                                  : kt_loops_refuse_singular(w->model, w->data, error);
 }
 
 /* The tree's part of M and D, at the accelerations of the motion. */
@@ -199,7 +235,7 @@ kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v,
     else
         status = kt_acceleration_evaluate(w->model, w->data, w->t, q, v, tau, external, w->a, error);
     if (status == KT_OK)
-        status = refuse_singular(w, q, v, error);
+        status = refuse_singular(w, q, v, tau, external, error);
     if (status == KT_OK)
         status = fill_tree(w, q, v, external, error);
     if (status == KT_OK) /* first: what follows leaves other motions in data */

@@ -38,6 +38,8 @@ typedef struct kt_linearized {
     double t;
     size_t n, p;
     bool dense;               /* with loops: Q, R and Q' M Z are wanted */
+    bool estimates;           /* next to singular positions `error` is estimated; false: they are refused */
+    double error;             /* of derivatives by positions, over the coordinates' units; 0 where nothing is near */
     kt_jacobian_qr qr;        /* of A, in `factors` */
     kt_derivative_work terms; /* of the tree, in `tree` */
     double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
