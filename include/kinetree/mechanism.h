@@ -77,7 +77,7 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  * Errors: as kt_acceleration_evaluate; KT_ERROR_MEMORY if work is too small or not aligned; KT_ERROR_SINGULAR also at
  * singular positions of the loops, and next to them where accelerations are interpolated, or where rounding leaves the
  * derivatives uncertain by more than 1e-3 of the largest. The outputs are then untouched. Near them the error is
- * estimated by two more evaluations of the acceleration at most. Cost: kt_stiffness_evaluate, one
+ * estimated by one more evaluation of the acceleration. Cost: kt_stiffness_evaluate, one
  * factorisation, two solutions a column and another for da_dtau: O(nv^2 depth); two evaluations of a loop's equations
  * for each coordinate that moves it, and the square of their number; and 16 nv evaluations of a caller's effects. With
  * loops solutions take O(bodies) each where groups are small or follow each other (rows of windows, ropes), otherwise
