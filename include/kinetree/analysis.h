@@ -399,8 +399,9 @@ KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
  *
  * The error is the change of E that the integration has caused: |E - E(0)| where the mechanism conserves energy, E
  * minus its least value so far where the mechanism can only dissipate energy, and, where works are recorded, the change
- * of the balance E + dissipated - supplied, whatever the mechanism. Where energy can be supplied and no works are
- * recorded, the error is unknown.
+ * of the balance E + dissipated - supplied, whatever the mechanism. Where works are estimated instead (watch_works), it is
+ * the part of that change beyond the uncertainty of the estimate. Where energy can be supplied and works are neither
+ * recorded nor estimated, the error is unknown.
  *
  * It is divided by the energy scale of the motion: E(0) minus the least potential energy so far, which is the largest
  * kinetic energy that the visited positions allow and does not depend on the zero of the potential energies; where
@@ -408,6 +409,7 @@ KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
 typedef struct kt_energy_watch {
     kt_energetics energetics; /* of the model */
     int32_t has_balance;      /* whether the records contain works */
+    int32_t has_estimate;     /* whether they contain estimated works instead */
     int64_t records;          /* the number of records with energies */
     double start;             /* E of the first record, J */
     double start_size;        /* the larger of its |kinetic| and |potential|, J */
@@ -416,6 +418,7 @@ typedef struct kt_energy_watch {
     double kinetic;           /* largest, J */
     double potential[2];      /* least and largest, J */
     double work;              /* largest of |dissipated| and |supplied|, J */
+    double uncertainty;       /* of estimated works, the largest so far, J */
     double balance_start;     /* of the first record, J */
     double balance_change;    /* largest |balance - balance_start|, J */
     double gain;              /* largest rise of E that the mechanism cannot have caused, J; 0 where energy can be

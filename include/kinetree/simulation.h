@@ -218,6 +218,8 @@ typedef struct kt_simulation_options {
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
     bool unprojected; /* no projection, so that loops drift open: to measure the cost and the benefit of projection */
+    bool watch_works; /* works are estimated from the powers at the ends of steps, to tell wrong energies: the
+                         motion keeps its bits. Not with equations of the caller's, nor in a library without Jacobians */
     bool kinematics;  /* a record's data hold the kinematics for queries, as they do if run has markers */
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
                                          still those of the engine's equations, and the engine assembles the initial
@@ -324,6 +326,15 @@ typedef struct kt_work {
     double dissipated, supplied; /* J */
 } kt_work;
 
+/* Works estimated from powers at the ends of steps alone (kt_simulation_options.watch_works). All are numbers since the
+ * start; NaN where they are not estimated. */
+typedef struct kt_work_estimate {
+    double net;    /* dissipated - supplied, J: kinetic + potential + net is constant, up to the error of the integration
+                      and that of the estimate */
+    double error;  /* that of the estimate: sum of the differences of cubics and parabolas through powers, J */
+    double turned; /* the integral of |dissipated| + |supplied| as powers, J: its size */
+} kt_work_estimate;
+
 /* Returns the works up to the present time; NaN unless KT_RECORD_BALANCE is requested. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
@@ -342,6 +353,7 @@ typedef struct kt_record {
     double kinetic, potential;       /* J; energy, balance */
     kt_work work;                    /* since the start; balance. kinetic + potential + work.dissipated - work.supplied
                                         is constant, up to the error of the integration */
+    kt_work_estimate estimate;       /* watch_works */
     kt_residual constraint;          /* constraint */
     const kt_wrench *reactions;      /* one for each body, as in kt_joint_reactions; reaction */
     const kt_wrench *loop_reactions; /* one for each loop, as in kt_reaction_evaluate; reaction */

@@ -15,12 +15,33 @@ kt_energy_watch kt_energy_watch_start(const kt_model *model) {
     return (kt_energy_watch){.energetics = kt_model_energetics(model), .excess_time = (double)NAN};
 }
 
+/* Dissipated less supplied since the start, J; NaN where it is not known. */
+static double net_work(const kt_energy_watch *watch, const kt_record *record) {
+    return watch->has_balance ? record->work.dissipated - record->work.supplied : record->estimate.net;
+}
+
 static void begin(kt_energy_watch *watch, const kt_record *record) {
     watch->start = watch->lowest = record->kinetic + record->potential;
     watch->start_size = fmax(record->kinetic, fabs(record->potential));
     watch->potential[0] = watch->potential[1] = record->potential;
     watch->has_balance = !isnan(record->work.dissipated);
-    watch->balance_start = watch->start + record->work.dissipated - record->work.supplied;
+    watch->has_estimate = !watch->has_balance && !isnan(record->estimate.net);
+    watch->balance_start = watch->start + net_work(watch, record);
+}
+
+/* The part of a change of the balance that the works do not leave uncertain. */
+static double balance_error(kt_energy_watch *watch, const kt_record *record, double energy) {
+    const double net = net_work(watch, record);
+    if (isnan(net))
+        return 0.0;
+    if (watch->has_estimate) {
+        watch->work = fmax(watch->work, record->estimate.turned);
+        watch->uncertainty = fmax(watch->uncertainty, record->estimate.error);
+    } else {
+        watch->work = fmax(watch->work, fmax(fabs(record->work.dissipated), fabs(record->work.supplied)));
+    }
+    watch->balance_change = fmax(watch->balance_change, fabs(energy + net - watch->balance_start));
+    return fmax(fabs(energy + net - watch->balance_start) - watch->uncertainty, 0.0);
 }
 
 void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
@@ -43,12 +64,8 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
         watch->gain = fmax(watch->gain, energy - watch->lowest);
     if (watch->energetics == KT_ENERGY_DISSIPATED)
         error = watch->gain;
-    if (watch->has_balance) {
-        const double balance = energy + record->work.dissipated - record->work.supplied;
-        watch->work = fmax(watch->work, fmax(fabs(record->work.dissipated), fabs(record->work.supplied)));
-        watch->balance_change = fmax(watch->balance_change, fabs(balance - watch->balance_start));
-        error = fmax(error, watch->balance_change);
-    }
+    if (watch->has_balance || watch->has_estimate)
+        error = fmax(error, balance_error(watch, record, energy));
     watch->error = fmax(watch->error, error);
     if (!(kt_energy_watch_error(watch) > KT_ENERGY_ERROR))
         watch->excess_time = (double)NAN; /* the scale has grown since */

@@ -146,6 +146,7 @@ kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) 
     const double t = kt_integrator_time(simulation->integrator);
     if ((c->from <= t && t < c->next - margin_at(c->next)) || !enter_piece(simulation, t))
         return KT_OK;
+    simulation->memory.powers.count = 0;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     return kt_integrator_jump(simulation->integrator, simulation->y, error);
 }

@@ -80,18 +80,27 @@ int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
+/* Whether an evaluation is at the state between two steps: the first of a step, or the last where the method has its
+ * slope for the next one. */
+KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, const double *dydt) {
+    const kt_integrator *it = simulation->integrator;
+    return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
+}
+
 /* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. */
 KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, double *dydt) {
     const kt_simulation_sizes *size = &simulation->size;
     const bool balanced = kt_simulation_is_balanced(simulation);
+    const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
     kt_power power = {0.0, 0.0};
     const double *rate;
     const int result = accelerate(simulation, at, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
-                                  balanced ? &power : NULL, &simulation->cause);
+                                  balanced || at_end ? &power : NULL, &simulation->cause);
     if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
     /* Powers and the caller's right-hand side may leave anything in data. */
-    simulation->cached = !balanced && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    const bool left = !balanced && !(at_end && (simulation->model->driven || simulation->external != NULL));
+    simulation->cached = left && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0) {
         simulation->ahead = t != kt_integrator_time(simulation->integrator);
@@ -103,6 +112,8 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const d
         memcpy(dydt, rate, size->nq * sizeof *dydt);
     else
         dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    if (at_end)
+        kt_simulation_take_power(simulation, y, dydt, power);
     if (balanced) {
         dydt[size->work] = power.dissipated;
         dydt[size->work + 1] = power.supplied;

@@ -183,6 +183,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
+    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL;
     simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
     simulation->corners.own = settings->options.corner;
     simulation->corners.any =

@@ -78,6 +78,8 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        record->estimate = kt_simulation_work_estimate(simulation, t);
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
         status = kt_loop_residual(simulation->model, simulation->data, t, q, v, &record->constraint, error);
@@ -104,6 +106,7 @@ static kt_record empty_record(int64_t index, double time) {
     record.index = index;
     record.time = time;
     record.kinetic = record.potential = (double)NAN;
+    record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
     record.constraint.position = record.constraint.velocity = (double)NAN;
     return record;
 }
@@ -114,6 +117,8 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     kt_status status = read_state(simulation, record.time, &from);
+    if (KT_HAS_JACOBIAN && status == KT_OK && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
     if (status == KT_OK) {
         if (KT_HAS_GAP && simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record.time, &from);
@@ -211,6 +216,8 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status =
             owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);

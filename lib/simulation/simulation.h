@@ -21,6 +21,16 @@ typedef struct kt_corrections {
 } kt_corrections;
 
 /* All values that determine the further run and are not in the integrator; they are part of a checkpoint. */
+/* Powers at the ends of the last steps, and the works that follow from them (work_watch.c). */
+enum { KT_POWER_POINTS = 4 };
+typedef struct kt_power_points {
+    int count;                 /* how many are known, the last one first */
+    double t[KT_POWER_POINTS]; /* s */
+    double d[KT_POWER_POINTS]; /* divided differences of the net power; the first is that at the last point, W */
+    double before, size;       /* net power at the last but one; |dissipated| + |supplied| at the last, W */
+    kt_work_estimate sum[2];   /* up to the last but one, and to the last */
+} kt_power_points;
+
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
     kt_input_flags now;  /* what the step that ended at the current time had */
@@ -34,6 +44,7 @@ typedef struct kt_simulation_memory {
     kt_iterations iterations;
     kt_crossings crossings;
     kt_corrections corrections;
+    kt_power_points powers;
 } kt_simulation_memory;
 
 /* The results of the present state that data hold, so that they need not be computed again. */
@@ -132,6 +143,9 @@ struct kt_simulation {
     const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
+    bool watches_works;               /* works are estimated at the ends of steps */
+    const double *end_slope;          /* of the evaluation that gave end_power; NULL: none in this step */
+    kt_power end_power;               /* of the evaluation that may become that of the end */
     kt_complex sigma[2];              /* implicit: of the real and the complex factors */
     bool closes_loops;                /* a projection does more than renormalise quaternions: it overwrites data */
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
@@ -183,6 +197,14 @@ static inline void kt_simulation_put_works(const kt_simulation *simulation, cons
     y[simulation->size.work] = work->dissipated;
     y[simulation->size.work + 1] = work->supplied;
 }
+
+/* Works estimated from powers at the ends of steps (work_watch.c), where that is asked for: takes the power that an
+ * evaluation of the state y to dydt has found; and after a step. */
+void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
+void kt_simulation_end_powers(kt_simulation *simulation);
+/* Adds those of the present time if they are missing: before a record, and before new inputs. */
+void kt_simulation_complete_powers(kt_simulation *simulation);
+kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);
 
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);

@@ -30,6 +30,9 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     if (!simulation->memory.pending)
         return KT_OK;
     if (inputs_differ(simulation)) {
+        if (KT_HAS_JACOBIAN && simulation->watches_works)
+            kt_simulation_complete_powers(simulation);
+        simulation->memory.powers.count = 0;
         /* The right-hand side jumps: slopes from before are not those of the next step. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
@@ -198,6 +201,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         return kt_simulation_fail_step(simulation, &from, error);
     if (simulation->size.panel > 0)
         kt_simulation_refine_works(simulation);
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_end_powers(simulation);
     if (simulation->transformation == NULL)
         memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
     else
@@ -284,6 +289,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
     simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
+    simulation->memory.powers = (kt_power_points){.count = 0};
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);

@@ -148,10 +148,28 @@ static void add(kt_energy_watch *watch, double time, double kinetic, double pote
                 double supplied) {
     kt_record record = {.time = time, .kinetic = kinetic, .potential = potential};
     record.work = (kt_work){dissipated, supplied};
+    record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
     kt_energy_watch_add(watch, &record);
 }
 
 static const double none = (double)NAN;
+
+/* 10 J of which 4 J are supplied and 6 J dissipated, as estimated to 0.5 J: what is missing beyond that is an error. */
+KT_TEST(estimated_works_are_believed_up_to_their_uncertainty) {
+    static const double missing[] = {0.0, 0.4, 0.6}, error[] = {0.0, 0.0, 0.1};
+    for (int i = 0; i < 3; i++) {
+        kt_energy_watch watch = watch_of(KT_ENERGY_SUPPLIED);
+        kt_record record = {.kinetic = 10.0, .work = {none, none}, .estimate = {0.0, 0.0, 0.0}};
+        kt_energy_watch_add(&watch, &record);
+        record = (kt_record){
+            .time = 1.0, .kinetic = 8.0 - missing[i], .work = {none, none}, .estimate = {2.0, 0.5, 10.0}};
+        kt_energy_watch_add(&watch, &record);
+        kt_check_true("estimated", watch.has_estimate && !watch.has_balance);
+        kt_check_near("imbalance", watch.balance_change, missing[i], 1e-14);
+        kt_check_near("error", watch.error, error[i], 1e-14);
+        kt_check_near("uncertainty", watch.uncertainty, 0.5, 0.0);
+    }
+}
 
 /* A pendulum of 10 J, its potential counted from anywhere: at the bottom all is kinetic. */
 KT_TEST(scale_does_not_depend_on_where_potentials_are_counted_from) {

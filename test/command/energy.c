@@ -125,3 +125,41 @@ KT_TEST(scenes_that_may_change_their_energy_are_not_warned_of) {
                    "/dev/null");
     kt_check_contains("a balance with dampers", ran.err, "the balance of energies");
 }
+
+/* The four-bar with a damper, and with a motor: its energy changes, and is watched all the same; not where a loop drives
+ * it, which is told. */
+KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
+    static const struct {
+        const char *effects, *name;
+    } cases[] = {{"effects: [{type: joint_damper, joint: crank, damping: 0.1}]\n", "damped"},
+                 {"effects: [{type: motor, joint: crank, torque: {sine: {amplitude: 5, frequency: 1}}}]\n", "driven"}};
+    char text[2000];
+    for (size_t i = 0; i < 2; i++) {
+        kt_note("%s", cases[i].name);
+        snprintf(text, sizeof text, "%s%s", four_bar, cases[i].effects);
+        kt_write_file("watched.yaml", text);
+        kt_ran ran = kt_shell("$K run watched.yaml --out /dev/null --summary -");
+        json_t *root = kt_json(ran.out);
+        kt_check_true("none is warned of falsely", find_warning(root, "energy") == NULL);
+        kt_check_text("by", json_string_value(kt_json_find(root, "energy_watch.by")), "powers at the ends of steps");
+        kt_check_above("resolution", 1e-2 * kt_json_at(root, "energy_watch.scale"),
+                       kt_json_at(root, "energy_watch.uncertainty"));
+        json_decref(root);
+        ran = kt_shell("$K run watched.yaml --integrator tsit5 --step 0.05 --out /dev/null --summary -");
+        kt_check_contains("words", ran.err,
+                          i == 0 ? "while the scene can only dissipate it" : "the works are uncertain");
+        root = kt_json(ran.out);
+        kt_check_true("a wrong one is", find_warning(root, "energy") != NULL);
+        json_decref(root);
+    }
+    snprintf(text, sizeof text, "%s", four_bar);
+    char *loops = strstr(text, "loops:\n");
+    if (!kt_check_true("loops", loops != NULL))
+        return;
+    snprintf(loops, sizeof text - (size_t)(loops - text), "%s%s",
+             "loops:\n  - {name: drive, type: motion, joint: crank, position: {polynomial: [1.0471975511965976, 2]}}\n",
+             strstr(four_bar, "loops:\n") + 7);
+    kt_write_file("led.yaml", text);
+    kt_expect(0, "energy not watched: that would cost more than 2 % here", "$K run led.yaml --out /dev/null");
+    kt_expect(0, "J supplied: the balance closes to", "$K run led.yaml --out /dev/null --record balance");
+}

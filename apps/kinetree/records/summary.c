@@ -107,6 +107,25 @@ static json_t *measure_balance(const kt_outcome *outcome) {
     return balance;
 }
 
+/* By what the energy was watched, and how far. */
+static json_t *describe_watch(const kt_outcome *outcome) {
+    const kt_energy_watch *energy = &outcome->energy;
+    const char *missing = kt_energy_not_watched(outcome);
+    json_t *watch = json_object();
+    const char *by = energy->records == 0 || (missing != NULL && energy->energetics == KT_ENERGY_SUPPLIED) ? "nothing"
+                     : energy->has_balance                                                                 ? "balance"
+                     : energy->has_estimate ? "powers at the ends of steps"
+                                            : "total energy";
+    json_object_set_new(watch, "by", json_string(by));
+    json_object_set_new(watch, "error", kt_json_number(energy->error));
+    json_object_set_new(watch, "scale", kt_json_number(kt_energy_watch_scale(energy)));
+    json_object_set_new(watch, "imbalance", kt_json_number(energy->balance_change));
+    json_object_set_new(watch, "uncertainty", kt_json_number(energy->uncertainty));
+    if (missing != NULL)
+        json_object_set_new(watch, "why", json_string(missing));
+    return watch;
+}
+
 static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
     const kt_model *model = outcome->model;
     const double *q = kt_simulation_positions(outcome->simulation);
@@ -130,6 +149,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
     json_object_set_new(root, "marker", list_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
+    json_object_set_new(root, "energy_watch", describe_watch(outcome));
     if (outcome->energy.has_balance)
         json_object_set_new(root, "balance", measure_balance(outcome));
     json_object_set_new(
@@ -242,6 +262,8 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
         fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
                 work.supplied, outcome->energy.balance_change);
     }
+    if (kt_energy_not_watched(outcome) != NULL)
+        fprintf(stderr, "  energy not watched: %s\n", kt_energy_not_watched(outcome));
     if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);

@@ -275,3 +275,12 @@ json_t *kt_start_inertias(const kt_scene *scene) {
     }
     return object;
 }
+
+bool kt_is_driven(const kt_description *description) {
+    for (int i = 0; i < description->loop_count; i++) {
+        const kt_function_type type = description->loops[i].function.type;
+        if (type != KT_FUNCTION_NONE && type != KT_FUNCTION_CONSTANT)
+            return true;
+    }
+    return false;
+}

@@ -31,4 +31,7 @@ int kt_start_say_inertias(const kt_scene *scene);
 /* Object that maps each body whose inertia violates the triangle inequality to the relative excess. */
 json_t *kt_start_inertias(const kt_scene *scene);
 
+/* Whether a loop that changes with time drives the mechanism. */
+bool kt_is_driven(const kt_description *description);
+
 #endif

@@ -67,17 +67,9 @@ static void warn(check *c, const char *format, ...) {
 
 /* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
 
-/* Returns whether a motion loop drives the mechanism. */
-static bool is_driven(const kt_description *d) {
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT)
-            return true;
-    return false;
-}
-
 static void check_mobility(check *c) {
     const kt_mobility f = kt_model_mobility(c->model);
-    if (f.minimal > 0 || is_driven(&c->scene->description))
+    if (f.minimal > 0 || kt_is_driven(&c->scene->description))
         return;
     if (c->scene->description.body_count == 0)
         warn(c, "nothing can move: there are no bodies; add some under 'bodies'");

@@ -546,8 +546,9 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     /* A resumed run may write a summary, too: what it tells of the run before the break is watched from the start. */
     if (names->summary != NULL || names->plot != NULL || arguments->checkpoint != NULL || arguments->resume != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
-    if (outcome->energy.energetics != KT_ENERGY_SUPPLIED) /* otherwise the energy alone does not show errors */
-        options.record |= KT_RECORD_ENERGY;
+    options.watch_works = kt_watches_works(outcome);
+    if (outcome->energy.energetics != KT_ENERGY_SUPPLIED || options.watch_works)
+        options.record |= KT_RECORD_ENERGY; /* which otherwise shows no errors by itself */
     if (names->view != NULL && !manner->has_records)
         options.record |= KT_RECORD_REACTION;
     return options;

@@ -147,6 +147,12 @@ void kt_warn_of_correction(kt_outcome *outcome);
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_stability(kt_outcome *outcome);
 
+/* Whether works are estimated at the ends of steps to watch the energy: in motions that are damped or driven by forces,
+ * where that costs little. Where loops drive it, powers need accelerations and reactions: their balance is recorded only
+ * where it is asked for. */
+bool kt_watches_works(const kt_outcome *outcome);
+/* Why the energy is not watched, in words; NULL: it is. */
+const char *kt_energy_not_watched(const kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 

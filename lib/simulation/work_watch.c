@@ -1,0 +1,141 @@
+/* Works estimated from powers at the ends of steps: what a watch over the energy of driven and damped motions costs next
+ * to nothing by.
+ *
+ * The net power P = dissipated - supplied is computed once a step, in an evaluation that the step needs anyway: the first
+ * one, or the last one where a method ends with the slope of the next step (fsal); methods that know that slope without
+ * an evaluation (radau5) are given one more. Over
+ * the last step, of length h, the net work is the integral of the cubic through the last four powers,
+ *
+ *     P(t + s) = P_0 + D_1 s + D_2 s (s + h) + D_3 s (s + h)(s + h_1)
+ *     N        = h P_0 - h^2 D_1 / 2 - h^3 D_2 / 6 - h^3 (2 h_1 - h) D_3 / 12
+ *
+ * with divided differences D_k, h_1 and h_2 being the times since the last point but one and but two. Its last term is the error of the parabola, which is far larger than
+ * that of the cubic where powers are smooth at all, and as large where they are not (impacts, friction that turns round).
+ * Four times the sum of their magnitudes is handed over as the uncertainty of the work, and a watch is to believe nothing
+ * below it: of the bundled scenes it is 1e-15 to 0.05 of the energy of the motion, and true errors are within half of it. Steps that follow the motion follow P: forces
+ * that do work are in the accelerations, whose errors are controlled. Not so those that only hold a drive that turns
+ * evenly, in steps of whole turns: where a joint of a driven model turns by more than a radian in a step, all its work is
+ * uncertain. Where forces jump, at corners and new inputs, the cubic begins anew.
+ */
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "model/motion.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+
+/* Uncertain is this many times the last term of the cubic: powers have kinks. */
+static const double caution = 4.0;
+
+/* The net work from the last point but one to the last, less that up to s <= 0 after it. */
+static double work_until(const kt_power_points *p, double s) {
+    const double h = p->t[0] - p->t[1], h1 = p->t[0] - p->t[2], *d = p->d;
+    const double s2 = s * s / 2.0, s3 = s * s * s / 3.0, s4 = s * s * s * s / 4.0;
+    return p->sum[1].net + d[0] * s + d[1] * s2 + d[2] * (s3 + h * s2) + d[3] * (s4 + (h + h1) * s3 + h * h1 * s2);
+}
+
+static void start_at(kt_power_points *p, double t, double net, double size) {
+    p->count = 1;
+    p->t[0] = t;
+    p->d[0] = net;
+    p->size = size;
+}
+
+static void add_point(kt_power_points *p, double t, double net, double size, bool resolved) {
+    const double h = t - p->t[0], h1 = t - p->t[1];
+    const double d1 = (net - p->d[0]) / h, d2 = p->count > 1 ? (d1 - p->d[1]) / h1 : 0.0;
+    const double d3 = p->count > 2 ? (d2 - p->d[2]) / (t - p->t[2]) : 0.0;
+    const double turned = 0.5 * h * (p->size + size);
+    const double second = h * h * d1 / 2.0, third = h * h * h * d2 / 6.0,
+                 fourth = h * h * h * (2.0 * h1 - h) * d3 / 12.0;
+    const double last = p->count > 2 ? fourth : p->count > 1 ? third : second;
+    p->before = p->d[0];
+    p->sum[0] = p->sum[1];
+    p->sum[1].net += h * net - second - third - fourth;
+    p->sum[1].error += resolved ? caution * fabs(last) : turned;
+    p->sum[1].turned += turned;
+    for (int k = KT_POWER_POINTS - 1; k > 0; k--)
+        p->t[k] = p->t[k - 1];
+    p->t[0] = t;
+    p->d[0] = net;
+    p->d[1] = d1;
+    p->d[2] = d2;
+    p->d[3] = d3;
+    p->size = size;
+    p->count = p->count < KT_POWER_POINTS ? p->count + 1 : KT_POWER_POINTS;
+}
+
+/* A step that was taken back: its end is forgotten, and the cubic begins anew at its start. */
+static void drop_point(kt_power_points *p) {
+    p->sum[1] = p->sum[0];
+    start_at(p, p->t[1], p->before, fabs(p->before));
+}
+
+/* The rate of the joint that turns fastest, rad/s. */
+static double fastest_rotation(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
+    double fastest = 0.0;
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts facts = kt_motion_facts_of((kt_motion)link->motion);
+        for (int k = facts.lengths; k < facts.velocities; k++)
+            fastest = fmax(fastest, fabs(v[link->v + k]));
+    }
+    return fastest;
+}
+
+static void note(kt_simulation *simulation, kt_power power) {
+    kt_power_points *p = &simulation->memory.powers;
+    const double t = kt_integrator_time(simulation->integrator);
+    const double net = power.dissipated - power.supplied, size = fabs(power.dissipated) + fabs(power.supplied);
+    if (p->count > 1 && t < p->t[0])
+        drop_point(p);
+    if (p->count == 0)
+        start_at(p, t, net, size);
+    else if (t > p->t[0])
+        add_point(p, t, net, size, !simulation->model->driven || fastest_rotation(simulation) * (t - p->t[0]) <= 1.0);
+}
+
+void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power) {
+    simulation->end_power = power;
+    simulation->end_slope = dydt;
+    if (y == simulation->integrator->y)
+        note(simulation, power);
+}
+
+/* Adds the powers at the present time by an evaluation of its own, with the forces of the time `at`. */
+static void evaluate(kt_simulation *simulation, double at) {
+    kt_power power;
+    kt_error ignored; /* the next step tells it */
+    if (kt_simulation_power(simulation, at, simulation->integrator->y, &power, &ignored) == 0)
+        note(simulation, power);
+}
+
+void kt_simulation_end_powers(kt_simulation *simulation) {
+    const double *slope = kt_integrator_known_derivative(simulation->integrator), *evaluated = simulation->end_slope;
+    const double t = kt_integrator_time(simulation->integrator);
+    const bool jumps = simulation->corners.any && t == simulation->corners.end;
+    simulation->end_slope = NULL;
+    if (slope != NULL && slope == evaluated)
+        note(simulation, simulation->end_power);
+    else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
+        evaluate(simulation, jumps ? simulation->corners.before : t);
+}
+
+void kt_simulation_complete_powers(kt_simulation *simulation) {
+    const kt_power_points *p = &simulation->memory.powers;
+    const double t = kt_integrator_time(simulation->integrator);
+    if (p->count > 0 && t > p->t[0])
+        evaluate(simulation, t);
+}
+
+kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t) {
+    const kt_power_points *p = &simulation->memory.powers;
+    const kt_work_estimate unknown = {(double)NAN, (double)NAN, (double)NAN}, last = p->sum[1];
+    if (p->count <= 1)
+        return t == (p->count == 0 ? 0.0 : p->t[0]) ? last : unknown;
+    if (!(p->t[1] <= t && t <= p->t[0]))
+        return unknown;
+    return (kt_work_estimate){work_until(p, t - p->t[0]), last.error, last.turned};
+}
