@@ -219,7 +219,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
     }
     return kt_open_loops_error(model, data, t,
                                "the loops cannot be closed from the given positions (they are out of reach, contradict "
-                               "each other, or held joints prevent it); open are",
+                               "each other, or held joints prevent it); these stay open",
                                false, error);
 }
 

@@ -132,8 +132,10 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
     kt_error end;
     if (is_end_of_loops(simulation, from->code, &end)) {
         (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
-        return kt_error_set(error, end.code, where,
-                            "%s. Let what drives them agree and stay within reach, or end before", end.message);
+        return kt_error_set(
+            error, end.code, where,
+            "%s. Change the driving functions so that the loops can be closed, or end the run before this time",
+            end.message);
     }
 #if KT_HAS_JACOBIAN
     double left;

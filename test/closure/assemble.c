@@ -323,7 +323,7 @@ KT_TEST(loop_out_of_reach_is_named_with_its_gap) {
     linkage_close(&l, "end", KT_LOOP_SPHERICAL, NULL, kt_vec3_make(2.5, 0.0, 0.0), "b", bar);
     refuse(&l,
            "the loops cannot be closed from the given positions (they are out of reach, contradict each other, or held "
-           "joints prevent it); open are: 'end' by 0.5 m");
+           "joints prevent it); these stay open: 'end' by 0.5 m");
     linkage_free(&l);
 }
 
@@ -343,7 +343,7 @@ KT_TEST(contradicting_loops_are_named) {
     if (linkage_compile(&l)) {
         kt_error e = {0};
         kt_check_equal_int("status", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), KT_ERROR_CONSTRAINT);
-        kt_check_contains("message", e.message, "open are: '"); /* in either order */
+        kt_check_contains("message", e.message, "these stay open: '"); /* in either order */
         kt_check_contains("message", e.message, "'left' by 0.25");
         kt_check_contains("message", e.message, "'right' by 0.25");
         kt_check_true("and nothing else", strstr(e.message, "fine") == NULL && strstr(e.message, "others") == NULL);
@@ -362,7 +362,7 @@ KT_TEST(held_joints_that_prevent_closure_are_an_error) {
     if (linkage_compile(&l)) {
         kt_error e = {0};
         kt_check_equal_int("status", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), KT_ERROR_CONSTRAINT);
-        kt_check_contains("message", e.message, "held joints prevent it); open are: 'close' by ");
+        kt_check_contains("message", e.message, "held joints prevent it); these stay open: 'close' by ");
     }
     linkage_free(&l);
 }

@@ -204,14 +204,16 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(0, "b.yaml: warning: contact of 'ball' starts 0.2 m inside its plane", "$K check b.yaml");
     kt_expect(0, "Start it 0.2 m further along the plane's normal [0, -1, 0]", "$K check b.yaml");
 
-    kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
+    kt_write_file("a.yaml", "kinetree: 1\ngravity: [0, 0, -9.81]\n"
+                            "bodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
     kt_expect(0,
               "a.yaml: warning: body 'a': joint.position: 120 is in radians, 19.1 turns; if degrees are meant, write "
               "'120 deg'",
               "$K check a.yaml");
     kt_check_text("ok", kt_shell("$K check a.yaml").out, "a.yaml: ok, 1 warning\n");
-    kt_write_file("a.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, position: 720.5 deg}, mass: 1,\n"
+    kt_write_file("a.yaml", "kinetree: 1\ngravity: [0, 0, -9.81]\n"
+                            "bodies: [{name: a, joint: {type: revolute, position: 720.5 deg}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
     kt_expect(0, NULL, "$K check a.yaml");
 
@@ -349,4 +351,54 @@ KT_TEST(accepted_inertias_are_told) {
     json_t *root = kt_json(ran.out);
     kt_check_near("summary", kt_json_at(root, "inertia_excess.cad"), 0.005, 1e-14);
     json_decref(root);
+}
+
+/* A four-bar whose coupler is 800 m long: it was 800 mm on the drawing. */
+KT_TEST(lengths_in_millimetres_are_asked_about) {
+    kt_write_file("mm.yaml",
+                  "kinetree: 1\nbodies:\n"
+                  "  - {name: crank, joint: {type: revolute, position: 60 deg}, mass: 1, inertia: [1, 1, 1]}\n"
+                  "  - {name: coupler, parent: crank, joint: {type: revolute, at: [0.3, 0, 0]}, mass: 1,\n"
+                  "     inertia: [1, 1, 1], markers: {tip: [800, 0, 0]}}\n"
+                  "  - {name: rocker, joint: {type: revolute, at: [0.7, 0, 0]}, mass: 1,\n"
+                  "     inertia: [1, 1, 1], markers: {tip: [0.7, 0, 0]}}\n"
+                  "loops: [{name: close, type: revolute, between: [coupler.tip, rocker.tip]}]\n");
+    kt_expect(3,
+              "millimetres? They close if the 800 m from the joint of 'coupler' to the end of loop 'close' are 0.8 m\n",
+              "$K check mm.yaml");
+}
+
+KT_TEST(gravity_that_is_missing_or_in_millimetres_is_doubted) {
+    static const char body[] = "bodies: [{name: a, joint: {type: revolute%s}, mass: 1, com: [1, 0, 0]}]\n";
+    char text[600];
+    size_t used = (size_t)snprintf(text, sizeof text, "kinetree: 1\n");
+    snprintf(text + used, sizeof text - used, body, "");
+    kt_write_file("g.yaml", text);
+    kt_expect(0, "warning: nothing sets it in motion: it is at rest, there are no effects, and no gravity",
+              "$K check g.yaml");
+    snprintf(text + used, sizeof text - used, body, ", velocity: 1");
+    kt_write_file("g.yaml", text);
+    kt_expect(0, NULL, "$K check g.yaml");
+    used = (size_t)snprintf(text, sizeof text, "kinetree: 1\ngravity: [0, -9810, 0]\n");
+    snprintf(text + used, sizeof text - used, body, "");
+    kt_write_file("g.yaml", text);
+    kt_expect(0, "gravity is 9810 m/s^2, a thousand times that of the earth; lengths are in metres here: 9.81",
+              "$K check g.yaml");
+}
+
+KT_TEST(two_motions_of_one_joint_are_told) {
+    static const char twice[] = "kinetree: 1\n"
+                                "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                                "loops:\n"
+                                "  - {name: one, type: motion, joint: a, position: {polynomial: [0, 1]}}\n"
+                                "  - {name: two, type: motion, joint: a, position: {polynomial: [%s, 1]}}\n";
+    char text[600];
+    snprintf(text, sizeof text, twice, "0");
+    kt_write_file("twice.yaml", text);
+    kt_expect(0, "warning: loops 'one' and 'two' both prescribe the motion of joint 'a'; leave one of them out",
+              "$K check twice.yaml");
+    snprintf(text, sizeof text, twice, "0.5");
+    kt_write_file("twice.yaml", text);
+    kt_expect(3, "  loops 'one' and 'two' both prescribe the motion of joint 'a'; leave one of them out",
+              "$K run twice.yaml");
 }

@@ -297,7 +297,7 @@ KT_TEST(state_too_far_from_closed_is_told_apart_from_one_out_of_reach) {
         const double turn = s.q[0] + s.q[1], back = s.q[2] - turn;
         const double x = cos(s.q[1]) + f.coupler - f.ground * cos(turn) - f.rocker * cos(back);
         const double y = -sin(s.q[1]) + f.ground * sin(turn) - f.rocker * sin(back);
-        snprintf(gap, sizeof gap, "open are: 'close' by %.3g m", fmax(fabs(x), fabs(y)));
+        snprintf(gap, sizeof gap, "these stay open: 'close' by %.3g m", fmax(fabs(x), fabs(y)));
         refuse_move("project", project, &s, KT_ERROR_CONSTRAINT, "t = 0 s",
                     "the loops are too far open to be closed again in one step (smaller steps may help); ");
         kt_check_contains("the gap", e.message, gap);

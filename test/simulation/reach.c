@@ -76,7 +76,7 @@ static void check_words(const kt_error *error, double t, double ahead) {
     kt_check_text("where", error->where, where);
     kt_check_contains("message", error->message, begin);
     kt_check_contains("how to mend it", error->message,
-                      ". Let what drives them agree and stay within reach, or end before");
+                      ". Change the driving functions so that the loops can be closed, or end the run before this time");
 }
 
 /* Two bars of 1 m whose ends are 1.4 m + 0.2 m/s t apart are straight at 3 s. Near there the rates grow as (3 s -

@@ -212,6 +212,50 @@ static double find_change(const kt_scene *scene, const length *l, double gap) {
     return 0.0;
 }
 
+/* ---- millimetres ------------------------------------------------------------------------------------------------- */
+
+/* A length that is so many times all the others of its loop together has another unit than these. */
+static const double MILLIMETRES = 30.0;
+
+/* One of 'lengths', 1000 times as long as what closes: it was probably given in millimetres. Returns the number of
+ * suggestions. */
+static int advise_on_millimetres(const kt_scene *scene, int loop) {
+    const kt_description *d = &scene->description;
+    length list[LENGTHS_MAX];
+    const int count = list_lengths(d, loop, list);
+    double sum = 0.0;
+    int found = 0;
+    for (int i = 0; i < count; i++)
+        sum += kt_vec3_norm(kt_vec3_sub(list[i].to, list[i].from));
+    for (int i = 0; i < count && found == 0; i++) {
+        const length *l = &list[i];
+        const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
+        if (whole < MILLIMETRES * (sum - whole) || !closes_longer(scene, l, -0.999 * whole))
+            continue;
+        fprintf(stderr, "  millimetres? They close if the %.6g m from the joint of '%s' to %s '%s' are %.6g m\n", whole,
+                l->body >= 0 ? d->bodies[l->body].name : "the world", l->child >= 0 ? "that of" : "the end of loop",
+                l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name, 1e-3 * whole);
+        found++;
+    }
+    return found;
+}
+
+/* ---- two motions of one joint ------------------------------------------------------------------------------------ */
+
+int kt_say_double_motions(const char *before, const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int found = 0;
+    for (int i = 0; i < d->loop_count; i++)
+        for (int k = 0; k < i && d->loops[i].type == KT_LOOP_MOTION; k++)
+            if (d->loops[k].type == KT_LOOP_MOTION && strcmp(d->loops[i].joint, d->loops[k].joint) == 0) {
+                fprintf(stderr,
+                        "%sloops '%s' and '%s' both prescribe the motion of joint '%s'; leave one of them out\n",
+                        before, d->loops[k].name, d->loops[i].name, d->loops[i].joint);
+                found++;
+            }
+    return found;
+}
+
 /* ---- residuals of open loops ------------------------------------------------------------------------------------- */
 
 /* Prints the residuals of a loop, grouped by unit: "0.5, 0, 0 m; 90, 0 deg". Residuals below 1e-6 of the largest of all
@@ -396,7 +440,9 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
 static void advise(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
     const kt_description *d = &scene->description;
     const int held = advise_on_hold(scene);
-    int found = 0;
+    int found = kt_say_double_motions("  ", scene);
+    for (int i = 0; i < count && found == 0; i++)
+        found += advise_on_millimetres(scene, open[i]);
     for (int i = 0; i < count; i++)
         found += advise_on_axis(scene, open[i]);
     for (int i = 0; i < count && found == 0; i++)
@@ -412,10 +458,11 @@ static void advise(const kt_scene *scene, const reached *r, const int *open, con
             found++;
         }
     if (found == 0)
-        fputs("  no single change that was tried closes them (another axis, a joint freed from 'hold', a length "
-              "changed by "
-              "the gap or twice as much, an end moved to the other one): check lengths, places and axes\n",
-              stderr);
+        fputs(
+            "  none of these changes closes them: another axis in one of the loops or their joints, one joint less in "
+            "'hold', one length changed by the gap or by twice the gap, one end moved to the other: check the lengths, "
+            "places and axes\n",
+            stderr);
 }
 
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {

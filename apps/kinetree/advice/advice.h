@@ -10,6 +10,9 @@ enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a f
  * the joint named `in` is held in addition (NULL: none is). */
 bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 
+/* Prints, each after `before`, which joints have their motion prescribed by two loops. Returns how many. */
+int kt_say_double_motions(const char *before, const kt_scene *scene);
+
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);
 

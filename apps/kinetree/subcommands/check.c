@@ -82,6 +82,36 @@ static void check_mobility(check *c) {
              f.tree, f.rank);
 }
 
+/* Two loops that prescribe the same motion of a joint agree now, and need not later. */
+static int warn_of_double_motions(const check *c) {
+    char before[512];
+    snprintf(before, sizeof before, "%s: warning: ", c->path);
+    return kt_say_double_motions(before, c->scene);
+}
+
+/* ---- gravity ----------------------------------------------------------------------------------------------------- */
+
+/* Whether the assembled state is one of rest that nothing disturbs. */
+static bool stays_at_rest(const check *c) {
+    const kt_description *d = &c->scene->description;
+    bool rests = d->effect_count == 0 && !is_driven(d);
+    for (int i = 0; i < kt_model_nv(c->model); i++)
+        rests = rests && c->v[i] == 0.0 && c->a[i] == 0.0;
+    return rests;
+}
+
+static void check_gravity(check *c) {
+    const kt_vec3 g = c->scene->description.gravity;
+    const double size = kt_vec3_norm(g);
+    if (size == 0.0 && kt_model_mobility(c->model).minimal > 0 && stays_at_rest(c))
+        warn(c, "nothing sets it in motion: it is at rest, there are no effects, and no gravity; was 'gravity: [0, 0, "
+                "-9.81]' forgotten?");
+    else if (size > 9000.0 && size < 11000.0)
+        warn(c, "gravity is %.6g m/s^2, a thousand times that of the earth; lengths are in metres here: 9.81", size);
+    else if (size > 100.0)
+        warn(c, "gravity is %.6g m/s^2, %.3g times that of the earth, 9.81", size, size / 9.81);
+}
+
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
 /* An angle beyond one turn that is not a multiple of 0.001 degrees was probably given in degrees without the unit. */
@@ -230,7 +260,9 @@ static int check_start(check *c) {
     if (code != KT_EXIT_DONE)
         return code;
     c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
+    c->warnings += warn_of_double_motions(c);
     check_mobility(c);
+    check_gravity(c);
     check_angles(c);
     check_driven_angles(c);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
