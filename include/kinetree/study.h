@@ -45,7 +45,8 @@ extern "C" {
 #define KT_REDUCTION_LIST(X)                                                                                           \
     X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
     X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting */                   \
-    X(KT_REDUCTION_SVD, svd)             /* singular values */
+    X(KT_REDUCTION_SVD, svd)             /* singular values */                                                         \
+    X(KT_REDUCTION_EIGEN, eigen)         /* zero eigenvalues of A'A: half the digits near singular positions */
 
 /* How the equations of loops are solved. */
 typedef enum kt_reduction {

@@ -30,8 +30,11 @@ const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction) {
     static const kt_reduction_method svd = KT_REDUCTION_METHOD(kt_reduction_svd);
     if (reduction == KT_REDUCTION_PARTITION)
         return &partition;
+    static const kt_reduction_method eigen = KT_REDUCTION_METHOD(kt_reduction_eigen);
     if (reduction == KT_REDUCTION_SVD)
         return &svd;
+    if (reduction == KT_REDUCTION_EIGEN)
+        return &eigen;
 #endif
     (void)reduction;
     return NULL;

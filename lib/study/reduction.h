@@ -5,6 +5,7 @@
 #include "reduction/method.h"
 
 KT_REDUCTION_EXTERN(kt_reduction_svd)
+KT_REDUCTION_EXTERN(kt_reduction_eigen)
 KT_REDUCTION_EXTERN(kt_reduction_partition)
 
 #endif

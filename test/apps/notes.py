@@ -20,7 +20,7 @@ run = subprocess.run([program], capture_output=True, text=True)
 claim("the_program_ends_well", [run.stderr] if run.returncode else [])
 printed = {line.split()[0]: float(line.split()[1]) for line in run.stdout.splitlines()}
 shown = {}
-for name, sign, text in re.findall(r"`([\w.]+)` ([=<]) (-?[\d.]+(?:e-?\d+)?)", page):
+for name, sign, text in re.findall(r"`([\w.]+)` ([=<>]) (-?[\d.]+(?:e-?\d+)?)", page):
     shown[name] = (sign, text)
 wrong = []
 for name, (sign, text) in shown.items():
@@ -32,6 +32,8 @@ for name, (sign, text) in shown.items():
         mantissa, _, exponent = text.partition("e")
         digits = len(mantissa.partition(".")[2])
         bound, value = 0.51 * 10.0 ** (int(exponent or 0) - digits), value - bound
+    if sign == ">":
+        bound, value = 1.0, bound / value
     note(f"{name}: {value:.3g}, bound {bound:.3g}")
     if not abs(value) <= bound or math.isnan(value):
         wrong.append(f"{name}: {printed[name]!r}, the page has {sign} {text}")

@@ -255,3 +255,43 @@ KT_TEST(numbers_that_are_not_finite_are_refused) {
     kt_check_above("matrices", (double)tried, 500.0);
     kt_check_equal_int("taken", taken, 0);
 }
+
+/* The zero-eigenvalue method finds the ranks and solutions of QR, but for the square of the condition. */
+KT_TEST(zero_eigenvalues_span_the_null_space_to_the_square_of_the_condition) {
+    kt_random random = kt_random_of_test();
+    kt_worst ways = kt_worst_make("the same solution as by QR");
+    const kt_reduction_kind *const eigen = &kt_reduction_eigen_baseline, *const qr = &kt_reduction_qr_baseline;
+    int ranks = 0, all = 0;
+    for (int m = 2; m <= 30; m += 7)
+        for (int k = 1; k <= 30; k += 7)
+            for (int rank = 1; rank <= (m < k ? m : k); rank += 5) {
+                matrix_bench b;
+                double origin[MATRIX_MOST], right[MATRIX_MOST] = {0.0}, y[MATRIX_MOST], x[2][MATRIX_MOST];
+                matrix_set_up(&b, m, k);
+                matrix_draw(&random, m, k, rank, b.w.a);
+                for (int i = 0; i < m; i++) {
+                    origin[i] = kt_random_normal(&random);
+                    y[i] = kt_random_normal(&random);
+                }
+                for (int r = 0; r < k; r++)
+                    for (int i = 0; i < m; i++)
+                        right[r] += b.w.a[r * m + i] * origin[i];
+                all++;
+                const int cap = m < k ? m : k;
+                bool found = qr->factor(&b.w, cap) == rank;
+                if (found)
+                    nearest(qr, &b.w, rank, right, y, x[0]);
+                found = found && eigen->factor(&b.w, cap) == rank;
+                if (found) {
+                    const double kappa = eigen->size(&b.w, 0) / eigen->size(&b.w, rank - 1);
+                    const double bound = 16.0 * DBL_EPSILON * kappa * kappa * fmax(matrix_largest(x[0], m), 1.0);
+                    nearest(eigen, &b.w, rank, right, y, x[1]);
+                    for (int i = 0; i < m; i++)
+                        kt_worst_near(&ways, x[1][i], x[0][i], bound, "%d x %d, rank %d", m, k, rank);
+                    ranks++;
+                }
+                (void)matrix_tear_down(&b);
+            }
+    kt_check_equal_int("ranks found", ranks, all);
+    kt_check_worst(&ways);
+}
