@@ -236,8 +236,23 @@ typedef enum kt_loop_type {
 #define KT_LOOP_ENUM(id, name) id,
     KT_LOOP_LIST(KT_LOOP_ENUM)
 #undef KT_LOOP_ENUM
-        KT_LOOP_TYPE_COUNT /* how many */
+        KT_LOOP_TYPE_COUNT, /* how many in scene files */
+    KT_LOOP_CUSTOM = 1000   /* a caller's own (loop.h); not in scene files */
 } kt_loop_type;
+
+typedef struct kt_loop_motion kt_loop_motion;
+typedef struct kt_loop_equation kt_loop_equation;
+
+/* The callback of a caller's own loop: it writes the equations of the motion of the second end as seen from the first.
+ * Outputs are zeros when it is called. loop.h has the structs, an example, and what the returned number means. */
+typedef int kt_loop_callback(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equations);
+
+/* What the callback of a caller's own loop writes; what it does not is differenced. */
+typedef enum kt_loop_given {
+    KT_LOOP_GIVES_RESIDUAL = 0 /* residuals alone */,
+    KT_LOOP_GIVES_ROWS /* residuals, moments, forces and rates */,
+    KT_LOOP_GIVES_ALL /* all of kt_loop_equation */
+} kt_loop_given;
 
 /* Types of surfaces. X(type, name in scene files) */
 #define KT_SURFACE_LIST(X)                                                                                             \
@@ -316,6 +331,11 @@ typedef struct kt_loop {
     const kt_term *terms; /* coupling: sum of terms = offset; rates: sum of terms, of rates, = function */
     int term_count;       /* coupling, rates: length of terms */
     double offset;        /* coupling: what the terms add up to */
+    kt_loop_callback *equations; /* custom */
+    int equation_count;          /* custom: 1 to 6. All of them are holonomic, or none (`holonomic`) */
+    kt_loop_given given;         /* custom: what the callback writes; default: residuals */
+    bool driven;                 /* custom: the equations depend on time */
+    void *user;                  /* custom: handed to the callback; must outlive the model */
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */

@@ -110,7 +110,8 @@ typedef struct kt_descriptor {
     int quantity_count;                   /* length of quantities */
 } kt_descriptor;
 
-/* The descriptor of a type; NULL for a value that is none, and for KT_EFFECT_CUSTOM, which scene files do not have;
+/* The descriptor of a type; NULL for a value that is none, and for KT_EFFECT_CUSTOM, which scene files do not have (that of
+ * KT_LOOP_CUSTOM has the key `between` alone, and no words);
  * and of loops for all in a library for trees alone that is for a machine without an operating system. */
 KT_API const kt_descriptor *kt_joint_descriptor(kt_joint_type type);
 KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);

@@ -60,7 +60,8 @@ extern "C" {
     X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
     X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
     X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
-    X(KT_RECORD_EFFECT, 4096, effect) /* what effects exert, and how they move (kt_effect_quantity_at) */
+    X(KT_RECORD_EFFECT, 4096, effect)   /* what effects exert, and how they move (kt_effect_quantity_at) */            \
+    X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */
 
 /* The bits of the quantities that are recorded. */
 enum {

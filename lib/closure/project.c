@@ -15,6 +15,7 @@
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/open_loops.h"
+#include "closure/refused_loops.h"
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
@@ -241,7 +242,9 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
     if (data->dead)
         closure = KT_CLOSURE_DEAD;
     remember(data);
-    return closure == KT_CLOSURE_DONE ? KT_OK
-                                      : refuse(model, data, t, closure, input,
-                                               kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_STEP), error);
+    if (closure == KT_CLOSURE_DONE)
+        return KT_OK;
+    const bool closed = kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_STEP);
+    const kt_status status = refuse(model, data, t, closure, input, closed, error);
+    return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }

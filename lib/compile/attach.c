@@ -91,7 +91,7 @@ static double distance_between(kt_pose a, kt_pose b) { return kt_vec3_norm(kt_ve
 
 /* Whether the function of a loop is to be the distance of its ends. */
 static bool takes_distance(const kt_loop *loop) {
-    return KT_HAS_LOOPS && kt_loop_kinds_baseline[loop->type]->initial_distance &&
+    return KT_HAS_LOOPS && kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)]->initial_distance &&
            loop->function.type == KT_FUNCTION_NONE;
 }
 
@@ -123,12 +123,12 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
 
 /* Numbers of a loop's own beside those of its function of time. */
 static size_t number_count(const kt_loop *loop) {
-    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     return kind->number_count ? kind->number_count(loop) : 0;
 }
 
 static void prepare(const kt_loop *loop, kt_model *m, kt_loop_record *r, size_t *number) {
-    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     r->number = *number;
     if (kind->prepare)
         kind->prepare(loop, m->number, r);
@@ -141,6 +141,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         const kt_loop *loop = &d->loops[i];
         kt_loop_record *r = &a->loop[i];
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
+        r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
         r->row_count = kt_loop_equation_count(loop);
         r->equation = (int32_t)n->row;
@@ -151,7 +152,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
             kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
                 return status;
-            if (kt_loop_kinds_baseline[loop->type]->initial_angle)
+            if (kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)]->initial_angle)
                 r->angle = relative_angle(a, r);
             status = check_distance(a, loop, r, error);
             if (status != KT_OK)
@@ -166,7 +167,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
 
 /* Whether a relation of rates is driven at one speed: its right-hand side is no function of time then, but no zero. */
 static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
-    return r->term_count && kt_loop_kinds_baseline[r->type]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
+    return r->term_count && kt_loop_kinds_baseline[r->kind]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
 }
 
 /* ---- filling the model ------------------------------------------------------------------------------------------- */

@@ -169,6 +169,18 @@ static void check_bodies(kt_checker *checker) {
     }
 }
 
+static void check_custom_loop(kt_checker *checker, const kt_loop *loop) {
+    if (loop->equations == NULL)
+        kt_checker_fault(checker, "equations", -1, "equations is missing; give the callback that writes them");
+    if (loop->equation_count < 1 || loop->equation_count > 6)
+        kt_checker_fault(checker, "equation_count", -1, "equation_count is %d; give 1 to 6", loop->equation_count);
+    if ((unsigned)loop->given > KT_LOOP_GIVES_ALL)
+        kt_checker_fault(checker, "given", -1, "given is %d; take one of kt_loop_given", (int)loop->given);
+    else if (!loop->holonomic && loop->given == KT_LOOP_GIVES_RESIDUAL)
+        kt_checker_fault(checker, "given", -1,
+                         "a loop that is not holonomic has no residuals; give its rows (KT_LOOP_GIVES_ROWS or _ALL)");
+}
+
 static void check_loop(kt_checker *checker, const kt_loop *loop) {
     const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
     const kt_loop standard = kt_loop_default();
@@ -178,6 +190,8 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
                          "type is %d, and there is no loop of that number; take one of kt_loop_type", (int)loop->type);
     else
         kt_checker_keys(checker, descriptor, loop, &standard);
+    if (KT_HAS_LOOPS && loop->type == KT_LOOP_CUSTOM)
+        check_custom_loop(checker, loop);
 }
 
 static void check_effect(kt_checker *checker, const kt_effect *effect) {

@@ -18,7 +18,7 @@ static int evaluate_rows(const kt_support *w, const kt_loop_record *loop, int32_
     const kt_support_dof *by = &w->x->dof[k];
     for (int i = 0; i < 2; i++)
         end[i] = kt_support_end_dual(&w->end[i], by->end == i ? &by->motion : NULL, along);
-    return kt_loop_kinds_dual[loop->type]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
+    return kt_loop_kinds_dual[loop->kind]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
 }
 
 /* The wrenches that the multipliers lambda exert on the ends. */

@@ -38,7 +38,7 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
         kt_end_follow(model, data, loop, k, false, NULL, &end[k]);
         arm[k] = kt_v4_apply(data->motion[loop->link[k]].axes, kt_v4_from(loop->frame[k].position));
     }
-    const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, end, t, rows);
+    const int count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, end, t, rows);
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0) {
             moment += kt_v4_splat(w->multiplier[slot[r]]) * rows[r].moment;

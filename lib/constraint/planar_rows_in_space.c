@@ -30,7 +30,7 @@ int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *dat
     int count = 0;
     for (int k = 0; k < 2; k++)
         end_in_space(model, data, loop, flat, k, &end[k], &ends[k]);
-    (void)KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, ends, t, rows);
+    (void)KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, ends, t, rows);
     for (int i = 0; i < flat->count; i++) {
         const kt_loop_row *row = &rows[flat->row[i].row];
         const int32_t at = slot[flat->row[i].row];

@@ -107,7 +107,7 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     for (int k = 0; k < 2; k++)
         kt_end_follow(model, data, loop, k, moving, v, &end[k]);
-    const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, model->number, end, t, rows);
+    const int count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, end, t, rows);
     const kt_v4 d = end[1].point - end[0].point;
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0)
@@ -131,7 +131,7 @@ KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *gro
         scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
     w->scale[slot] = scale;
-    const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->type]->relate(loop, model->number, sum, t);
+    const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->kind]->relate(loop, model->number, sum, t);
     w->closes[slot] = row.closes;
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;

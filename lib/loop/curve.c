@@ -280,6 +280,12 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 3;
 }
 
+static double arc_length_at(const kt_loop_record *loop, const double *numbers, const double p[3]) {
+    const kt_real s = foot_of(loop, numbers, vector_of(p));
+    const place x = place_at(loop, numbers, s);
+    return kt_value(arc_length(loop, numbers, s, kt_sqrt(kt_dot(x.c1, x.c1))));
+}
+
 static int row_count(const kt_loop *loop) { return loop->function.type == KT_FUNCTION_NONE ? 2 : 3; }
 
 /* ---- the spline -------------------------------------------------------------------------------------------------- */
@@ -386,7 +392,8 @@ const kt_loop_kind KT_KERNEL(kt_loop_curve) = {.rows = 3,
                                                .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
                                                .row_count = row_count,
                                                .number_count = number_count,
-                                               .prepare = prepare};
+                                               .prepare = prepare,
+                                               .arc_length = arc_length_at};
 #endif
 
 #if KT_DESCRIBES

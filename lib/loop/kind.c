@@ -6,5 +6,7 @@ KT_LOOP_LIST(KT_LOOP_EXTERN)
 #undef KT_LOOP_EXTERN
 
 #define KT_LOOP_ENTRY(id, name) [id] = &KT_KERNEL(kt_loop_##name),
-const kt_loop_kind *const KT_KERNEL(kt_loop_kinds)[KT_LOOP_TYPE_COUNT] = {KT_LOOP_LIST(KT_LOOP_ENTRY)};
+extern const kt_loop_kind KT_KERNEL(kt_loop_custom);
+const kt_loop_kind *const KT_KERNEL(kt_loop_kinds)[KT_LOOP_KIND_COUNT] = {
+    KT_LOOP_LIST(KT_LOOP_ENTRY)[KT_LOOP_KIND_CUSTOM] = &KT_KERNEL(kt_loop_custom)};
 #undef KT_LOOP_ENTRY

@@ -74,12 +74,26 @@ typedef struct kt_loop_kind {
     /* Copies what it reads of the loop, which is not read later, into the record, and fills its numbers from
      * record->number on; NULL: pitch, radius and holonomic are enough. */
     void (*prepare)(const kt_loop *loop, double *numbers, kt_loop_record *record);
+    /* The arc length of the point of a curve that is nearest to p, in the first end's frame; NULL: no curve. */
+    double (*arc_length)(const kt_loop_record *loop, const double *numbers, const double p[3]);
     /* Writes the rows and returns their number, which does not depend on the state. */
     int (*evaluate)(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                     kt_loop_row *rows);
     /* sum: the sum of coefficient * position. */
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
+
+/* The list of kinds: those of scene files by their types, and the caller's own. */
+enum { KT_LOOP_KIND_CUSTOM = KT_LOOP_TYPE_COUNT, KT_LOOP_KIND_COUNT };
+
+static inline int32_t kt_loop_kind_index(kt_loop_type type) {
+    return type == KT_LOOP_CUSTOM ? (int32_t)KT_LOOP_KIND_CUSTOM : (int32_t)type;
+}
+
+/* Whether there is such a type. */
+static inline bool kt_loop_type_exists(kt_loop_type type) {
+    return type == KT_LOOP_CUSTOM || (unsigned)type < KT_LOOP_TYPE_COUNT;
+}
 
 #define KT_LOOP_AT(member) offsetof(kt_loop, member)
 
@@ -107,11 +121,11 @@ bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direc
                          kt_planar_loop *flat);
 
 #ifdef KT_DUAL
-extern const kt_loop_kind *const kt_loop_kinds_dual[KT_LOOP_TYPE_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_dual[KT_LOOP_KIND_COUNT];
 #else
-extern const kt_loop_kind *const kt_loop_kinds_baseline[KT_LOOP_TYPE_COUNT];
-extern const kt_loop_kind *const kt_loop_kinds_v3[KT_LOOP_TYPE_COUNT];
-extern const kt_loop_kind *const kt_loop_kinds_v4[KT_LOOP_TYPE_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_baseline[KT_LOOP_KIND_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_v3[KT_LOOP_KIND_COUNT];
+extern const kt_loop_kind *const kt_loop_kinds_v4[KT_LOOP_KIND_COUNT];
 #endif
 
 #endif

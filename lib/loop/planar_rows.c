@@ -134,7 +134,7 @@ static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
 
 bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat) {
-    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     const int count = kt_loop_equation_count(loop);
     const sheet s = {.end = end, .direction = direction, .length = length, .flat = flat};
     kt_planar_row rows[KT_PLANAR_ROW_MAX];

@@ -16,12 +16,15 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
 #define KT_LOOP_EXTERN(id, name) extern const kt_descriptor kt_loop_##name##_descriptor;
 KT_LOOP_LIST(KT_LOOP_EXTERN)
 #undef KT_LOOP_EXTERN
+extern const kt_descriptor kt_loop_custom_descriptor;
 
 const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
 #define KT_LOOP_ENTRY(id, name) [id] = &kt_loop_##name##_descriptor,
     static const kt_descriptor *const descriptors[KT_LOOP_TYPE_COUNT] = {KT_LOOP_LIST(KT_LOOP_ENTRY)};
 #undef KT_LOOP_ENTRY
-    return (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type] : NULL;
+    return type == KT_LOOP_CUSTOM                ? &kt_loop_custom_descriptor
+           : (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type]
+                                                 : NULL;
 }
 #endif
 
@@ -30,11 +33,11 @@ bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_
 int kt_loop_equation_count(const kt_loop *loop) {
     if (!loop)
         return 0;
-    if (!KT_HAS_LOOPS || (unsigned)loop->type >= KT_LOOP_TYPE_COUNT)
+    if (!KT_HAS_LOOPS || !kt_loop_type_exists(loop->type))
         return 0;
     if (kt_loop_is_relation(loop->type))
         return 1;
-    const kt_loop_kind *kind = kt_loop_kinds_baseline[loop->type];
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     return kind->row_count ? kind->row_count(loop) : kind->rows;
 }
 
@@ -99,14 +102,14 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     if (record->term_count) {
         const kt_link *link = &model->link[model->term[record->term].link];
-        if (KT_HAS_LOOPS && kt_loop_kinds_baseline[record->type]->relate(record, model->number, 0.0, 0.0).closes == 0.0)
+        if (KT_HAS_LOOPS && kt_loop_kinds_baseline[record->kind]->relate(record, model->number, 0.0, 0.0).closes == 0.0)
             return KT_MEASURE_NONE;
         if (record->type != KT_LOOP_MOTION)
             return KT_MEASURE_SUM;
         return kt_link_lengths(link) ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
-    if (!KT_HAS_LOOPS || row >= kt_loop_kinds_baseline[record->type]->evaluate(record, model->number, end, 0.0, rows) ||
+    if (!KT_HAS_LOOPS || row >= kt_loop_kinds_baseline[record->kind]->evaluate(record, model->number, end, 0.0, rows) ||
         !rows[row].holonomic)
         return KT_MEASURE_NONE;
     const kt_vector f = rows[row].force;
@@ -120,6 +123,6 @@ double kt_loop_residual_angle(const kt_model *model, int loop, int row, double r
     const int type = model->loop[loop].type;
     if (!KT_HAS_LOOPS || kt_loop_is_relation((kt_loop_type)type))
         return residual;
-    return kt_loop_kinds_baseline[type]->part[row] == KT_PART_NORMAL ? 2.0 * atan(residual / 2.0)
-                                                                     : 4.0 * atan(residual / 4.0);
+    return kt_loop_kinds_baseline[model->loop[loop].kind]->part[row] == KT_PART_NORMAL ? 2.0 * atan(residual / 2.0)
+                                                                                       : 4.0 * atan(residual / 4.0);
 }

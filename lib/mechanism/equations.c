@@ -1,4 +1,5 @@
 /* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
+#include "closure/refused_loops.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/mechanism.h"
 #include "reduction/kernel.h"
@@ -96,7 +97,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
         kt_reduction_kernels_of(model)->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         if (!is_finite(model, data, g, jacobian != NULL))
-            return refuse_group(model, g, t, error);
+            return kt_loops_explain(model, data, t, q, v, refuse_group(model, g, t, error), error);
     if (jacobian)
         memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
     for (int k = 0; k < 3; k++)

@@ -32,6 +32,7 @@
  * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s. A motion
  * may stay for longer, where two loops fold at once: within a step it leads off by e / 2 times the step's square.
  */
+#include "closure/refused_loops.h"
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
@@ -384,10 +385,10 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, cons
     }
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
     if (failed)
-        return refuse_singular(model, failed, t, &input, error);
+        return kt_loops_explain(model, data, t, q, v, refuse_singular(model, failed, t, &input, error), error);
     const kt_status status = kt_commit(model, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;
     const kt_status given = kt_input_check(model, &input, error);
-    return given != KT_OK ? given : status;
+    return given != KT_OK ? given : kt_loops_explain(model, data, t, q, v, status, error);
 }

@@ -1,6 +1,7 @@
 /* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
  * (project.c) and at the start by an assembly (assemble.c). */
 #include "closure/project.h"
+#include "closure/refused_loops.h"
 #include "kinetree/mechanism.h"
 
 #include "dynamics/dynamics.h"
@@ -98,7 +99,7 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     if (KT_HAS_LOOPS && model->n.group)
         status = kt_loops_assemble(model, data, t, given, new_q, new_v, error);
     if (status != KT_OK)
-        return status;
+        return KT_HAS_LOOPS ? kt_loops_explain(model, data, t, given, v, status, error) : status;
     memcpy(q, new_q, model->n.q * sizeof *q);
     memcpy(v, new_v, model->n.v * sizeof *v);
     return KT_OK;

@@ -267,7 +267,8 @@ static void check_key(kt_checked *c, const kt_key *key) {
             check_track(c, key);
         break;
     case KT_KEY_POINTS:
-        check_points(c, key);
+        if (KT_HAS_LOOPS)
+            check_points(c, key);
         break;
     case KT_KEY_FLAG:  /* both values are valid */
     case KT_KEY_POINT: /* part of an end */

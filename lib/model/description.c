@@ -78,6 +78,8 @@ const char *kt_shape_type_name(kt_shape_type type) {
 const char *kt_loop_type_name(kt_loop_type type) {
     switch (type) {
         KT_LOOP_LIST(NAME_CASE)
+    case KT_LOOP_CUSTOM:
+        return "custom";
     case KT_LOOP_TYPE_COUNT:
         break;
     }

@@ -92,6 +92,7 @@ typedef struct kt_marker_record {
 /* A loop: two frames on links, or a relation of joint positions. */
 typedef struct kt_loop_record {
     int32_t type;    /* kt_loop_type */
+    int32_t kind;    /* index of the type in the list of kinds */
     int32_t source;  /* index in the description */
     int32_t body[2]; /* on which the ends are */
     int32_t link[2]; /* on which the ends are; of relations: the first joint's, and 0 */
@@ -107,17 +108,23 @@ typedef struct kt_loop_record {
     int32_t row, row_count; /* rows in its group: first, number */
     kt_curve curve;         /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
-    double angle;  /* screw, homokinetic: relative angle at the start */
-    double tube;   /* surface: of a torus */
-    int32_t form;  /* surface, curve: its type */
-    size_t number; /* curve: where the numbers of a spline begin among those of functions of time */
-    int32_t count; /* curve: points of a spline */
-    bool contact;  /* rolling: the wheel also touches the surface */
-    uint32_t name; /* offset in the model's text */
+    double angle;                /* screw, homokinetic: relative angle at the start */
+    double tube;                 /* surface: of a torus */
+    int32_t form;                /* surface, curve: its type */
+    size_t number;               /* curve: where the numbers of a spline begin among those of functions of time */
+    int32_t count;               /* curve: points of a spline */
+    bool contact;                /* rolling: the wheel also touches the surface; custom: its equations have residuals */
+    bool driven;                 /* custom: its equations depend on time */
+    int32_t given;               /* custom: kt_loop_given */
+    kt_loop_callback *equations; /* custom */
+    void *user;                  /* custom: of the callback */
+    uint32_t name;               /* offset in the model's text */
 } kt_loop_record;
 
 /* Whether its equation depends on time. */
-static inline bool kt_loop_is_driven(const kt_loop_record *loop) { return !kt_curve_rests(&loop->curve); }
+static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
+    return loop->driven || !kt_curve_rests(&loop->curve);
+}
 
 /* A term of a relation: coefficient times the one coordinate of a link. */
 typedef struct kt_term_record {

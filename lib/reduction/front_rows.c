@@ -161,7 +161,7 @@ static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_mo
     kt_v4 arm[2];
     for (int k = 0; k < 2; k++)
         arm[k] = place_end(f, loop, k, parent, moving, &end[k]);
-    const int count = KT_KERNEL(kt_loop_kinds)[loop->type]->evaluate(loop, f->model->number, end, t, rows);
+    const int count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, f->model->number, end, t, rows);
     const kt_v4 d = end[1].point - end[0].point;
     for (int r = 0; r < count; r++) {
         if (slot[r] < 0)

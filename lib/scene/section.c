@@ -53,7 +53,11 @@ static void write_loops(kt_emitter *e, const kt_field *field, const void *object
     const kt_loop rest = kt_loop_default();
     kt_emit_list(e, false);
     for (int i = 0; i < description->loop_count; i++)
-        kt_table_write(e, &loop_table, &description->loops[i], &rest);
+        if (description->loops[i].type == KT_LOOP_CUSTOM)
+            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "loops[%d] calls back into a program; no scene file can hold it",
+                           i);
+        else
+            kt_table_write(e, &loop_table, &description->loops[i], &rest);
     kt_emit_end(e);
 }
 

@@ -165,6 +165,7 @@ static void add_record(list *l, const kt_run *run, unsigned record, size_t effec
     add_or_drop(l, KT_PHASE_RECORD, "orientations", (record & KT_RECORD_ORIENTATION) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "what effects exert", (record & KT_RECORD_EFFECT) != 0 ? effects : 0, "effects",
                 (record & KT_RECORD_EFFECT) != 0 ? "the scene names no effects" : why);
+    add_or_drop(l, KT_PHASE_RECORD, "relative coordinates of loops", (record & KT_RECORD_CLOSURE) != 0, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "markers", (size_t)run->marker_count, "markers", why);
 }
 

@@ -256,7 +256,7 @@ enum {
     KT_RECORD_ACCELERATIONS = KT_RECORD_ACCELERATION | KT_RECORD_MARKER_ACCELERATION,
     /* read from the kinematics by who is given the record */
     KT_RECORD_KINEMATICS = KT_RECORD_MOMENTUM | KT_RECORD_ORIENTATION | KT_RECORD_MARKER_VELOCITY |
-                           KT_RECORD_MARKER_ACCELERATION | KT_RECORD_EFFECT
+                           KT_RECORD_MARKER_ACCELERATION | KT_RECORD_EFFECT | KT_RECORD_CLOSURE
 };
 
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */

@@ -476,6 +476,34 @@ KT_TEST(effects_are_recorded_with_units_in_the_header) {
     kt_check_worst(&worst);
 }
 
+/* A bead that is pushed along a circle of 0.5 m at 0.3 m/s: d in the circle's frame, and the way along it. */
+KT_TEST(closures_are_recorded_as_relative_coordinates) {
+    kt_write_file(
+        "wire.yaml",
+        "kinetree: 1\n"
+        "bodies:\n"
+        "  - {name: bead, joint: {type: free, position: {position: [0, 0.5, 0]}}, mass: 1, inertia: [1, 1, 1]}\n"
+        "loops:\n"
+        "  - {name: wire, type: curve, between: [world, bead], axis: x, curve: {circle: {radius: 0.5}},\n"
+        "     distance: {polynomial: [0, 0.3]}}\n"
+        "simulate: {duration: 1, integrator: dop853, tolerance: 1e-12}\n"
+        "output: {interval: 0.0625, record: [closure]}\n");
+    const char *csv = kt_shell("$K run wire.yaml --quiet --out -").out;
+    kt_check_contains(
+        "header", csv,
+        "time,closure.wire.x,closure.wire.y,closure.wire.z,closure.wire.rx,closure.wire.ry,closure.wire.rz,"
+        "closure.wire.arc\n");
+    kt_worst worst = kt_worst_make("columns");
+    for (int line = 1; line < kt_count_lines(csv); line++) {
+        const double arc = 0.3 * kt_csv_number(csv, line, 0), angle = arc / 0.5;
+        const double expected[] = {0.5 * cos(angle), 0.5 * sin(angle), 0.0, 0.0, 0.0, 0.0, arc};
+        for (int k = 0; k < 7; k++)
+            kt_worst_near(&worst, kt_csv_number(csv, line, k + 1), expected[k], 1e-12, "line %d, column %d", line,
+                          k + 1);
+    }
+    kt_check_worst(&worst);
+}
+
 KT_TEST(summary_has_the_extremes_of_effects) {
     kt_write_file("driven.yaml", driven);
     json_t *root = kt_json(kt_shell("$K run driven.yaml --quiet --out /dev/null --summary -").out);

@@ -104,6 +104,19 @@ static bool add_orientations(kt_columns *columns) {
     return fine;
 }
 
+static bool is_curve(const kt_model *model, int loop) {
+    return kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_TRACK) != NULL;
+}
+
+/* Relations of joints have no ends, and no columns. */
+static bool add_closures(kt_columns *columns) {
+    bool fine = true;
+    for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
+        if (!is_relation(columns->model, loop))
+            fine = add(columns, KT_COLUMN_CLOSURE, loop, is_curve(columns->model, loop) ? 7 : 6, 0);
+    return fine;
+}
+
 /* And the room for what they quantity. */
 static bool add_effects(kt_columns *columns) {
     bool fine = true;
@@ -141,6 +154,8 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
         fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
+    if (fine && (record & KT_RECORD_CLOSURE) != 0)
+        fine = add_closures(columns);
     if (fine && (record & KT_RECORD_EFFECT) != 0)
         fine = add_effects(columns);
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
@@ -179,6 +194,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     static const char *const orders[] = {"", "v", "a"};
     static const char *const momenta[] = {"px", "py", "pz", "lx", "ly", "lz"};
     static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
+    static const char *const closure[] = {"x", "y", "z", "rx", "ry", "rz", "arc"};
     const kt_column *c = &columns->columns[column];
     const kt_model *model = columns->model;
     switch (c->source) {
@@ -214,6 +230,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_MULTIPLIER:
         return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
                              kt_loop_rows_of(model, c->index).count);
+    case KT_COLUMN_CLOSURE:
+        return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
     case KT_COLUMN_EFFECT:
         return name_quantity(columns, c, text, size);
     }
@@ -301,6 +319,9 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_REACTION:
     case KT_COLUMN_LOOP_REACTION:
         return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
+    case KT_COLUMN_CLOSURE:
+        return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
+                                                     : (kt_quantity){"Relative rotations in loops", "rad"};
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
@@ -323,10 +344,18 @@ static double component_of(const kt_wrench *wrenches, int index, int k) {
 
 /* What a group of columns that follow each other has in common, computed at the first of them. */
 typedef struct kt_column_group {
-    double value[6];
+    double value[7];
 } kt_column_group;
 
 static kt_column_group vector_group(kt_vec3 u) { return (kt_column_group){{u.x, u.y, u.z}}; }
+
+static kt_column_group closure_group(const kt_model *model, const kt_data *data, int loop) {
+    kt_loop_motion m = {.rotation = kt_mat3_identity()};
+    (void)kt_loop_motion_evaluate(model, data, loop, &m); /* loops of columns have ends */
+    const kt_vec3 turn = kt_euler_vector_from_matrix(m.rotation);
+    const double arc = is_curve(model, loop) ? kt_loop_arc_length(model, data, loop) : 0.0;
+    return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
+}
 
 static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
     const kt_model *model = columns->model;
@@ -347,6 +376,8 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
         const kt_wrench p = kt_momentum(model, record->data);
         return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
     }
+    case KT_COLUMN_CLOSURE:
+        return closure_group(model, record->data, c->index);
     default:
         return (kt_column_group){{0.0}};
     }
@@ -368,6 +399,7 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_MARKER_ACCELERATION:
     case KT_COLUMN_ORIENTATION:
     case KT_COLUMN_MOMENTUM:
+    case KT_COLUMN_CLOSURE:
         return group->value[c->component];
     case KT_COLUMN_ENERGY:
         return c->component == 0   ? record->kinetic

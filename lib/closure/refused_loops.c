@@ -1,0 +1,36 @@
+/* What a failure says that a caller's own loop is the cause of. Its equations are not numbers then, and what has stumbled
+ * over them cannot tell why; a callback is a function of its arguments alone, so that it is asked again. */
+#include "closure/refused_loops.h"
+
+#include "constraint/refusal.h"
+#include "dynamics/dynamics.h"
+#include "loop/loop.h"
+
+#include <stdio.h>
+
+static bool has_custom_loops(const kt_model *model) {
+    bool any = false;
+    for (size_t i = 0; i < model->n.loop; i++)
+        any |= model->loop[i].kind == KT_LOOP_KIND_CUSTOM;
+    return any;
+}
+
+kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           kt_status status, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    int code = 0, loop = -1;
+    if (status == KT_OK || !has_custom_loops(model))
+        return status;
+    v = v ? v : model->zero;
+    kt_error ignored;
+    if (kt_links_update(model, data, q, v, NULL, false, NULL, &ignored) != KT_OK)
+        return status;
+    KT_BY_ISA(model->isa, loop =, kt_loop_refusing, (model, data, t, v, &code));
+    if (loop < 0)
+        return status;
+    (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
+    if (code < 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", code);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "its callback cannot tell its equations here (code %d)",
+                        code);
+}

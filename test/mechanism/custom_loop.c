@@ -1,0 +1,351 @@
+/* Loops from C against the library's own: a distance that changes with time and a knife edge, written once more as
+ * callbacks that give all, rows alone, or residuals alone; and callbacks that refuse. */
+#include "check.h"
+
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- the loops --------------------------------------------------------------------------------------------------- */
+
+/* |d| = 1.5 + 0.2 sin(2 t) */
+static int keep_distance(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+    const kt_loop_given given = *(const kt_loop_given *)user;
+    const double norm = kt_vec3_norm(m->position);
+    const kt_vec3 n = kt_vec3_scale(1.0 / norm, m->position), across = kt_vec3_cross(n, m->velocity);
+    row->residual = norm - 1.5 - 0.2 * sin(2.0 * t);
+    if (given == KT_LOOP_GIVES_RESIDUAL)
+        return 0;
+    row->force = n;
+    row->rate = -0.4 * cos(2.0 * t);
+    if (given == KT_LOOP_GIVES_ALL)
+        row->drift = kt_vec3_dot(across, across) / norm + 0.8 * sin(2.0 * t);
+    return 0;
+}
+
+/* No velocity along the second end's y axis. */
+static int glide(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+    (void)t;
+    row->force = m->rotation.y;
+    if (*(const kt_loop_given *)user == KT_LOOP_GIVES_ALL)
+        row->drift = kt_vec3_dot(kt_vec3_cross(m->omega, m->rotation.y), m->velocity);
+    return 0;
+}
+
+/* A turn about the axis between two bodies: the angle of a hinge is 0.3 t, and its other two angles are 0. */
+static int turn(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+    (void)user;
+    row[0].residual = atan2(m->rotation.x.y, m->rotation.x.x) - 0.3 * t;
+    row[1].residual = m->rotation.z.x;
+    row[2].residual = m->rotation.z.y;
+    return 0;
+}
+
+static int refuse(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+    (void)m;
+    row->residual = m->position.x;
+    row->force = kt_vec3_make(1.0, 0.0, 0.0);
+    return t > 0.1 ? *(const int *)user : 0;
+}
+
+/* ---- mechanisms -------------------------------------------------------------------------------------------------- */
+
+typedef struct mechanism {
+    kt_body body[2];
+    kt_loop loop[2];
+    kt_description description;
+    kt_model *model;
+    kt_data *data;
+} mechanism;
+
+static kt_body box(const char *name, kt_joint_type type) {
+    kt_body body = kt_body_default();
+    body.name = name;
+    body.joint.type = type;
+    body.mass = 1.3;
+    body.com = kt_vec3_make(0.1, 0.05, -0.02);
+    body.inertia = (kt_sym3){0.05, 0.08, 0.06, 0.0, 0.0, 0.0};
+    return body;
+}
+
+static void describe(mechanism *m, bool planar) {
+    memset(m, 0, sizeof *m);
+    m->body[0] = box("arm", KT_JOINT_REVOLUTE);
+    m->body[0].joint.position[0] = 0.4;
+    m->body[0].joint.velocity[0] = 0.7;
+    m->body[1] = box("sled", planar ? KT_JOINT_PLANAR : KT_JOINT_FREE);
+    const double position[7] = {1.0, 1.2, planar ? 0.3 : 0.2, 0.9, 0.1, -0.3, 0.2},
+                 velocity[6] = {0.3, -0.2, 0.5, 0.4, 0.1, -0.6};
+    memcpy(m->body[1].joint.position, position, sizeof position);
+    memcpy(m->body[1].joint.velocity, velocity, sizeof velocity);
+    if (!planar) {
+        double norm = 0.0;
+        for (int i = 3; i < 7; i++)
+            norm += position[i] * position[i];
+        for (int i = 3; i < 7; i++)
+            m->body[1].joint.position[i] /= sqrt(norm);
+    }
+    m->description = kt_description_default();
+    m->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    m->description.bodies = m->body;
+    m->description.body_count = 2;
+    m->description.loops = m->loop;
+    for (int i = 0; i < 2; i++) {
+        m->loop[i] = kt_loop_default();
+        m->loop[i].between[0].body = i ? NULL : "arm";
+        m->loop[i].between[0].at = kt_vec3_make(i ? 0.0 : 0.3, 0.0, 0.0);
+        m->loop[i].between[1].body = "sled";
+        m->loop[i].between[1].at = kt_vec3_make(0.1, 0.2, planar ? 0.0 : 0.1);
+    }
+    m->loop[0].name = "rod";
+    m->loop[1].name = "edge";
+}
+
+static void describe_own(mechanism *m) {
+    m->loop[0].type = KT_LOOP_DISTANCE;
+    m->loop[0].function = kt_function_sine(0.2, 1.0 / 3.14159265358979323846, 0.0, 1.5);
+    m->loop[1].type = KT_LOOP_KNIFE_EDGE;
+    m->loop[1].axis = kt_vec3_make(0.0, 1.0, 0.0);
+    m->description.loop_count = 2;
+}
+
+static void describe_custom(mechanism *m, kt_loop_given *given) {
+    static kt_loop_given rows;
+    rows = *given == KT_LOOP_GIVES_ALL ? KT_LOOP_GIVES_ALL : KT_LOOP_GIVES_ROWS;
+    m->loop[0].type = m->loop[1].type = KT_LOOP_CUSTOM;
+    m->loop[0].equations = keep_distance;
+    m->loop[1].equations = glide;
+    m->loop[0].equation_count = m->loop[1].equation_count = 1;
+    m->loop[0].driven = true;
+    m->loop[0].given = *given;
+    m->loop[1].given = rows;
+    m->loop[0].user = given;
+    m->loop[1].user = &rows;
+    m->loop[1].holonomic = false;
+    m->description.loop_count = 2;
+}
+
+static bool compile(mechanism *m) {
+    kt_error e = {0};
+    const bool fine = kt_model_compile(&m->description, NULL, &m->model, &e) == KT_OK &&
+                      kt_data_create(m->model, &m->data, &e) == KT_OK;
+    if (!fine)
+        kt_note("%s: %s", e.where, e.message);
+    return kt_check_true("compiles", fine);
+}
+
+static void release(mechanism *m) {
+    kt_data_free(m->data);
+    kt_model_free(m->model);
+}
+
+enum { NQ = 8, NV = 7 };
+
+static bool fine(const char *what, kt_status status, const kt_error *e) {
+    if (status != KT_OK)
+        kt_note("%s: %s: %s", what, e->where, e->message);
+    return kt_check_true(what, status == KT_OK);
+}
+
+typedef struct result {
+    double q[NQ], v[NV], a[NV];
+    kt_wrench joints[3], loops[2];
+    double multipliers[2];
+    bool closed;
+    double moved; /* the largest difference of the assembled states */
+} result;
+
+static double largest_difference(const double *a, const double *b, int count) {
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        most = isnan(a[i] - b[i]) ? (double)NAN : fmax(most, fabs(a[i] - b[i]));
+    return most;
+}
+
+/* `at`: the state where accelerations are compared; NULL: the assembled one. */
+static void evaluate(mechanism *m, const result *at, result *r) {
+    const double t = 0.3;
+    kt_error e = {0};
+    memset(r, 0, sizeof *r);
+    kt_model_initial(m->model, r->q, r->v);
+    r->closed = kt_state_assemble(m->model, m->data, t, r->q, r->v, &e) == KT_OK;
+    if (at) {
+        r->moved = fmax(largest_difference(r->q, at->q, NQ), largest_difference(r->v, at->v, NV));
+        memcpy(r->q, at->q, sizeof r->q);
+        memcpy(r->v, at->v, sizeof r->v);
+    }
+    if (!kt_check_true("assembles", r->closed) ||
+        !fine("accelerates", kt_acceleration_evaluate(m->model, m->data, t, r->q, r->v, NULL, NULL, r->a, &e), &e))
+        return;
+    (void)fine("reacts", kt_reaction_evaluate(m->model, m->data, t, r->q, r->v, NULL, NULL, r->joints, r->loops, &e),
+               &e);
+    (void)fine("multipliers", kt_multiplier_evaluate(m->model, m->data, t, r->q, r->v, NULL, NULL, r->multipliers, &e),
+               &e);
+}
+
+/* Assemblies close to 1e-12. At one state, rounding where all is given; first differences leave 1e-12, second ones 1e-10 of numbers up to 20. */
+KT_TEST(loops_written_once_more_do_the_same) {
+    static const double bounds[3] = {1e-9, 2e-11, 2e-14};
+    for (int planar = 0; planar < 2; planar++) {
+        mechanism own;
+        result expected;
+        describe(&own, planar);
+        describe_own(&own);
+        if (compile(&own))
+            evaluate(&own, NULL, &expected);
+        kt_check_text("plan", kt_model_plan(own.model), planar ? "planar" : "spatial");
+        for (int given = KT_LOOP_GIVES_RESIDUAL; given <= KT_LOOP_GIVES_ALL; given++) {
+            mechanism m;
+            result found;
+            kt_loop_given what = (kt_loop_given)given;
+            describe(&m, planar);
+            describe_custom(&m, &what);
+            if (compile(&m)) {
+                evaluate(&m, &expected, &found);
+                kt_check_text("plan", kt_model_plan(m.model), planar ? "planar" : "spatial");
+                kt_check_below("assembled states", found.moved, fmax(bounds[given], 1e-11));
+                kt_check_below("accelerations", largest_difference(found.a, expected.a, NV), 20.0 * bounds[given]);
+                kt_check_below("multipliers", largest_difference(found.multipliers, expected.multipliers, 2),
+                               20.0 * bounds[given]);
+                kt_check_below("reactions of loops",
+                               largest_difference(&found.loops[0].moment.x, &expected.loops[0].moment.x, 12),
+                               20.0 * bounds[given]);
+                kt_check_equal_int("equations", kt_model_mobility(m.model).equations, 2);
+                kt_check_equal_int("type", kt_loop_type_of(m.model, 1), KT_LOOP_CUSTOM);
+            }
+            release(&m);
+        }
+        release(&own);
+    }
+}
+
+/* Derivatives of the accelerations: differences over those of the loops. */
+KT_TEST(accelerations_of_custom_loops_have_their_derivatives) {
+    static const double bounds[3] = {1e-5, 1e-7, 1e-9};
+    static _Alignas(KT_ALIGNMENT) char work[1 << 20];
+    mechanism own;
+    double expected[3 * NV * NV];
+    result at;
+    kt_error e = {0};
+    describe(&own, false);
+    describe_own(&own);
+    if (compile(&own))
+        evaluate(&own, NULL, &at);
+    (void)fine("derivatives",
+               kt_acceleration_derivatives(own.model, own.data, work, sizeof work, 0.3, at.q, at.v, NULL, NULL,
+                                           expected, expected + NV * NV, expected + 2 * NV * NV, &e),
+               &e);
+    for (int given = KT_LOOP_GIVES_RESIDUAL; given <= KT_LOOP_GIVES_ALL; given++) {
+        mechanism m;
+        kt_loop_given what = (kt_loop_given)given;
+        double found[3 * NV * NV];
+        describe(&m, false);
+        describe_custom(&m, &what);
+        if (compile(&m) && fine("derivatives",
+                                kt_acceleration_derivatives(m.model, m.data, work, sizeof work, 0.3, at.q, at.v, NULL,
+                                                            NULL, found, found + NV * NV, found + 2 * NV * NV, &e),
+                                &e))
+            kt_check_below("da/dq, da/dv, da/dtau", largest_difference(found, expected, 3 * NV * NV), bounds[given]);
+        release(&m);
+    }
+    release(&own);
+}
+
+/* Rows with moments: a hinge whose angle is driven, by residuals alone. With theta = 0.3 t about a fixed axis the body's
+ * acceleration about it is 0. */
+KT_TEST(moments_follow_from_residuals) {
+    mechanism m;
+    describe(&m, false);
+    m.loop[0] = m.loop[1];
+    m.loop[0].type = KT_LOOP_CUSTOM;
+    m.loop[0].equations = turn;
+    m.loop[0].equation_count = 3;
+    m.loop[0].driven = true;
+    m.loop[0].given = KT_LOOP_GIVES_RESIDUAL;
+    m.description.loop_count = 1;
+    if (compile(&m)) {
+        double q[NQ], v[NV], a[NV];
+        kt_error e = {0};
+        kt_model_initial(m.model, q, v);
+        if (fine("assembles", kt_state_assemble(m.model, m.data, 0.5, q, v, &e), &e) &&
+            fine("accelerates", kt_acceleration_evaluate(m.model, m.data, 0.5, q, v, NULL, NULL, a, &e), &e)) {
+            const int at = kt_body_coordinates(m.model, kt_body_find(m.model, "sled")).v + 3;
+            kt_check_near("angular velocity x", v[at], 0.0, 1e-10);
+            kt_check_near("angular velocity y", v[at + 1], 0.0, 1e-10);
+            kt_check_near("angular velocity z", v[at + 2], 0.3, 1e-10);
+            for (int k = 0; k < 3; k++)
+                kt_check_near("angular acceleration", a[at + k], 0.0, 1e-8);
+        }
+    }
+    release(&m);
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+KT_TEST(refusals_name_the_loop_and_its_code) {
+    static const struct {
+        int code;
+        kt_status status;
+        const char *says;
+    } table[] = {{3, KT_ERROR_CONSTRAINT, "cannot tell its equations here (code 3)"},
+                 {-7, KT_ERROR_CALLBACK, "asked to stop (code -7)"}};
+    for (size_t i = 0; i < 2; i++) {
+        mechanism m;
+        int code = table[i].code;
+        double q[NQ], v[NV], a[NV] = {0.25};
+        kt_error e = {0};
+        describe(&m, false);
+        m.loop[0].type = KT_LOOP_CUSTOM;
+        m.loop[0].equations = refuse;
+        m.loop[0].equation_count = 1;
+        m.loop[0].user = &code;
+        m.loop[0].given = KT_LOOP_GIVES_ROWS;
+        m.description.loop_count = 1;
+        if (compile(&m)) {
+            kt_model_initial(m.model, q, v);
+            kt_check_equal_int("before", kt_state_assemble(m.model, m.data, 0.0, q, v, &e), KT_OK);
+            kt_check_equal_int("accelerations", kt_acceleration_evaluate(m.model, m.data, 0.5, q, v, NULL, NULL, a, &e),
+                               (int)table[i].status);
+            kt_note("%s: %s", e.where, e.message);
+            kt_check_true("says so", strstr(e.message, table[i].says) != NULL && strstr(e.where, "rod") != NULL);
+            kt_check_near("output", a[0], 0.25, 0.0);
+            kt_check_equal_int("assembly", kt_state_assemble(m.model, m.data, 0.5, q, v, &e), (int)table[i].status);
+            kt_note("%s: %s", e.where, e.message);
+            kt_check_true("says so", strstr(e.message, table[i].says) != NULL);
+            kt_check_equal_int("projection", kt_state_project(m.model, m.data, 0.5, q, v, NULL, &e),
+                               (int)table[i].status);
+            kt_check_equal_int("equations", kt_loop_equations(m.model, m.data, 0.5, q, v, NULL, a, NULL, NULL, &e),
+                               (int)table[i].status);
+        }
+        release(&m);
+    }
+}
+
+KT_TEST(wrong_descriptions_are_told) {
+    static const struct {
+        int equations;
+        bool holonomic, callback;
+        kt_loop_given given;
+        const char *says;
+    } table[] = {{0, true, true, KT_LOOP_GIVES_ALL, "equation_count is 0; give 1 to 6"},
+                 {7, true, true, KT_LOOP_GIVES_ALL, "equation_count is 7; give 1 to 6"},
+                 {1, true, false, KT_LOOP_GIVES_ALL, "equations is missing"},
+                 {1, false, true, KT_LOOP_GIVES_RESIDUAL, "no residuals"},
+                 {1, true, true, (kt_loop_given)9, "given is 9"}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        mechanism m;
+        kt_error e = {0};
+        describe(&m, false);
+        m.loop[0].type = KT_LOOP_CUSTOM;
+        m.loop[0].equations = table[i].callback ? keep_distance : NULL;
+        m.loop[0].equation_count = table[i].equations;
+        m.loop[0].holonomic = table[i].holonomic;
+        m.loop[0].given = table[i].given;
+        m.description.loop_count = 1;
+        kt_check_equal_int("status", kt_model_compile(&m.description, NULL, &m.model, &e), KT_ERROR_MODEL);
+        kt_note("%s: %s", e.where, e.message);
+        kt_check_true(table[i].says, strstr(e.message, table[i].says) != NULL);
+    }
+}
