@@ -33,6 +33,8 @@
  * - `parameters` is a mapping of names to numbers, angles or expressions of other parameters, in any order. Wherever a
  *   number may stand, = and an expression (expression.h) of them may stand (`mass: =rho*area*L`), in quotes where it has a
  *   comma, a bracket or a brace. It counts as an angle by its units: `=2*tilt` is no length.
+ * - An event's `when`, and `simulate.until`, are formulas without =. `then` is an action or a list of them: stop, record,
+ *   {call: NAME}.
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -63,6 +65,18 @@ typedef struct kt_scene_parameter {
     bool is_set;      /* by a setting, not by the file */
 } kt_scene_parameter;
 
+/* An item of `events`, or `simulate.until` (name "until", rising, stops). */
+typedef struct kt_scene_event {
+    const char *name;        /* for messages, records and kt_simulation_event_count */
+    const char *when;        /* a formula (expression.h) of the variables of kt_variable_find: its sign, or if it is a
+                                comparison whether it holds; parameters are in it as the numbers that they are */
+    kt_direction direction;  /* which changes of sign count; of a comparison: rising, it comes to hold */
+    bool record, stop;       /* a record is written; the run ends, after one */
+    const char *const *call; /* names of the program's actions; NULL: none */
+    int call_count;          /* length of call */
+    int limit;               /* how often it happens at most; 0: any number */
+} kt_scene_event;
+
 /* How a file is read. */
 typedef struct kt_scene_options {
     /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
@@ -87,6 +101,9 @@ typedef struct kt_scene {
      * command acts upon it; a program reads the file and calls kt_scene_start_from. */
     const char *from;
 
+    const kt_scene_event *events; /* `events`; NULL: none */
+    int event_count;              /* length of events */
+    kt_scene_event until;         /* `simulate.until`; its `when` is NULL: there is none */
     const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */
@@ -141,6 +158,31 @@ KT_API void kt_scene_free(kt_scene *scene);
  * scene's own initial state cannot be assembled. */
 KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q,
                                                 const double *v, kt_error *error);
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+/* The events of a scene as a simulation watches them. */
+typedef struct kt_scene_watch kt_scene_watch;
+
+/* What a program does at an event whose `then` has {call: name}. */
+typedef struct kt_scene_call {
+    const char *name;        /* as in the scene */
+    kt_event_action *action; /* what is called */
+    void *user;              /* for it */
+} kt_scene_call;
+
+/* How many events a simulation of this scene needs room for (kt_simulation_options.events). O(1). */
+KT_API int kt_scene_event_room(const kt_scene *scene);
+
+/* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and
+ * allocate nothing; *watch holds what they need, must outlive the simulation, as must the model and `calls`, and is
+ * released with kt_scene_watch_free; the scene may be released before. Errors: KT_ERROR_MODEL (a body is not in the
+ * model), KT_ERROR_SCENE (a formula; a call that is not among `calls`, where call_count is not negative: -1 leaves
+ * calls out), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. O(events * (variables + bodies)). */
+KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model,
+                                                  kt_simulation *simulation, const kt_scene_call *calls, int call_count,
+                                                  kt_scene_watch **watch, kt_error *error);
+/* Releases it; NULL is allowed. */
+KT_API void kt_scene_watch_free(kt_scene_watch *watch);
 
 /* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
  * many digits as are needed to read back the same bits. Parameters and expressions are written as the numbers that they

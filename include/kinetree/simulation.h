@@ -230,6 +230,7 @@ typedef struct kt_simulation_options {
     kt_corner_callback *corner; /* when the caller's equations, or forces that it sets, have corners, at which adaptive
                                    steps end; NULL: never */
     void *user;                 /* for these three */
+    int events;                 /* the most events that kt_simulation_event_add adds; 0: none */
     const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
                                                 model must; NULL: the simulation's own model is integrated */
 } kt_simulation_options;
@@ -313,6 +314,14 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
  * time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
+/* Changes the state at the present time: positions q (nq) and velocities v (nv), either NULL for no change, which are
+ * projected: quaternions to unit norm, loops closed. Time, counts, records and works go on; slopes from before are
+ * forgotten. With a balance, energy that is lost counts as dissipated, energy that is gained as supplied. For the
+ * actions of events, and between calls. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_ARGUMENT, naming the joint;
+ * KT_ERROR_CONSTRAINT; the simulation is then as before. Nothing is allocated. Cost: of a projection. */
+KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v,
+                                               kt_error *error);
+
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches that the next step will have.
  * Errors: as for a step; a is then untouched. Cost: that of kt_acceleration_evaluate; the
  * next step does not use the result, unlike that of kt_simulation_sense. */
@@ -339,15 +348,76 @@ typedef struct kt_work_estimate {
 /* Returns the works up to the present time; NaN unless KT_RECORD_BALANCE is requested. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+/* Which changes of sign are an event. */
+typedef enum kt_direction {
+    KT_DIRECTION_EITHER = 0, /* both */
+    KT_DIRECTION_RISING,     /* from below zero to above */
+    KT_DIRECTION_FALLING     /* from above zero to below */
+} kt_direction;
+
+/* Computes the value whose change of sign is an event, as a function of its arguments alone. The instant is one of the
+ * simulation's own model, and its data are scratch (kt_kinematics_update and the queries that follow it). Returns 0;
+ * anything else, or NaN, ends the call that stepped with an error, whose message it may write. */
+typedef int kt_event_function(const kt_instant *at, double *value, kt_error *error, void *user);
+
+/* An event that happens, as its action is told. */
+typedef struct kt_occurrence {
+    const struct kt_event *event; /* the simulation's copy */
+    double time;                  /* s; the present time of the simulation */
+    int side;                     /* the sign that its value has from now on: 1 or -1 */
+    uint64_t count;               /* how often it has happened, this time included */
+} kt_occurrence;
+
+/* What an event does. It may read the state, and call kt_simulation_jump, kt_simulation_set_torque,
+ * kt_simulation_set_wrenches, kt_simulation_set_parameter and kt_simulation_sense (not where records are handed over,
+ * in kt_simulation_run). Returns 0 to go on, > 0 to end the call that stepped (kt_simulation_stopped), < 0 for an
+ * error, whose message it may write. */
+typedef int kt_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
+
+/* An event: what is watched, and what is done. */
+typedef struct kt_event {
+    const char *name;            /* must outlive the simulation */
+    kt_event_function *function; /* the value */
+    kt_event_action *action;     /* NULL: none */
+    void *user;                  /* for both */
+    kt_direction direction;      /* which changes of sign count */
+    bool record;                 /* kt_simulation_run hands over a record of the state before the action */
+    bool stop;                   /* it ends the run, after such a record */
+    uint64_t limit;              /* how often it happens at most; 0: any number */
+} kt_event;
+
+/* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events: to
+ * four units of rounding of the time, with the order of the method. Events within 1e-12 s (or eight units of rounding)
+ * happen together, in the order in which they were added. A value that is zero at the start, or that an action has set
+ * to zero, is on neither side: the first side that it comes to is no event. Of two changes of sign within one step, both
+ * are found where five values along it, or parabolas through three of them, show the change; max_step bounds what they
+ * miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
+ * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, no function), KT_ERROR_MEMORY (no
+ * room). Cost: four values of the function a step, some ten for each event, and one to three steps repeated. */
+KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
+
+/* The event that ended the last call of kt_simulation_run, _step, _advance or _tick before its time; NULL: none did. The
+ * next call goes on from there. */
+KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
+
+/* How often the event of this name has happened since the start or the last kt_simulation_set_state; 0 if there is none
+ * of that name. */
+KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
+
+struct kt_event;
 
 /* The record that a recorder receives; valid during the call. Between the ends of steps q and v are interpolated and
  * projected. */
 typedef struct kt_record {
-    int64_t index;   /* k */
-    double time;     /* k * interval; the last one is the duration */
-    const double *q; /* nq */
-    const double *v; /* nv */
+    int64_t index;                /* k; -1: the record of an event */
+    double time;                  /* k * interval; the last one is the duration */
+    const struct kt_event *event; /* the event whose record this is; NULL: it is one of the k * interval */
+    const double *q;              /* nq */
+    const double *v;              /* nv */
 
     /* Requested quantities; NULL or NaN if they are not requested. */
     const double *a;                 /* nv; acceleration */

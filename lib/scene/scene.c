@@ -7,6 +7,7 @@
 #include "base/require.h"
 
 #include "scene/beam.h"
+#include "scene/event.h"
 #include "scene/file.h"
 #include "scene/number.h"
 #include "scene/parameter.h"
@@ -65,6 +66,7 @@ static const kt_field fields[] = {
     {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
     {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION},
+    {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION},
     {.key = "simulate", .kind = &kt_kind_simulate, .flags = KT_FIELD_SECTION},
     {.key = "output", .kind = &kt_kind_map, AT(run), .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
 };

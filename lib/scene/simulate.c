@@ -1,4 +1,5 @@
 /* The sections `simulate` and `output`: the settings of a run, and what it records. */
+#include "scene/event.h"
 #include "scene/part.h"
 
 #include <math.h>
@@ -130,6 +131,7 @@ static const kt_field simulate_fields[] = {
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
     {.key = "metric", .kind = &kt_kind_choice, AT(run.metric), .detail = &metrics},
     {.key = "plan", .kind = &kt_kind_choice, AT(run.plan), .detail = &plans},
+    {.key = "until", .kind = &kt_kind_until},
 };
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 

@@ -2,7 +2,7 @@
  *
  * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
  * began, the history of the method, torques and wrenches of the last and of the next step, and with a
- * transformation the user model's state.
+ * transformation the user model's state; what events remember.
  *
  * What comes after a checkpoint depends on the model, on the method and on its settings, too: the head tells them, and
  * a block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
@@ -80,7 +80,9 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(torque_next, size->user_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
     X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
-    X(kept, size->kept * sizeof(double))
+    X(kept, size->kept * sizeof(double))                                                                               \
+    X(events, size->event * sizeof(kt_event_memory))                                                                   \
+    X(roots, size->event * sizeof(kt_event_root))
 
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
@@ -148,6 +150,10 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
     memcpy(to + at.kept, simulation->state, size->kept * sizeof(double));
+    if (size->event > 0) {
+        memcpy(to + at.events, simulation->event_memory, size->event * sizeof(kt_event_memory));
+        memcpy(to + at.roots, simulation->event_root, size->event * sizeof(kt_event_root));
+    }
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -226,7 +232,11 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
-    simulation->gap_time = (double)NAN;
+    if (size->event > 0) {
+        memcpy(simulation->event_memory, from + at.events, size->event * sizeof(kt_event_memory));
+        memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));
+    }
+    simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
     if (size->panel > 0)
         simulation->panel->known = false;

@@ -66,6 +66,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
     size->gap = KT_HAS_GAP ? kt_gap_count(model) : 0;
+    size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
@@ -192,7 +193,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     kt_simulation_forget_corners(simulation);
     simulation->watches_gaps = !(settings->run.step > 0.0) && simulation->size.gap > 0;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
-    simulation->gap_time = (double)NAN;
+    simulation->gap_time = simulation->event_time = (double)NAN;
     find_quaternions(simulation);
     set_records(simulation, settings);
     status = init_integrator(simulation, settings, error);

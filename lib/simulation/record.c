@@ -111,33 +111,46 @@ static kt_record empty_record(int64_t index, double time) {
     return record;
 }
 
-static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
-    const int64_t k = simulation->memory.next_record;
-    kt_record record = empty_record(k, kt_simulation_record_time(simulation, k));
+/* Computes a record at a time up to the present and hands it over. */
+static kt_status hand_over_record(kt_simulation *simulation, kt_record *record, kt_recorder *recorder, void *user,
+                                  kt_error *error) {
     kt_error from = {0};
     simulation->cause.code = KT_OK;
-    kt_status status = read_state(simulation, record.time, &from);
+    kt_status status = read_state(simulation, record->time, &from);
     if (KT_HAS_JACOBIAN && status == KT_OK && simulation->watches_works)
         kt_simulation_complete_powers(simulation);
     if (status == KT_OK) {
         if (KT_HAS_GAP && simulation->size.gap > 0)
-            status = kt_simulation_check_gaps(simulation, record.time, &from);
+            status = kt_simulation_check_gaps(simulation, record->time, &from);
         if (status == KT_OK && simulation->corners.fixed)
-            status = kt_simulation_check_corners(simulation, record.time, &from);
+            status = kt_simulation_check_corners(simulation, record->time, &from);
         if (status == KT_OK)
-            status = evaluate_record(simulation, &record, &from);
+            status = evaluate_record(simulation, record, &from);
         if (status != KT_OK)
             simulation->cause = from; /* it names the body */
     }
     if (status != KT_OK)
         return kt_simulation_fail(simulation, &from, error);
-    simulation->memory.next_record++;
-    if (recorder(&record, user) == 0)
+    simulation->memory.next_record += record->event == NULL;
+    if (recorder(record, user) == 0)
         return KT_OK;
     char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "t = %.9g s", record.time);
+    snprintf(where, sizeof where, "t = %.9g s", record->time);
     return kt_error_set(error, KT_ERROR_CALLBACK, where, "the recorder asked to stop at record %lld",
-                        (long long)record.index);
+                        (long long)record->index);
+}
+
+static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    const int64_t k = simulation->memory.next_record;
+    kt_record record = empty_record(k, kt_simulation_record_time(simulation, k));
+    return hand_over_record(simulation, &record, recorder, user, error);
+}
+
+kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
+                                     void *user, kt_error *error) {
+    kt_record record = empty_record(-1, kt_integrator_time(simulation->integrator));
+    record.event = event;
+    return hand_over_record(simulation, &record, recorder, user, error);
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
@@ -167,9 +180,13 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         if (status != KT_OK)
             return kt_simulation_fail(simulation, &from, error);
     }
+    simulation->memory.stopped = 0;
     for (;;) {
         status = hand_over_all(simulation, record, user, error);
-        if (status != KT_OK || !(kt_integrator_time(integrator) < simulation->duration))
+        if (status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
+            status = simulation->watch->fire(simulation, record, user, error);
+        if (status != KT_OK || simulation->memory.stopped > 0 ||
+            !(kt_integrator_time(integrator) < simulation->duration))
             return status;
         status = kt_simulation_take_step(simulation, simulation->duration, error);
         if (status != KT_OK)

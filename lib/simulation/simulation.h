@@ -45,7 +45,28 @@ typedef struct kt_simulation_memory {
     kt_crossings crossings;
     kt_corrections corrections;
     kt_power_points powers;
+    double event_last;        /* s, of the last instant of events */
+    double event_interval;    /* s, from the one before to that */
+    uint64_t event_instants;  /* so far */
+    uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
+    uint64_t event_row;       /* of these, the last ones that followed each other at once */
+    int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
+    int64_t fires;            /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
+
+/* What an event remembers. */
+typedef struct kt_event_memory {
+    int64_t side;   /* the sign that its value had last; 0: not known */
+    uint64_t count; /* how often it has happened */
+} kt_event_memory;
+
+/* A root of an event in the last step. */
+typedef struct kt_event_root {
+    int64_t due;      /* there is one, and the event takes effect at the end of the step */
+    int64_t recorded; /* its record has been handed over */
+    int64_t side;     /* the sign behind it */
+    double time;      /* s */
+} kt_event_root;
 
 /* The results of the present state that data hold, so that they need not be computed again. */
 typedef enum kt_cached {
@@ -80,6 +101,10 @@ typedef struct kt_work_panel {
     X(kt_gap, gap_end, size->gap, "scratch: where a step ends")                                                        \
     X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
     X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
+    X(kt_event, event, size->event, "in the order in which they were added")                                           \
+    X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
+    X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                                      \
+    X(double, event_value, 5 * size->event, "at event_time, and along the last step")                                  \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
@@ -118,7 +143,8 @@ typedef struct kt_simulation_sizes {
     size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
-    size_t gap; /* effects that act on one side of a boundary */
+    size_t gap;   /* effects that act on one side of a boundary */
+    size_t event; /* the most events */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
@@ -129,6 +155,16 @@ typedef struct kt_simulation_sizes {
     size_t kept;         /* of these, those that a checkpoint holds */
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
+
+/* What is done about events (event.c): a simulation to which none was added has no watch, and a program that adds none does
+ * not link it. `begin` comes before a step. `take_back` comes after it: where an event happened within it the step is taken
+ * back, *t_limit is where it is to end, and *again is true. `fire` lets those events take effect that happened at the
+ * present time (memory.fires), and hands their records to the recorder, unless that is NULL. */
+typedef struct kt_event_watch {
+    kt_status (*begin)(kt_simulation *simulation, kt_error *error);
+    kt_status (*take_back)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
+    kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
+} kt_event_watch;
 
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
@@ -152,10 +188,13 @@ struct kt_simulation {
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* of these two */
     kt_corners corners;
-    bool watches_gaps;    /* adaptive steps do not leap over contacts and stops */
-    bool lacks_end_stage; /* by a method without a stage at the end of its steps */
-    double gap_time;      /* of gap_begin; NaN: not known */
-    double step;          /* fixed, or 0 */
+    bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
+    bool lacks_end_stage;            /* by a method without a stage at the end of its steps */
+    double gap_time;             /* of gap_begin; NaN: not known */
+    const kt_event_watch *watch; /* NULL: there are no events */
+    size_t event_count;          /* that were added */
+    double event_time;           /* of event_value; NaN: not known */
+    double step;                 /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -299,7 +338,11 @@ KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
-/* Takes one step; records are not handed over. */
+/* Hands over the record of an event at the present time. */
+KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
+                                                void *user, kt_error *error);
+
+/* Takes one step; records are not handed over, and events that happen at its end have not taken effect (memory.fires). */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* The body whose joint the component `at` of the state y belongs to; 0: none. */

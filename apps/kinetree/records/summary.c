@@ -83,6 +83,23 @@ static json_t *describe_crossings(const kt_outcome *outcome) {
     return singular;
 }
 
+/* How often each event has happened, and which one has ended the run. */
+static void list_events(const kt_outcome *outcome, json_t *root) {
+    const kt_scene *scene = outcome->scene;
+    const kt_event *stopped = kt_simulation_stopped(outcome->simulation);
+    json_t *counts = json_object();
+    for (int i = 0; i < kt_scene_event_room(scene); i++) {
+        const char *name = i < scene->event_count ? scene->events[i].name : scene->until.name;
+        json_object_set_new(counts, name,
+                            json_integer((json_int_t)kt_simulation_event_count(outcome->simulation, name)));
+    }
+    if (kt_scene_event_room(scene) > 0) {
+        json_object_set(root, "events", counts);
+        json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());
+    }
+    json_decref(counts);
+}
+
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
@@ -139,6 +156,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "scene", kt_json_text(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
     list_parameters(outcome->scene, root);
+    list_events(outcome, root);
     json_object_set_new(root, "freedom",
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
                                   dof.rank, "minimal", dof.minimal));
@@ -248,8 +266,11 @@ static void say_file(const char *what, const char *path) {
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
     fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
+    const kt_event *stopped = kt_simulation_stopped(outcome->simulation);
     if (time < duration)
         fprintf(stderr, " of %g s", duration);
+    if (stopped != NULL)
+        fprintf(stderr, ", ended by event '%s'", kt_show(stopped->name).text);
     fputc('\n', stderr);
     say_size(outcome);
     say_method(outcome);

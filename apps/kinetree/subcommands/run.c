@@ -74,6 +74,9 @@ static bool stays_blown_up(kt_outcome *outcome) {
     return steps >= outcome->sound_steps + STEPS;
 }
 
+/* Frames of a view are evenly spaced, but for the end of the run. */
+static bool is_frame(const kt_record *record) { return record->event == NULL || record->event->stop; }
+
 static int take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = cpu_now();
@@ -93,7 +96,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
     if (kt_csv_write(sinks->csv, values) != 0 ||
         (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record, values) != 0) ||
-        (sinks->motion != NULL && kt_motion_take(sinks->motion, record, values) != 0)) {
+        (sinks->motion != NULL && is_frame(record) && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
         return -1;
     }
@@ -540,6 +543,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     kt_simulation_options options = kt_simulation_options_default();
     kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
+    options.events = kt_scene_event_room(outcome->scene);
     options.kinematics = names->view != NULL || names->glb != NULL;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
@@ -554,12 +558,32 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     return options;
 }
 
+/* Creates the simulation, with the scene's events; calls of a program are told, and left out. */
+static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_options *options, kt_scene_watch **events,
+                                   kt_error *error) {
+    const kt_status status = kt_simulation_create(outcome->model, outcome->run, options, &outcome->simulation, error);
+    for (int i = 0; status == KT_OK && i < outcome->scene->event_count; i++) {
+        const kt_scene_event *event = &outcome->scene->events[i];
+        const kt_warning warning = {.code = "call",
+                                    .time = (double)NAN,
+                                    .value = (double)event->call_count,
+                                    .remedy = "Run the scene from a program that has it (kt_scene_watch_create)"};
+        if (event->call_count > 0)
+            kt_warn(&outcome->warnings, &warning, "event '%s' calls '%s', an action of a program, which is left out",
+                    event->name, event->call[0]);
+    }
+    if (status != KT_OK || options->events == 0)
+        return status;
+    return kt_scene_watch_create(outcome->scene, outcome->model, outcome->simulation, NULL, -1, events, error);
+}
+
 /* Creates and runs the simulation, with the names of all files known. Returns an exit code. */
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner) {
     kt_error error = {0};
     const kt_simulation_options options = choose_options(arguments, names, outcome, manner);
-    const kt_status status = kt_simulation_create(outcome->model, outcome->run, &options, &outcome->simulation, &error);
+    kt_scene_watch *events = NULL;
+    const kt_status status = create_simulation(outcome, &options, &events, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
     if (status != KT_OK)
         kt_say_error(&error);
@@ -582,6 +606,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_checkpoint_close(&checkpoint);
     kt_mode_watch_free(modes);
     kt_simulation_free(outcome->simulation);
+    kt_scene_watch_free(events);
     kt_warnings_free(&outcome->warnings);
     json_decref(outcome->moved);
     return code;

@@ -1,0 +1,258 @@
+/* Events: when something happens, and what is done then.
+ *
+ *     events: [{name: let go, when: "position.arm - 2.3", direction: rising, then: [record, {call: release}]}]
+ *     simulate: {until: "marker.ball.centre.y < 0"}
+ */
+#include "scene/event.h"
+
+#include "scene/expression.h"
+#include "scene/part.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* The names that a formula of the file may use, for its check and for suggestions. */
+static bool find_name(void *user, const char *name, kt_symbol *symbol) {
+    const kt_reader *r = user;
+    kt_variable variable;
+    *symbol = (kt_symbol){.index = 0};
+    return r->description != NULL && kt_variable_find(r->description, name, &variable);
+}
+
+static const char *list_name(void *user, int k) {
+    kt_reader *r = user;
+    kt_variable variable;
+    char text[KT_EXPRESSION_NAME_MAX + 1];
+    r->effort -= 1000;
+    if (r->description == NULL || r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+        return NULL;
+    (void)kt_variable_name(r->description, &variable, text, sizeof text);
+    return kt_pool_text(&r->scratch, text, strlen(text));
+}
+
+static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
+    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+    if (node->kind != KT_NODE_TEXT || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a formula (\"position.arm - 2.3\")");
+    return kt_read_formula(r, scope, node, &symbols, true, out);
+}
+
+static bool read_when(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const char **out = kt_field_in(object, field);
+    return read_formula(r, scope, node, out);
+}
+
+static void write_when(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const char *const *text = kt_field_of(object, field);
+    (void)standard;
+    kt_emit_text(e, *text);
+}
+
+static const kt_kind kind_when = {.read = read_when, .write = write_when};
+
+/* ---- what is done ------------------------------------------------------------------------------------------------ */
+
+static const char *const action_names[] = {"stop", "record"};
+static const kt_choice actions = {"events.then", action_names, KT_COUNT_OF(action_names), 0};
+
+static bool read_call(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
+    kt_node *name = kt_node_find(node, "call");
+    const kt_scope here = {.outer = scope, .key = "call"};
+    if (node->count != 1 || name == NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "expected an action: stop, record, or {call: NAME} for one of the program's own");
+    return kt_read_name(r, &here, name, "the name of an action of the program", out);
+}
+
+/* One action; a call goes to calls[event->call_count]. */
+static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event, const char **calls) {
+    if (node->kind == KT_NODE_MAP) {
+        if (read_call(r, scope, node, &calls[event->call_count]))
+            event->call_count++;
+        return;
+    }
+    const int action = kt_choice_read(r, scope, node, &actions);
+    if (action < 0)
+        return;
+    bool *flag = action == 0 ? &event->stop : &event->record;
+    if (*flag)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' is there already; remove one", action_names[action]);
+    *flag = true;
+}
+
+static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene_event *event = object;
+    const bool is_list = node->kind == KT_NODE_LIST;
+    const char **calls = kt_pool_take(&r->keep, is_list ? node->count + 1 : 1, sizeof *calls);
+    if (calls == NULL)
+        return kt_reader_out_of_memory(r);
+    if (is_list && node->count == 0)
+        return kt_fault_expected(r, scope, node, "an action or a list of actions: stop, record, {call: NAME}");
+    if (!is_list)
+        read_action(r, scope, node, event, calls);
+    int i = 0;
+    for (kt_node *item = is_list ? node->of.first : NULL; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        read_action(r, &here, item, event, calls);
+    }
+    event->call = event->call_count > 0 ? calls : NULL;
+    return !kt_node_is_faulty(node);
+}
+
+static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_scene_event *event = object;
+    kt_emit_list(e, true);
+    if (event->stop)
+        kt_emit_word(e, "stop");
+    if (event->record)
+        kt_emit_word(e, "record");
+    for (int i = 0; i < event->call_count; i++) {
+        kt_emit_map(e, true);
+        kt_emit_key(e, "call");
+        kt_emit_text(e, event->call[i]);
+        kt_emit_end(e);
+    }
+    kt_emit_end(e);
+}
+
+static const kt_kind kind_then = {.read = read_then, .write = write_then};
+
+/* ---- one event --------------------------------------------------------------------------------------------------- */
+
+static const char *const direction_names[] = {"either", "rising", "falling"};
+static const kt_choice directions = {"events.direction", direction_names, KT_COUNT_OF(direction_names), 0};
+
+static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    double value;
+    if (!kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &value))
+        return false;
+    if (value != (double)(int)value)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' must be a whole number", node->of.text);
+    *(int *)kt_field_in(object, field) = (int)value;
+    return true;
+}
+
+static void write_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_emit_integer(e, *(const int *)kt_field_of(object, field));
+}
+
+static bool same_limit(const kt_field *field, const void *object, const void *standard) {
+    return *(const int *)kt_field_of(object, field) == *(const int *)kt_field_of(standard, field);
+}
+
+static const kt_kind kind_limit = {read_limit, write_limit, same_limit};
+
+#define AT(member) .offset = offsetof(kt_scene_event, member)
+static const kt_field event_fields[] = {
+    {.key = "name", .kind = &kt_kind_name, AT(name), .flags = KT_FIELD_REQUIRED},
+    {.key = "when", .kind = &kind_when, AT(when), .flags = KT_FIELD_REQUIRED},
+    {.key = "direction", .kind = &kt_kind_choice, AT(direction), .detail = &directions},
+    {.key = "then", .kind = &kind_then, .flags = KT_FIELD_REQUIRED},
+    {.key = "limit", .kind = &kind_limit, AT(limit)},
+};
+static const kt_table event_table = {.fields = event_fields, .count = KT_COUNT_OF(event_fields), .flow = true};
+
+/* A comparison comes to hold: one direction is meant. */
+static void check_direction(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event) {
+    kt_node *given = kt_node_find(node, "direction");
+    if (event->when == NULL || !kt_formula_is_comparison(r->description, event->when))
+        return;
+    if (given != NULL && event->direction != KT_DIRECTION_RISING)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, given,
+                          "'when' is a comparison, and the event is that it comes to hold; leave 'direction' out, or "
+                          "write a difference in 'when'");
+    event->direction = KT_DIRECTION_RISING;
+}
+
+static void check_names(kt_reader *r, const kt_scope *scope, kt_node **nodes, const kt_scene_event *events, int k) {
+    if (events[k].name == NULL)
+        return;
+    for (int i = 0; i < k; i++)
+        if (events[i].name != NULL && strcmp(events[i].name, events[k].name) == 0) {
+            (void)kt_fault_at(r, KT_ERROR_SCENE, scope, nodes[k], "there is an event of this name already, in line %u",
+                              (unsigned)nodes[i]->line);
+            return;
+        }
+}
+
+/* Names are compared with each other: a scene has few events. */
+enum { EVENT_COUNT_MAX = 1000 };
+
+static bool read_events(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene *scene = object;
+    kt_node **nodes = NULL;
+    int count = 0;
+    if (!kt_list_nodes(r, scope, node, "a list of events ('- {name: ..., when: ..., then: ...}')", &nodes, &count))
+        return false;
+    if (count > EVENT_COUNT_MAX)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there are %d events; a scene has at most %d", count,
+                           (int)EVENT_COUNT_MAX);
+    kt_scene_event *events = kt_pool_take(&r->keep, (size_t)count, sizeof *events);
+    if (events == NULL)
+        return kt_reader_out_of_memory(r);
+    for (int i = 0; i < count; i++) {
+        const kt_scope here = kt_item_scope("event", "events", i, nodes[i]);
+        if (kt_table_read(r, &here, nodes[i], &event_table, &events[i]))
+            check_direction(r, &here, nodes[i], &events[i]);
+        check_names(r, &here, nodes, events, i);
+    }
+    scene->events = events;
+    scene->event_count = count;
+    return true;
+}
+
+static void write_events(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_scene *scene = object;
+    const kt_scene_event rest = {.name = NULL};
+    kt_emit_list(e, false);
+    for (int i = 0; i < scene->event_count; i++)
+        kt_table_write(e, &event_table, &scene->events[i], &rest);
+    kt_emit_end(e);
+}
+
+static bool same_events(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_scene *)object)->event_count == 0;
+}
+
+const kt_kind kt_kind_events = {read_events, write_events, same_events};
+
+/* ---- until ------------------------------------------------------------------------------------------------------- */
+
+static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene *scene = object;
+    const char *when = NULL;
+    if (!read_formula(r, scope, node, &when))
+        return false;
+    scene->until = (kt_scene_event){.name = "until",
+                                    .when = when,
+                                    .direction = kt_formula_is_comparison(r->description, when) ? KT_DIRECTION_RISING
+                                                                                                : KT_DIRECTION_EITHER,
+                                    .stop = true};
+    return true;
+}
+
+static void write_until(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    kt_emit_text(e, ((const kt_scene *)object)->until.when);
+}
+
+static bool same_until(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_scene *)object)->until.when == NULL;
+}
+
+const kt_kind kt_kind_until = {read_until, write_until, same_until};

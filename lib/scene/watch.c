@@ -1,0 +1,248 @@
+/* Events of a scene in a simulation: their formulas, with the variables that they read bound to the simulation's model.
+ *
+ * A comparison a < b is watched as the difference b - a, which rises through zero where it comes to hold.
+ */
+#include "base/require.h"
+#include "expression/expression.h"
+#include "kinetree/dynamics.h"
+#include "scene/event.h"
+#include "scene/pool.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* A variable of a formula in a model. */
+typedef struct bound {
+    kt_variable_type type;
+    int body, at, component; /* at: in q or v */
+    kt_vec3 point;           /* of a marker, in the body's frame */
+} bound;
+
+typedef struct formula {
+    kt_expression *expression; /* of a comparison: its difference */
+    double sign;               /* of the value that is watched */
+    bound *variables;
+    double *values;
+    int count;
+    bool moves; /* a marker is among them: kinematics are needed */
+} formula;
+
+/* What an event's functions are given. */
+typedef struct watched {
+    formula formula;
+    const kt_scene_call **calls;
+    int call_count;
+} watched;
+
+struct kt_scene_watch {
+    kt_pool pool;
+    watched *watched;
+};
+
+/* Symbols of a formula: the k-th that it names. */
+typedef struct names {
+    const kt_description *description;
+    kt_variable *variables; /* NULL: they are not kept */
+    int count, room;
+} names;
+
+static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
+    names *n = user;
+    kt_variable variable;
+    if (!kt_variable_find(n->description, name, &variable))
+        return false;
+    *symbol = (kt_symbol){.index = n->count};
+    if (n->variables == NULL)
+        return true;
+    if (n->count == n->room)
+        return false;
+    n->variables[n->count++] = variable;
+    return true;
+}
+
+/* Whether the last operator compares, and with which sign the difference of its sides rises where it comes to hold. */
+static bool is_comparison(const kt_expression *expression, double *sign) {
+    const int32_t code = expression->count > 0 ? expression->term[expression->count - 1].code : 0;
+    *sign = code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL ? -1.0 : 1.0;
+    return code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL || code == KT_OPERATOR_GREATER ||
+           code == KT_OPERATOR_GREATER_EQUAL;
+}
+
+bool kt_formula_is_comparison(const kt_description *description, const char *text) {
+    names any = {.description = description};
+    const kt_symbols symbols = {.find = find_variable, .user = &any};
+    const size_t size = kt_expression_size(text);
+    const kt_expression *expression = NULL;
+    double sign;
+    void *memory = malloc(size);
+    const bool compares = memory != NULL &&
+                          kt_expression_parse(text, &symbols, memory, size, &expression, NULL, NULL) == KT_OK &&
+                          is_comparison(expression, &sign);
+    free(memory);
+    return compares;
+}
+
+static kt_status bind(const kt_description *description, const kt_model *model, const kt_variable *variable, bound *to,
+                      kt_error *error) {
+    *to = (bound){.type = variable->type, .component = variable->component};
+    if (variable->type == KT_VARIABLE_TIME)
+        return KT_OK;
+    const kt_body *body = &description->bodies[variable->body];
+    to->body = kt_body_find(model, body->name);
+    if (to->body <= 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no body '%s'", body->name);
+    const kt_coordinates at = kt_body_coordinates(model, to->body);
+    to->at = (variable->type == KT_VARIABLE_VELOCITY ? at.v : at.q) + variable->component;
+    if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
+        to->point =
+            kt_marker_at(model, to->body, kt_marker_find(model, to->body, body->markers[variable->marker].name));
+    return KT_OK;
+}
+
+/* Reads the formula of an event, and binds its variables to the model. */
+static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_model *model, const char *text,
+                              formula *to, kt_error *error) {
+    const size_t size = kt_expression_size(text), room = strlen(text);
+    names n = {.description = &scene->description,
+               .variables = kt_pool_take(pool, room + 1, sizeof(kt_variable)),
+               .room = (int)room};
+    const kt_symbols symbols = {.find = find_variable, .user = &n};
+    const kt_expression *expression = NULL;
+    to->expression = kt_pool_take(pool, size, 1);
+    if (n.variables == NULL || to->expression == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    kt_status status = kt_expression_parse(text, &symbols, to->expression, size, &expression, NULL, error);
+    if (status != KT_OK)
+        return status;
+    if (is_comparison(expression, &to->sign))
+        to->expression->term[to->expression->count - 1].code = KT_OPERATOR_SUBTRACT;
+    to->count = n.count;
+    to->variables = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->variables);
+    to->values = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->values);
+    if (to->variables == NULL || to->values == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    for (int k = 0; status == KT_OK && k < n.count; k++) {
+        status = bind(&scene->description, model, &n.variables[k], &to->variables[k], error);
+        to->moves = to->moves || to->variables[k].type >= KT_VARIABLE_MARKER;
+    }
+    return status;
+}
+
+static double value_of(const kt_instant *at, const bound *variable) {
+    kt_vec3 point = {0.0, 0.0, 0.0};
+    switch (variable->type) {
+    case KT_VARIABLE_TIME:
+        return at->t;
+    case KT_VARIABLE_POSITION:
+        return at->q[variable->at];
+    case KT_VARIABLE_VELOCITY:
+        return at->v[variable->at];
+    case KT_VARIABLE_MARKER:
+        point = kt_point_position(at->model, at->data, variable->body, variable->point);
+        break;
+    case KT_VARIABLE_MARKER_VELOCITY:
+        point = kt_point_velocity(at->model, at->data, variable->body, variable->point);
+        break;
+    }
+    return variable->component == 0 ? point.x : variable->component == 1 ? point.y : point.z;
+}
+
+static int evaluate(const kt_instant *at, double *value, kt_error *error, void *user) {
+    formula *f = &((watched *)user)->formula;
+    if (f->moves && kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) != KT_OK)
+        return 1;
+    for (int k = 0; k < f->count; k++)
+        f->values[k] = value_of(at, &f->variables[k]);
+    *value = f->sign * kt_expression_evaluate(f->expression, f->values);
+    return 0;
+}
+
+/* ---- actions ----------------------------------------------------------------------------------------------------- */
+
+static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const watched *w = user;
+    int stops = 0;
+    for (int i = 0; i < w->call_count; i++) {
+        const int code = w->calls[i]->action(simulation, what, error, w->calls[i]->user);
+        if (code < 0)
+            return code;
+        stops = stops > code ? stops : code;
+    }
+    return stops;
+}
+
+static kt_status find_calls(kt_pool *pool, const kt_scene_event *event, const kt_scene_call *calls, int call_count,
+                            watched *to, kt_error *error) {
+    if (event->call_count == 0 || call_count < 0)
+        return KT_OK;
+    to->calls = kt_pool_take(pool, (size_t)event->call_count, sizeof *to->calls);
+    if (to->calls == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    for (int i = 0; i < event->call_count; i++) {
+        const kt_scene_call *found = NULL;
+        for (int k = 0; k < call_count && found == NULL; k++)
+            found = strcmp(calls[k].name, event->call[i]) == 0 ? &calls[k] : NULL;
+        if (found == NULL)
+            return kt_error_set(error, KT_ERROR_SCENE, event->name,
+                                "the program has no action '%s'; give it one by kt_scene_call", event->call[i]);
+        to->calls[to->call_count++] = found;
+    }
+    return KT_OK;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
+
+static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const kt_model *model,
+                           kt_simulation *simulation, const kt_scene_event *event, watched *to,
+                           const kt_scene_call *calls, int call_count, kt_error *error) {
+    kt_status status = make_formula(&watch->pool, scene, model, event->when, &to->formula, error);
+    if (status == KT_OK)
+        status = find_calls(&watch->pool, event, calls, call_count, to, error);
+    const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
+    if (status == KT_OK && name == NULL)
+        status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    if (status != KT_OK)
+        return status;
+    const kt_event added = {.name = name,
+                            .function = evaluate,
+                            .action = to->call_count > 0 ? act : NULL,
+                            .user = to,
+                            .direction = event->direction,
+                            .record = event->record,
+                            .stop = event->stop,
+                            .limit = (uint64_t)event->limit};
+    return kt_simulation_event_add(simulation, &added, error);
+}
+
+kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt_simulation *simulation,
+                                const kt_scene_call *calls, int call_count, kt_scene_watch **watch, kt_error *error) {
+    KT_REQUIRE(error, scene, model, simulation, watch, calls || call_count <= 0);
+    const int count = kt_scene_event_room(scene);
+    kt_scene_watch *made = calloc(1, sizeof *made);
+    kt_status status = KT_OK;
+    if (made != NULL)
+        made->watched = kt_pool_take(&made->pool, (size_t)count + 1, sizeof *made->watched);
+    if (made == NULL || made->watched == NULL)
+        status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    for (int i = 0; status == KT_OK && i < count; i++) {
+        const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
+        status = add_event(made, scene, model, simulation, event, &made->watched[i], calls, call_count, error);
+    }
+    if (status != KT_OK) {
+        kt_scene_watch_free(made);
+        return status;
+    }
+    *watch = made;
+    return KT_OK;
+}
+
+void kt_scene_watch_free(kt_scene_watch *watch) {
+    if (watch == NULL)
+        return;
+    kt_pool_free(watch->pool.chunks);
+    free(watch);
+}

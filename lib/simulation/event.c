@@ -1,0 +1,480 @@
+/* Events: times at which a function g(t, q, v) of the motion changes its sign.
+ *
+ * After a step from t0 to t1, g is looked at on the dense output in t0, t1 and three times between them. Where two
+ * neighbours differ in sign there is a root; where the middle one of three of one sign is nearest to zero, the vertex of
+ * the parabola through them is looked at, too, so that two roots between two neighbours are found where the parabola
+ * shows them. (Two roots closer than that are seen by no step: max_step bounds what can be missed.) The first root in
+ * the event's direction is enclosed by ITP (Oliveira, Takahashi 2021, "An enhancement of the bisection method average
+ * performance preserving minmax optimality"), to four units of rounding of the time.
+ *
+ * The step is then taken back, and repeated so that it ends at that root: its state has the order of the method, not
+ * that of the dense output, and the next step begins there. The repeated step has another dense output, on which the
+ * root lies elsewhere by the error of the first; it is looked for again, and as the two agree better and better towards
+ * the end of a step, one or two repetitions are enough.
+ *
+ * An event has a side, the sign that g had last: what is zero has the side from before, so that a root which a step ends
+ * at is not found a second time. Roots that lie within `together` of each other are one instant, at which the events
+ * take effect in the order in which they were added.
+ */
+#include "dynamics/dynamics.h"
+#include "effect/effect.h"
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Looks at the step: at both ends and between them; of these, besides, the vertices of parabolas. */
+enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
+
+/* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
+static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
+static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
+
+/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last.
+ * Where that, after so many that shrink, is this part of the time between records, nothing comes behind them but
+ * rounding; nor where so many instants in a row follow at such intervals themselves. */
+static const double at_once = 1e-9;
+enum { SHRINKING = 8, IN_A_ROW = 64 };
+
+/* ---- the function ------------------------------------------------------------------------------------------------ */
+
+/* The error of a caller's function or action. */
+static kt_status fail_event(const kt_event *event, const char *what, double t, const kt_error *from, int code,
+                            kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", event->name, t);
+    return from->code != KT_OK ? kt_error_set(error, from->code, where, "%s", from->message)
+                               : kt_error_set(error, KT_ERROR_CALLBACK, where, "its %s returned %d", what, code);
+}
+
+/* g of one event in the state y. */
+static kt_status evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
+                          kt_error *error) {
+    const kt_event *event = &simulation->event[k];
+    const double *shown;
+    kt_error from = {0};
+    kt_instant at = {.model = simulation->user_model, .data = simulation->user_data, .t = t};
+    kt_simulation_export(simulation, t, y, NULL, &at.q, &at.v, &shown);
+    at.tau = simulation->memory.now.torque ? simulation->torque : NULL;
+    at.external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
+    simulation->cached = KT_CACHED_NOTHING; /* data are the function's scratch */
+    const int code = event->function(&at, value, &from, event->user);
+    if (code != 0 || isnan(*value)) {
+        if (code == 0)
+            (void)kt_error_set(&from, KT_ERROR_NOT_FINITE, NULL, "its value is NaN");
+        return fail_event(event, "function", t, &from, code, error);
+    }
+    return KT_OK;
+}
+
+static bool is_armed(const kt_simulation *simulation, size_t k) {
+    const uint64_t limit = simulation->event[k].limit;
+    return limit == 0 || simulation->event_memory[k].count < limit;
+}
+
+/* g of all armed events in the state y. */
+static kt_status evaluate_all(kt_simulation *simulation, double t, const double *y, double *values, kt_error *error) {
+    kt_status status = KT_OK;
+    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
+        if (is_armed(simulation, k))
+            status = evaluate(simulation, k, t, y, &values[k], error);
+    return status;
+}
+
+static int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
+
+/* ---- the first root in a step ------------------------------------------------------------------------------------ */
+
+typedef struct knot {
+    double t, g;
+} knot;
+
+static kt_status look(kt_simulation *simulation, size_t k, double t, knot *to, kt_error *error) {
+    const kt_status status = kt_simulation_between(simulation, t, error);
+    to->t = t;
+    return status == KT_OK ? evaluate(simulation, k, t, simulation->y, &to->g, error) : status;
+}
+
+/* Where the parabola through three knots of one sign comes nearest to zero, if that is between them. */
+static bool vertex_of(const knot *a, const knot *m, const knot *b, double *t) {
+    const double left = (m->g - a->g) / (m->t - a->t), right = (b->g - m->g) / (b->t - m->t);
+    const double curvature = (right - left) / (b->t - a->t);
+    if (!(curvature * sign_of(m->g) > 0.0))
+        return false;
+    *t = 0.5 * (a->t + m->t) - 0.5 * left / curvature;
+    return a->t < *t && *t < b->t && *t != m->t;
+}
+
+/* Looks for a knot of another sign between three of one sign, where parabolas come nearest to zero. */
+static kt_status find_hidden(kt_simulation *simulation, size_t k, knot a, knot m, knot b, knot *hidden, bool *found,
+                             kt_error *error) {
+    const int side = sign_of(m.g);
+    double t;
+    *found = false;
+    for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, &t); i++) {
+        knot v;
+        const kt_status status = look(simulation, k, t, &v, error);
+        if (status != KT_OK)
+            return status;
+        if (sign_of(v.g) == -side) {
+            *hidden = v;
+            *found = true;
+            return KT_OK;
+        }
+        if (fabs(v.g) >= fmin(fmin(fabs(a.g), fabs(b.g)), fabs(m.g)))
+            return KT_OK;
+        if (v.t < m.t) {
+            b = m;
+        } else {
+            a = m;
+        }
+        m = v;
+    }
+    return KT_OK;
+}
+
+static int insert(knot *knots, int count, knot new) {
+    int i = count;
+    for (; i > 0 && knots[i - 1].t > new.t; i--)
+        knots[i] = knots[i - 1];
+    knots[i] = new;
+    return count + 1;
+}
+
+/* The knots of event k along the step, with those that parabolas add. */
+static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *times, knot *knots, int *count,
+                           kt_error *error) {
+    knot base[LOOKS];
+    kt_status status = KT_OK;
+    for (int j = 0; j < LOOKS; j++) {
+        base[j] = (knot){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
+        knots[j] = base[j];
+    }
+    /* A step that ended at the root may have left a value of rounding on the side from which it came. */
+    const int from = (int)simulation->event_memory[k].side;
+    if (from != 0 && sign_of(base[0].g) != from)
+        knots[0].g = base[0].g = from * DBL_MIN;
+    *count = LOOKS;
+    for (int j = 1; status == KT_OK && j + 1 < LOOKS; j++) {
+        const int side = sign_of(base[j].g);
+        knot hidden;
+        bool found;
+        if (side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
+            continue;
+        status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
+        if (status == KT_OK && found)
+            *count = insert(knots, *count, hidden);
+    }
+    return status;
+}
+
+/* The end of an interval of the least width within which g changes its sign from that of a to that of b: ITP with
+ * kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1. */
+static kt_status enclose(kt_simulation *simulation, size_t k, knot a, knot b, double *root, kt_error *error) {
+    const int side = sign_of(b.g);
+    const double width = fmax(least_width(b.t), DBL_MIN), kappa = 0.2 / (b.t - a.t);
+    double radius = width * exp2(ceil(log2((b.t - a.t) / width)));
+    for (int i = 0; i < ROOT_STEPS && b.t - a.t > width; i++) {
+        const double half = 0.5 * (a.t + b.t), length = b.t - a.t;
+        const double secant = (b.g * a.t - a.g * b.t) / (b.g - a.g), toward = secant < half ? 1.0 : -1.0;
+        const double shift = fmin(kappa * length * length, fabs(half - secant)),
+                     reach = fmax(0.0, radius - 0.5 * length);
+        double t = secant + toward * shift;
+        if (fabs(t - half) > reach)
+            t = half - toward * reach;
+        if (!(a.t < t && t < b.t)) /* rounding, or values that are infinite */
+            t = half;
+        if (!(a.t < t && t < b.t))
+            break;
+        knot m;
+        const kt_status status = look(simulation, k, t, &m, error);
+        if (status != KT_OK)
+            return status;
+        *(sign_of(m.g) == side ? &b : &a) = m;
+        radius *= 0.5;
+    }
+    *root = b.t;
+    return KT_OK;
+}
+
+/* The first root of event k in its direction, and to which side; HUGE_VAL if there is none. */
+static kt_status find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
+                           kt_error *error) {
+    knot knots[KNOTS];
+    int count, from = (int)simulation->event_memory[k].side;
+    const kt_status status = lay_knots(simulation, k, times, knots, &count, error);
+    *root = HUGE_VAL;
+    for (int i = 1; status == KT_OK && i < count; i++) {
+        const int to = sign_of(knots[i].g);
+        if (to == 0 || to == from)
+            continue;
+        const kt_direction direction = simulation->event[k].direction;
+        const bool fits = direction == KT_DIRECTION_EITHER || (direction == KT_DIRECTION_RISING) == (to > 0);
+        const bool counts = from != 0 && fits;
+        from = to;
+        if (!counts)
+            continue;
+        *side = to;
+        return enclose(simulation, k, knots[i - 1], knots[i], root, error);
+    }
+    return status;
+}
+
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
+
+/* g at the present time, where that is not known; the sides that are not. */
+static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    if (simulation->event_time == t)
+        return KT_OK;
+    const kt_status status =
+        evaluate_all(simulation, t, kt_integrator_state(simulation->integrator), simulation->event_value, error);
+    if (status != KT_OK)
+        return status;
+    simulation->event_time = t;
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_memory[k].side == 0 && is_armed(simulation, k))
+            simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
+    return KT_OK;
+}
+
+/* g along the last step: at its ends, and between them where it is not of rounding's length. */
+static kt_status look_along(kt_simulation *simulation, double *times, kt_error *error) {
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t1 = kt_integrator_time(simulation->integrator);
+    kt_status status = KT_OK;
+    for (int j = 0; j < LOOKS; j++)
+        times[j] = j + 1 < LOOKS ? t0 + (t1 - t0) * j / (LOOKS - 1) : t1;
+    for (int j = 1; status == KT_OK && j < LOOKS; j++) {
+        const double *y = kt_integrator_state(simulation->integrator);
+        if (j + 1 < LOOKS) {
+            status = kt_simulation_between(simulation, times[j], error);
+            y = simulation->y;
+        }
+        if (status == KT_OK)
+            status = evaluate_all(simulation, times[j], y, simulation->event_value + (size_t)j * simulation->size.event,
+                                  error);
+    }
+    return status;
+}
+
+/* The roots of all events in the last step, to `root` and `side`; *first: the earliest, HUGE_VAL for none. */
+static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *error) {
+    double times[LOOKS];
+    kt_status status = look_along(simulation, times, error);
+    *first = HUGE_VAL;
+    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++) {
+        kt_event_root *found = &simulation->event_root[k];
+        double root = HUGE_VAL;
+        int side = 0;
+        if (is_armed(simulation, k))
+            status = find_root(simulation, k, times, &root, &side, error);
+        /* One that the step was to end at, and that its state has not quite reached, is there all the same. */
+        found->due = root < HUGE_VAL || (found->due && found->time == times[LOOKS - 1]);
+        if (root < HUGE_VAL) {
+            found->time = root;
+            found->side = side;
+        }
+        if (found->due)
+            *first = fmin(*first, found->time);
+    }
+    return status;
+}
+
+/* The last of the roots that are one instant with the first; those behind it are due no longer. */
+static double instant_of(kt_simulation *simulation, double first) {
+    double last = first;
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_root[k].due && simulation->event_root[k].time <= first + together(first))
+            last = fmax(last, simulation->event_root[k].time);
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_root[k].due) {
+            simulation->event_root[k].due = simulation->event_root[k].time <= last;
+            simulation->event_root[k].time = last;
+        }
+    return last;
+}
+
+/* Where the last step was accepted as it is: its end becomes the beginning of the next. */
+static void pass(kt_simulation *simulation, bool fires) {
+    const size_t n = simulation->size.event;
+    memmove(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
+    simulation->event_time = kt_integrator_time(simulation->integrator);
+    for (size_t k = 0; k < simulation->event_count; k++) {
+        const int side = sign_of(simulation->event_value[k]);
+        const bool due = fires && simulation->event_root[k].due;
+        if (due || side != 0)
+            simulation->event_memory[k].side = due ? simulation->event_root[k].side : side;
+    }
+    simulation->memory.fires = fires;
+}
+
+static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t1 = kt_integrator_time(simulation->integrator);
+    double first;
+    *again = false;
+    for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
+        simulation->event_root[k].due = false;
+    const kt_status status = find_roots(simulation, &first, error);
+    if (status != KT_OK) {
+        simulation->cause = *error; /* it names the event, or what the dense output needs */
+        kt_integrator_retreat(simulation->integrator, t1 - t0);
+        return status;
+    }
+    if (!(first < HUGE_VAL)) {
+        pass(simulation, false);
+        return KT_OK;
+    }
+    const double instant = instant_of(simulation, first);
+    if (t1 - instant <= least_width(t1) || repetition == REPETITIONS) {
+        pass(simulation, true);
+        return KT_OK;
+    }
+    kt_integrator_retreat(simulation->integrator, instant - t0);
+    *again = instant - t0 > 64.0 * DBL_EPSILON * fabs(instant);
+    *t_limit = instant;
+    if (!*again) { /* no step is so short: it is here already */
+        for (size_t k = 0; k < simulation->event_count; k++)
+            if (simulation->event_root[k].due)
+                simulation->event_memory[k].side = simulation->event_root[k].side;
+        simulation->memory.fires = true;
+    }
+    return KT_OK;
+}
+
+/* ---- what events do ---------------------------------------------------------------------------------------------- */
+
+static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "events follow each other without end: this one has happened %llu times, the last time %.3g s "
+                        "ago; give it a limit, let it stop the run, or change what it sets so that the chain ends",
+                        (unsigned long long)simulation->event_memory[k].count, t - simulation->memory.event_last);
+}
+
+/* Counts an instant of events; an error if such instants have no end. */
+static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    kt_simulation_memory *memory = &simulation->memory;
+    const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
+    const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
+    memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
+    memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
+    if (memory->event_row >= IN_A_ROW ||
+        (memory->event_shrinking >= SHRINKING && d * d <= close * (before - d))) /* d r / (1 - r), r = d / before */
+        return refuse_chain(simulation, k, t, error);
+    memory->event_interval = follows ? d : 0.0;
+    memory->event_last = t;
+    memory->event_instants++;
+    return KT_OK;
+}
+
+/* The record of an event, once before its action and once behind it if that has changed the state. */
+static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
+    const kt_event *event = &simulation->event[k];
+    if (recorder == NULL || !(event->record || event->stop))
+        return KT_OK;
+    return kt_simulation_record_event(simulation, event, recorder, user, error);
+}
+
+/* What one event does. */
+static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
+    const kt_event *event = &simulation->event[k];
+    kt_error from = {0};
+    const double t = kt_integrator_time(simulation->integrator);
+    const kt_occurrence what = {.event = event,
+                                .time = t,
+                                .side = (int)simulation->event_memory[k].side,
+                                .count = ++simulation->event_memory[k].count};
+    const int code = event->action != NULL ? event->action(simulation, &what, &from, event->user) : 0;
+    if (code < 0)
+        return fail_event(event, "action", t, &from, code, error);
+    if (code > 0 || event->stop)
+        simulation->memory.stopped = (int64_t)k + 1;
+    return KT_OK;
+}
+
+/* One event that is due. A recorder that asks to stop has its record, and will not be given it again. */
+static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_event_root *root = &simulation->event_root[k];
+    const double t = kt_integrator_time(simulation->integrator);
+    kt_status status = KT_OK;
+    if (!root->recorded) {
+        root->recorded = true;
+        status = hand_over(simulation, k, recorder, user, error);
+    }
+    if (status != KT_OK)
+        return status;
+    root->due = root->recorded = false;
+    status = act(simulation, k, error);
+    return status == KT_OK && simulation->event_time != t ? hand_over(simulation, k, recorder, user, error) : status;
+}
+
+/* After actions: an event whose value they changed is on the side of the new value; at zero, on the next one that is
+ * not. */
+static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
+    if (simulation->event_time == kt_integrator_time(simulation->integrator))
+        return KT_OK;
+    const size_t n = simulation->size.event;
+    double *before = simulation->event_value + n;
+    memcpy(before, simulation->event_value, n * sizeof(double));
+    const kt_status status = begin_events(simulation, error);
+    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
+        if (simulation->event_value[k] != before[k])
+            simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
+    return status;
+}
+
+static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_status status = begin_events(simulation, error); /* they are known but after a checkpoint */
+    size_t k = 0;
+    while (k < simulation->event_count && !simulation->event_root[k].due)
+        k++;
+    if (status == KT_OK && k < simulation->event_count && !simulation->event_root[k].recorded)
+        status = count_instant(simulation, k, kt_integrator_time(simulation->integrator), error);
+    for (; status == KT_OK && k < simulation->event_count; k++)
+        if (simulation->event_root[k].due)
+            status = fire(simulation, k, recorder, user, error);
+    if (status != KT_OK)
+        return status;
+    simulation->memory.fires = false;
+    return renew_sides(simulation, error);
+}
+
+static const kt_event_watch watch = {.begin = begin_events, .take_back = take_back, .fire = fire_all};
+
+/* ---- for callers ------------------------------------------------------------------------------------------------- */
+
+kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
+    KT_REQUIRE(error, simulation, event);
+    if (event->name == NULL || event->function == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
+                            "an event needs a name and a function");
+    if (simulation->event_count == simulation->size.event)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
+                            "there is room for %zu events; give their number in the simulation's options (events)",
+                            simulation->size.event);
+    const size_t k = simulation->event_count++;
+    simulation->event[k] = *event;
+    simulation->event_memory[k] = (kt_event_memory){.side = 0, .count = 0};
+    simulation->event_root[k] = (kt_event_root){.due = 0};
+    simulation->event_time = (double)NAN;
+    simulation->watch = &watch;
+    return KT_OK;
+}
+
+const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
+    return simulation && simulation->memory.stopped > 0 ? &simulation->event[simulation->memory.stopped - 1] : NULL;
+}
+
+uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
+    for (size_t k = 0; simulation && name && k < simulation->event_count; k++)
+        if (strcmp(simulation->event[k].name, name) == 0)
+            return simulation->event_memory[k].count;
+    return 0;
+}

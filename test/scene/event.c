@@ -1,0 +1,183 @@
+/* Events of scenes: read, written and read again, refused in words; and what a run makes of them, against closed
+ * forms. */
+#include "kinetree/dynamics.h"
+#include "kinetree/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+#include "difference.h"
+
+/* A stone that is thrown: x = 3 t, y = 1 + 4 t - g t^2 / 2; level: h, which the marker has 0.1 m below the stone. */
+static const char thrown[] = "kinetree: 1\n"
+                             "gravity: [0, -9.81, 0]\n"
+                             "parameters: {h: 0.25}\n"
+                             "bodies:\n"
+                             "  - name: stone\n"
+                             "    joint: {type: free, position: {position: [0, 1, 0]}, velocity: {linear: [3, 4, 0]}}\n"
+                             "    mass: 1\n"
+                             "    inertia: [1, 1, 1]\n"
+                             "    markers: {foot: [0, -0.1, 0]}\n"
+                             "events:\n"
+                             "  - {name: top, when: \"marker.stone.foot.vy\", direction: falling, then: record}\n"
+                             "  - {name: above, when: \"marker.stone.foot.y > 1.2\", then: [record, {call: tell}]}\n"
+                             "  - {name: far, when: marker.stone.foot.x - 2*h, then: [{call: tell}], limit: 1}\n"
+                             "simulate: {duration: 10, until: \"marker.stone.foot.y < h\"}\n";
+
+static kt_collected faults;
+
+static bool parse(const char *text, kt_scene *scene) {
+    kt_error error = {0};
+    memset(&faults, 0, sizeof faults);
+    return kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) == KT_OK;
+}
+
+/* ---- a run ------------------------------------------------------------------------------------------------------- */
+
+typedef struct rows {
+    int count;
+    double time[16];
+    const char *name[16]; /* of the simulation's events */
+    int told;
+    double told_at[16];
+} rows;
+
+static int keep(const kt_record *record, void *user) {
+    rows *r = user;
+    if (record->event == NULL || r->count == 16)
+        return 0;
+    r->time[r->count] = record->time;
+    r->name[r->count++] = record->event->name;
+    return 0;
+}
+
+static int tell(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    rows *r = user;
+    (void)simulation;
+    (void)error;
+    if (r->told < 16)
+        r->told_at[r->told++] = what->time;
+    return 0;
+}
+
+/* Where y - 0.1 = level, falling (sign 1) or rising (-1). */
+static double time_at(double level, double sign) { return (4.0 + sign * sqrt(16.0 + 2.0 * 9.81 * (0.9 - level))) / 9.81; }
+
+KT_TEST(a_run_has_the_events_of_its_scene) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_scene_watch *watch = NULL;
+    kt_error error = {0};
+    rows r = {0};
+    const kt_scene_call calls[] = {{"tell", tell, &r}};
+    if (!kt_check_true("the scene is read", parse(thrown, &scene)))
+        return;
+    kt_simulation_options options = kt_simulation_options_default();
+    options.events = kt_scene_event_room(&scene);
+    kt_check_equal_int("room", options.events, 4);
+    kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+    kt_check_equal_int("a call that is not given", status, KT_ERROR_SCENE);
+    kt_check_contains("words", error.message, "no action 'tell'");
+    kt_simulation_free(simulation);
+    simulation = NULL;
+    status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&scene, model, simulation, calls, 1, &watch, &error);
+    kt_scene_free(&scene);
+    if (status == KT_OK)
+        status = kt_simulation_run(simulation, keep, &r, &error);
+    kt_check_text("runs", status == KT_OK ? "" : error.message, "");
+    const double expected[] = {time_at(1.2, -1.0), 4.0 / 9.81, time_at(0.25, 1.0)};
+    static const char *const names[] = {"above", "top", "until"};
+    kt_check_equal_int("records", r.count, 3);
+    for (int i = 0; i < 3 && i < r.count; i++) {
+        kt_check_text("event", r.name[i], names[i]);
+        kt_check_near("time, s", r.time[i], expected[i], 1e-12);
+    }
+    kt_check_equal_int("calls", r.told, 2);
+    kt_check_near("far, s", r.told_at[1], 0.5 / 3.0, 1e-12);
+    kt_check_near("the end, s", kt_simulation_time(simulation), expected[2], 1e-12);
+    kt_scene_watch_free(watch);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* The text that a scene is written as; the caller frees it. */
+static char *text_of(const kt_scene *scene) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {0};
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return NULL;
+    kt_check_equal_int("writes", kt_scene_write(scene, stream, &error), KT_OK);
+    fclose(stream);
+    return text;
+}
+
+KT_TEST(events_are_written_and_read_again) {
+    kt_scene scene, again;
+    if (!kt_check_true("reads", parse(thrown, &scene)))
+        return;
+    char *text = text_of(&scene), *second = NULL;
+    const bool is_read = text != NULL && parse(text, &again);
+    kt_check_text("reads again", is_read ? "" : faults.first.message, "");
+    if (is_read) {
+        second = text_of(&again);
+        kt_check_text("the same text", second, text);
+        kt_check_contains("a parameter is its number", text, "2*(0.25)");
+        kt_check_equal_int("events", again.event_count, 3);
+        kt_check_equal_int("a comparison rises", again.events[1].direction, KT_DIRECTION_RISING);
+        kt_check_equal_int("limit", again.events[2].limit, 1);
+        kt_check_true("until stops", again.until.stop && again.until.direction == KT_DIRECTION_RISING);
+        kt_scene_free(&again);
+    }
+    free(text);
+    free(second);
+    kt_scene_free(&scene);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(faults_of_events_name_their_place_and_the_mend) {
+    static const struct {
+        const char *events, *place, *words;
+    } wrong[] = {
+        {"events: [{name: a, when: \"position.arn\", then: stop}]", "x:4:27", "did you mean 'position.arm'"},
+        {"events: [{name: a, when: position.arm, then: halt}]", "x:4:46", "stop"},
+        {"events: [{name: a, when: position.arm, then: []}]", "x:4:46", "an action"},
+        {"events: [{name: a, when: position.arm, then: [stop, stop]}]", "x:4:53", "there already"},
+        {"events: [{name: a, when: position.arm, then: {release: b}}]", "x:4:46", "{call: NAME}"},
+        {"events: [{name: a, when: position.arm > 1, direction: falling, then: stop}]", "x:4:55", "comparison"},
+        {"events: [{name: a, when: position.arm, then: stop, limit: 1.5}]", "x:4:59", "whole number"},
+        {"events: [{name: a, when: position.arm, then: stop}, {name: a, when: t - 1, then: stop}]", "x:4:53",
+         "this name already"},
+        {"events: [{when: position.arm, then: stop}]", "x:4:10", "name"},
+        {"events: [{name: a, then: stop}]", "x:4:10", "when"},
+        {"events: {name: a}", "x:4:9", "a list of events"},
+        {"simulate: {until: \"position.arm <\"}", "x:4:34", "missing before the end"},
+    };
+    char text[512];
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        kt_scene scene;
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n%s\n",
+                 wrong[i].events);
+        if (!kt_check_true(wrong[i].events, !parse(text, &scene)))
+            continue;
+        kt_check_equal_int("faults", (long long)faults.count, 1);
+        kt_check_text("place", faults.first.where, wrong[i].place);
+        kt_check_contains("words", faults.first.message, wrong[i].words);
+    }
+}

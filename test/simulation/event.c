@@ -1,0 +1,485 @@
+/* Events: found to rounding, in order, with the order of the method across them; what their actions change; chains
+ * without end.
+ */
+#include "interpose.h"
+#include "scenes.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- functions and actions --------------------------------------------------------------------------------------- */
+
+/* What a function reads, and what an action is told and does. */
+typedef struct told {
+    double level, restitution;
+    char letter; /* to be written to `order` */
+    char *order;
+    int count;
+    double time[64], v[64];
+} told;
+
+/* The first position, above the level. */
+static int height(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error;
+    *value = at->q[0] - ((const told *)user)->level;
+    return 0;
+}
+
+static void note(told *t, double time, double v) {
+    if (t->count < 64) {
+        t->time[t->count] = time;
+        t->v[t->count] = v;
+    }
+    t->count++;
+}
+
+static int bounce(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    told *t = user;
+    const double v = -t->restitution * kt_simulation_velocities(simulation)[0];
+    note(t, what->time, kt_simulation_velocities(simulation)[0]);
+    return kt_simulation_jump(simulation, NULL, &v, error) == KT_OK ? 0 : -1;
+}
+
+static int count(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    told *t = user;
+    (void)error;
+    note(t, what->time, kt_simulation_velocities(simulation)[0]);
+    if (t->order != NULL)
+        t->order[strlen(t->order)] = t->letter;
+    return 0;
+}
+
+/* ---- a ball ------------------------------------------------------------------------------------------------------ */
+
+/* One kilogram that falls from 1 m; along x, gravity along -x. */
+static void ball_make(kt_lone *lone) {
+    kt_lone_make(lone, KT_JOINT_PRISMATIC, 1.0);
+    lone->description.gravity = kt_vec3_make(-9.81, 0.0, 0.0);
+    lone->body.joint.position[0] = 1.0;
+}
+
+static kt_simulation *simulate(const kt_model *model, const kt_run *run, int events, unsigned record) {
+    kt_simulation_options options = kt_simulation_options_default();
+    options.events = events;
+    options.record = record;
+    return kt_scene_simulate(model, run, &options);
+}
+
+static void add(kt_simulation *simulation, const kt_event *event) {
+    kt_error error = {0};
+    (void)kt_fine("adds an event", kt_simulation_event_add(simulation, event, &error), &error);
+}
+
+/* The n-th impact, from 0: at T + 2 T (e + ... + e^n), with T = sqrt(2 h / g). */
+static double time_of_impact(int n, double restitution) {
+    double first = sqrt(2.0 / 9.81), sum = first;
+    for (int i = 1; i <= n; i++)
+        sum += 2.0 * first * pow(restitution, i);
+    return sum;
+}
+
+KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
+    kt_lone lone;
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_worst when = kt_worst_make("time of an impact, s"), speed = kt_worst_make("speed at the ninth, m/s");
+    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+        const kt_method *method = kt_method_at(m);
+        if (method->order < 2)
+            continue;
+        for (int fixed = kt_method_is_adaptive(method) ? 0 : 1; fixed < 2; fixed++) {
+            kt_error error = {0};
+            told t = {.restitution = 0.8};
+            kt_run run = kt_run_default();
+            run.integrator = method->name;
+            run.step = fixed ? 0.01 : 0.0;
+            kt_simulation *simulation = simulate(model, &run, 1, 0);
+            if (simulation == NULL)
+                continue;
+            add(simulation, &(kt_event){.name = "impact",
+                                        .function = height,
+                                        .action = bounce,
+                                        .user = &t,
+                                        .direction = KT_DIRECTION_FALLING});
+            (void)kt_fine(method->name, kt_simulation_advance(simulation, 3.5, &error), &error);
+            kt_check_equal_int(method->name, t.count, 9);
+            for (int n = 0; n < 9 && n < t.count; n++)
+                kt_worst_near(&when, t.time[n], time_of_impact(n, 0.8), 1e-12, "%s, %d", method->name, n);
+            if (t.count > 8)
+                kt_worst_near(&speed, t.v[8], -sqrt(2.0 * 9.81) * pow(0.8, 8), 1e-12, "%s", method->name);
+            kt_simulation_free(simulation);
+        }
+    }
+    kt_check_worst(&when);
+    kt_check_worst(&speed);
+    kt_model_free(model);
+}
+
+/* The impacts accumulate at T (1 + e) / (1 - e); behind that no time goes on, and the error says so. */
+KT_TEST(chain_of_events_without_end_ends_in_words) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.restitution = 0.5};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation,
+        &(kt_event){
+            .name = "impact", .function = height, .action = bounce, .user = &t, .direction = KT_DIRECTION_FALLING});
+    kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
+    kt_check_contains("message", error.message, "without end");
+    kt_check_contains("where", error.where, "impact");
+    kt_check_near("where impacts accumulate, s", kt_simulation_time(simulation), sqrt(2.0 / 9.81) * 3.0, 1e-9);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* With an energy balance what an impact loses is dissipated: 9.81 J (1 - e^2) at the first. */
+KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.restitution = 0.8};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, KT_RECORD_BALANCE) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation,
+        &(kt_event){
+            .name = "impact", .function = height, .action = bounce, .user = &t, .direction = KT_DIRECTION_FALLING});
+    (void)kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_equal_int("impacts", t.count, 1);
+    kt_check_near("dissipated, J", kt_simulation_work(simulation).dissipated, 9.81 * (1.0 - 0.64), 1e-11);
+    kt_check_near("supplied, J", kt_simulation_work(simulation).supplied, 0.0, 1e-11);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- orders across events ---------------------------------------------------------------------------------------- */
+
+/* A pendulum that is thrown back by a wall below its joint moves as |theta| of one without a wall. Returns the largest
+ * error of angle and speed after 20 s, some 19 walls. */
+static double error_behind_walls(const kt_model *model, const char *method, double step, const double *expected,
+                                 int *walls) {
+    kt_error error = {0};
+    told t = {.restitution = 1.0};
+    const kt_run run = kt_run_fixed(method, step, 20.0);
+    kt_simulation *simulation = simulate(model, &run, 1, 0);
+    if (simulation == NULL)
+        return (double)NAN;
+    kt_event wall = {
+        .name = "wall", .function = height, .action = bounce, .user = &t, .direction = KT_DIRECTION_FALLING};
+    add(simulation, &wall);
+    (void)kt_fine(method, kt_simulation_advance(simulation, 20.0, &error), &error);
+    *walls = t.count;
+    const double angle = fabs(kt_simulation_positions(simulation)[0] - fabs(expected[0]));
+    const double speed = fabs(fabs(kt_simulation_velocities(simulation)[0]) - fabs(expected[1]));
+    kt_simulation_free(simulation);
+    return fmax(angle, speed);
+}
+
+static double time_of_wall(const kt_model *model, double *state) {
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    run.integrator = "dop853";
+    run.relative = run.absolute = 1e-14;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    if (simulation == NULL)
+        return (double)NAN;
+    (void)kt_fine("without walls", kt_simulation_advance(simulation, 20.0, &error), &error);
+    state[0] = kt_simulation_positions(simulation)[0];
+    state[1] = kt_simulation_velocities(simulation)[0];
+    const double t = kt_simulation_time(simulation);
+    kt_simulation_free(simulation);
+    return t;
+}
+
+KT_TEST(methods_keep_their_order_across_events) {
+    static const struct {
+        const char *name;
+        double order, step;
+    } methods[] = {{"heun", 2, 0.02}, {"kutta3", 3, 0.02}, {"rk4", 4, 0.04},  {"dopri5", 5, 0.08}, {"dop853", 8, 0.3},
+                   {"ab4", 4, 0.01},  {"bdf2", 2, 0.01},   {"rkc2", 2, 0.02}, {"radau5", 5, 0.1}};
+    kt_lone lone;
+    double expected[2];
+    kt_pendulum_make(&lone, 1.0, 0.3);
+    kt_model *model = kt_scene_compile(&lone.description);
+    if (model != NULL && isfinite(time_of_wall(model, expected)))
+        for (size_t m = 0; m < sizeof methods / sizeof methods[0]; m++) {
+            int walls = 0;
+            if (kt_method_find(methods[m].name) == NULL)
+                continue;
+            const double coarse = error_behind_walls(model, methods[m].name, methods[m].step, expected, &walls);
+            const double fine = error_behind_walls(model, methods[m].name, 0.5 * methods[m].step, expected, &walls);
+            kt_note("%s: %.3g, %.3g, %d walls", methods[m].name, coarse, fine, walls);
+            kt_check_above("walls", walls, 15);
+            kt_check_above("order", log2(coarse / fine), methods[m].order - 0.35);
+        }
+    kt_model_free(model);
+}
+
+/* ---- what is found ----------------------------------------------------------------------------------------------- */
+
+/* x = 0.5 - t + t^2, by a force: above 0.25 but for t = 0.5, in steps of 10 s; a level of 0.25 + 1e-6 is crossed twice within
+ * 2 ms. */
+KT_TEST(two_roots_in_one_step_are_found_where_a_parabola_shows_them) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.level = 0.25 + 1e-6};
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    lone.description.gravity = kt_vec3_make(2.0, 0.0, 0.0);
+    lone.body.joint.position[0] = 0.5;
+    lone.body.joint.velocity[0] = -1.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_fixed("rk4", 10.0, 10.0);
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation, &(kt_event){.name = "level", .function = height, .action = count, .user = &t});
+    (void)kt_fine("runs", kt_simulation_advance(simulation, 10.0, &error), &error);
+    kt_check_equal_int("events", t.count, 2);
+    kt_check_near("first, s", t.time[0], 0.5 - 1e-3, 1e-12);
+    kt_check_near("second, s", t.time[1], 0.5 + 1e-3, 1e-12);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* Two levels that are crossed at one time, up to rounding; the first that was added comes first, whatever the signs. */
+KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
+    kt_lone lone;
+    kt_error error = {0};
+    char order[16] = "";
+    told a = {.level = 1e-13, .letter = 'a', .order = order}, b = {.level = 0.0, .letter = 'b', .order = order};
+    told c = {.level = 0.5, .letter = 'c', .order = order};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 3, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation, &(kt_event){.name = "b", .function = height, .action = count, .user = &b});
+    add(simulation, &(kt_event){.name = "a", .function = height, .action = count, .user = &a});
+    add(simulation, &(kt_event){.name = "c", .function = height, .action = count, .user = &c});
+    (void)kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_text("order", order, "cba");
+    kt_check_true("one time", a.time[0] == b.time[0]);
+    const kt_event more = {.name = "d", .function = height, .user = &b};
+    kt_check_equal_int("a fourth", kt_simulation_event_add(simulation, &more, &error), KT_ERROR_MEMORY);
+    kt_check_contains("words", error.message, "room for 3 events");
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A value of zero at the start is no event; one direction leaves the other out; a limit ends an event. */
+KT_TEST(directions_limits_and_starts_at_zero) {
+    kt_lone lone;
+    kt_error error = {0};
+    told rising = {.level = 0.0}, falling = {.level = 0.0}, twice = {.level = 0.0};
+    kt_pendulum_make(&lone, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 3, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation,
+        &(kt_event){
+            .name = "rising", .function = height, .action = count, .user = &rising, .direction = KT_DIRECTION_RISING});
+    add(simulation, &(kt_event){.name = "falling",
+                                .function = height,
+                                .action = count,
+                                .user = &falling,
+                                .direction = KT_DIRECTION_FALLING});
+    add(simulation, &(kt_event){.name = "twice", .function = height, .action = count, .user = &twice, .limit = 2});
+    /* half a period: 2 K(sin(theta0 / 2)) sqrt(l / g), 1.0092 s here */
+    (void)kt_fine("runs", kt_simulation_advance(simulation, 6.5, &error), &error);
+    kt_check_equal_int("rising", rising.count, 3);
+    kt_check_equal_int("falling", falling.count, 3);
+    kt_check_equal_int("limited", twice.count, 2);
+    kt_check_equal_int("by name", (long long)kt_simulation_event_count(simulation, "falling"), 3);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- runs -------------------------------------------------------------------------------------------------------- */
+
+static int keep_events(const kt_record *record, void *user) {
+    told *t = user;
+    if (record->event != NULL)
+        note(t, record->time, record->v[0]);
+    else
+        t->level = record->time; /* the last of the others */
+    return 0;
+}
+
+KT_TEST(event_that_stops_ends_the_run_with_its_record_and_a_call_goes_on) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.level = 0.0}, kept = {.level = 0.0};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    run.interval = 0.1;
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation, &(kt_event){.name = "landed", .function = height, .user = &t, .stop = true});
+    (void)kt_fine("runs", kt_simulation_run(simulation, keep_events, &kept, &error), &error);
+    const double expected = sqrt(2.0 / 9.81);
+    kt_check_near("time of the end, s", kt_simulation_time(simulation), expected, 1e-14);
+    kt_check_true("by the event", kt_simulation_stopped(simulation) != NULL &&
+                                      strcmp(kt_simulation_stopped(simulation)->name, "landed") == 0);
+    kt_check_equal_int("records of events", kept.count, 1);
+    kt_check_near("time of the record, s", kept.time[0], expected, 1e-14);
+    kt_check_near("speed in the record", kept.v[0], -sqrt(2.0 * 9.81), 1e-13);
+    kt_check_near("last record before, s", kept.level, 0.4, 1e-15);
+    (void)kt_fine("goes on", kt_simulation_run(simulation, keep_events, &kept, &error), &error);
+    kt_check_true("to the end", kt_simulation_time(simulation) == run.duration && !kt_simulation_stopped(simulation));
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+static int fail(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)user;
+    *value = 1.0;
+    return at->t > 0.25 ? kt_error_set(error, KT_ERROR_EFFECT, NULL, "the sensor is cold") != KT_OK : 0;
+}
+
+static int fall_apart(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)user;
+    (void)error;
+    *value = at->t > 0.25 ? (double)NAN : 1.0;
+    return 0;
+}
+
+KT_TEST(function_that_fails_ends_the_call_and_leaves_the_state) {
+    kt_lone lone;
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    for (int i = 0; model != NULL && i < 2; i++) {
+        kt_error error = {0};
+        kt_simulation *simulation = simulate(model, &run, 1, 0);
+        if (simulation == NULL)
+            break;
+        add(simulation, &(kt_event){.name = "cold", .function = i == 0 ? fail : fall_apart});
+        kt_check_equal_int("status", kt_simulation_advance(simulation, 1.0, &error),
+                           i == 0 ? KT_ERROR_EFFECT : KT_ERROR_NOT_FINITE);
+        kt_check_contains("where", error.where, "event 'cold'");
+        const double t = kt_simulation_time(simulation), x = kt_simulation_positions(simulation)[0];
+        kt_check_below("time of the last step that succeeded", t, 0.25);
+        kt_check_near("position there", x, 1.0 - 0.5 * 9.81 * t * t, 1e-14);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
+/* ---- checkpoints, memory ----------------------------------------------------------------------------------------- */
+
+KT_TEST(checkpoint_between_events_goes_on_with_the_same_bits_and_nothing_allocates) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.restitution = 0.8}, again = t;
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_event event = {.name = "impact",
+                      .function = height,
+                      .action = bounce,
+                      .user = &t,
+                      .direction = KT_DIRECTION_FALLING,
+                      .limit = 5};
+    kt_simulation *one = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    kt_simulation *two = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    void *block = one != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
+    if (one == NULL || two == NULL || block == NULL)
+        return;
+    add(one, &event);
+    event.user = &again;
+    add(two, &event);
+    (void)kt_fine("first half", kt_simulation_advance(one, 1.6, &error), &error);
+    kt_simulation_save(one, block);
+    kt_interpose_start();
+    const kt_status whole = kt_simulation_advance(one, 4.0, &error);
+    kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+    (void)kt_fine("whole", whole, &error);
+    (void)kt_fine("restores", kt_simulation_restore(two, block, &error), &error);
+    (void)kt_fine("second half", kt_simulation_advance(two, 4.0, &error), &error);
+    kt_check_equal_bits("position", kt_simulation_positions(two), kt_simulation_positions(one), 1);
+    kt_check_equal_bits("velocity", kt_simulation_velocities(two), kt_simulation_velocities(one), 1);
+    kt_check_equal_int("impacts, whole", t.count, 5);
+    kt_check_equal_int("impacts, with those before", (long long)kt_simulation_event_count(two, "impact"), 5);
+    free(block);
+    kt_simulation_free(one);
+    kt_simulation_free(two);
+    kt_model_free(model);
+}
+
+/* ---- a run that pauses ------------------------------------------------------------------------------------------- */
+
+typedef struct pausing {
+    told rows;
+    int pause_at; /* stops at each record from this one on; -1: never */
+    int taken;
+} pausing;
+
+static int pause(const kt_record *record, void *user) {
+    pausing *p = user;
+    note(&p->rows, record->time, record->v[0]);
+    return p->pause_at >= 0 && p->taken++ >= p->pause_at ? 1 : 0;
+}
+
+/* Runs to the end through all pauses; after each, in another simulation from a checkpoint. */
+static void run_with_pauses(const kt_model *model, const kt_run *run, const kt_event *event, pausing *p) {
+    kt_simulation *now = simulate(model, run, 1, 0);
+    kt_error error = {0};
+    if (now == NULL)
+        return;
+    add(now, event);
+    while (kt_simulation_run(now, pause, p, &error) == KT_ERROR_CALLBACK) {
+        kt_simulation *next = simulate(model, run, 1, 0);
+        void *block = next != NULL ? malloc(kt_simulation_state_size(now)) : NULL;
+        if (block == NULL)
+            break;
+        kt_simulation_save(now, block);
+        add(next, event);
+        (void)kt_fine("restores", kt_simulation_restore(next, block, &error), &error);
+        free(block);
+        kt_simulation_free(now);
+        now = next;
+    }
+    kt_simulation_free(now);
+}
+
+/* Records before and behind each of the impacts; a pause at any of them, and a checkpoint there, changes none. */
+KT_TEST(run_that_pauses_at_every_record_gives_the_same_records) {
+    kt_lone lone;
+    told t = {.restitution = 0.8};
+    pausing whole = {.pause_at = -1}, paused = {.pause_at = 0};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    run.interval = 0.25;
+    run.duration = 3.0;
+    const kt_event event = {.name = "impact",
+                            .function = height,
+                            .action = bounce,
+                            .user = &t,
+                            .direction = KT_DIRECTION_FALLING,
+                            .record = true};
+    if (model == NULL)
+        return;
+    run_with_pauses(model, &run, &event, &whole);
+    run_with_pauses(model, &run, &event, &paused);
+    kt_check_equal_int("records", whole.rows.count, 13 + 2 * 6);
+    kt_check_equal_int("records with pauses", paused.rows.count, whole.rows.count);
+    kt_check_equal_bits("times", paused.rows.time, whole.rows.time, 25);
+    kt_check_equal_bits("velocities", paused.rows.v, whole.rows.v, 25);
+    kt_check_near("behind the first impact", whole.rows.v[3], -0.8 * whole.rows.v[2], 1e-13);
+    kt_model_free(model);
+}
