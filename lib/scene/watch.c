@@ -220,7 +220,8 @@ static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const k
 
 kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt_simulation *simulation,
                                 const kt_scene_call *calls, int call_count, kt_scene_watch **watch, kt_error *error) {
-    KT_REQUIRE(error, scene, model, simulation, watch, calls || call_count <= 0);
+    if (KT_IS_MISSING(error, scene, model, simulation, watch, calls || call_count <= 0))
+        return KT_ERROR_ARGUMENT;
     const int count = kt_scene_event_room(scene);
     kt_scene_watch *made = calloc(1, sizeof *made);
     kt_status status = KT_OK;

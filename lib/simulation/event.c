@@ -451,7 +451,8 @@ static const kt_event_watch watch = {.begin = begin_events, .take_back = take_ba
 /* ---- for callers ------------------------------------------------------------------------------------------------- */
 
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
-    KT_REQUIRE(error, simulation, event);
+    if (KT_IS_MISSING(error, simulation, event))
+        return KT_ERROR_ARGUMENT;
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");

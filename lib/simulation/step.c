@@ -382,7 +382,8 @@ static kt_status close_state(kt_simulation *simulation, const double *q, const d
 }
 
 kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
-    KT_REQUIRE(error, simulation);
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
     double before = 0.0, after = 0.0;
     const bool balanced = kt_simulation_is_balanced(simulation);
     const bool accounts = balanced || simulation->watches_works;
