@@ -221,3 +221,23 @@ bool kt_csv_close(kt_csv *csv) {
     (void)fprintf(stderr, "%s could not be written in full\n", csv->name);
     return false;
 }
+
+int kt_bench_run(const kt_bench_table *table, int argc, char **argv) {
+    kt_bench_options options = {.max = 1, .seconds = 1.0};
+    int result = kt_bench_read(argc, argv, table->about, &options);
+    if (result >= 0)
+        return result;
+    kt_csv csv;
+    if (!kt_csv_open(&csv, options.csv, table->columns))
+        return KT_BENCH_FAILED;
+    kt_bench_heading(table->title, options.isa, options.csv);
+    table->print_head();
+    result = KT_BENCH_DONE;
+    for (size_t i = 0; i < table->subjects; i++) {
+        const int one = table->measure(i, &options, &csv);
+        result = one > result ? one : result;
+    }
+    if (!kt_csv_close(&csv))
+        return KT_BENCH_FAILED;
+    return result == KT_BENCH_MISSED && !options.check ? KT_BENCH_DONE : result;
+}

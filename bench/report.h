@@ -58,4 +58,16 @@ bool kt_csv_close(kt_csv *csv);
 #define KT_CSV_ORIGIN "isa,processor,compiler"
 #define KT_CSV_TIMES "least_s,low_s,median_s,high_s,rounds,repetitions"
 
+/* A benchmark that prints a table with a line a subject: its help, the name of its file's columns, its title, what prints
+ * the head of the table, and what measures a subject and prints its line (KT_BENCH_...). */
+typedef struct kt_bench_table {
+    const char *about, *columns, *title;
+    void (*print_head)(void);
+    size_t subjects;
+    int (*measure)(size_t subject, const kt_bench_options *options, kt_csv *csv);
+} kt_bench_table;
+
+/* What main returns. A bound that is missed counts with --check alone. */
+int kt_bench_run(const kt_bench_table *table, int argc, char **argv);
+
 #endif

@@ -47,15 +47,15 @@ static bool minimal(void) {
     if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), 1.0, 0.5, a))
         return false;
     tell("7.1E", error_of(a, 1.0, 0.5));
-    const double level = 1.57079632679489662;
-    if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), level, 0.5, a))
+    const double horizontal = 1.57079632679489662;
+    if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), horizontal, 0.5, a))
         return false;
-    tell("7.1E.level", error_of(a, level, 0.5));
+    tell("7.1E.level", error_of(a, horizontal, 0.5));
     /* [MSD 7.15] with x independent: z' = -(x / z) q', whose factor is the condition */
-    tell("7.1E.fixed", fabs(sin(level - 1e-6) / cos(level - 1e-6)));
-    if (!accelerate(NULL, level, 0.5, a))
+    tell("7.1E.fixed", fabs(sin(horizontal - 1e-6) / cos(horizontal - 1e-6)));
+    if (!accelerate(NULL, horizontal, 0.5, a))
         return false;
-    tell("7.2E", error_of(a, level, 0.5));
+    tell("7.2E", error_of(a, horizontal, 0.5));
     return true;
 }
 

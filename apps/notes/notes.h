@@ -26,7 +26,7 @@ typedef struct mechanism {
     double q[32], v[32];
 } mechanism;
 
-/* Prints what is wrong, and returns false, where it cannot be had. */
+/* Prints what is wrong, and returns false, where it cannot be computed. */
 bool open_mechanism(mechanism *m, const char *text);
 void close_mechanism(mechanism *m);
 bool works(kt_status status, const kt_error *error);

@@ -95,7 +95,8 @@ static int report(const subject *s, const kt_bars *bars, const kt_bench_times *t
     return trusted ? KT_BENCH_DONE : KT_BENCH_FAILED;
 }
 
-static int measure(const subject *s, const kt_bench_options *options, kt_csv *csv) {
+static int measure(size_t index, const kt_bench_options *options, kt_csv *csv) {
+    const subject *s = &subjects[index];
     static kt_bench_times times[WAYS];
     kt_bench_task tasks[WAYS];
     kt_bars bars[WAYS];
@@ -115,22 +116,14 @@ static int measure(const subject *s, const kt_bench_options *options, kt_csv *cs
     return result;
 }
 
-int main(int argc, char **argv) {
-    kt_bench_options options = {.max = 1, .seconds = 1.0};
-    int result = kt_bench_read(argc, argv, about, &options);
-    if (result >= 0)
-        return result;
-    kt_csv csv;
-    if (!kt_csv_open(&csv, options.csv, columns))
-        return KT_BENCH_FAILED;
-    kt_bench_heading("Forms of constraint groups", options.isa, options.csv);
+static void print_head(void) {
     printf("Accelerations, us a call (lower quartile), with a form and without it; how many times as long; difference."
            "\n\n%24s |%9s%9s |%9s%9s |%7s%9s\n",
            "", "form", "us", "instead", "us", "ratio", "apart");
-    result = KT_BENCH_DONE;
-    for (size_t i = 0; i < sizeof subjects / sizeof *subjects; i++) {
-        const int one = measure(&subjects[i], &options, &csv);
-        result = one > result ? one : result;
-    }
-    return kt_csv_close(&csv) ? result : KT_BENCH_FAILED;
+}
+
+int main(int argc, char **argv) {
+    static const kt_bench_table table = {
+        about, columns, "Forms of constraint groups", print_head, sizeof subjects / sizeof *subjects, measure};
+    return kt_bench_run(&table, argc, argv);
 }

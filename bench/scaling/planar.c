@@ -86,7 +86,8 @@ static int report(const struct subject *s, const kt_bench_times *times, int ways
     return !trusted ? KT_BENCH_FAILED : fits ? KT_BENCH_DONE : KT_BENCH_MISSED;
 }
 
-static int measure(const struct subject *s, const kt_bench_options *options, kt_csv *csv) {
+static int measure(size_t index, const kt_bench_options *options, kt_csv *csv) {
+    const struct subject *s = &subjects[index];
     kt_bars bars[WAYS];
     kt_bench_task tasks[WAYS];
     static kt_bench_times times[WAYS];
@@ -112,24 +113,15 @@ static int measure(const struct subject *s, const kt_bench_options *options, kt_
     return result;
 }
 
-int main(int argc, char **argv) {
-    kt_bench_options options = {.max = 1, .seconds = 1.0};
-    int result = kt_bench_read(argc, argv, about, &options);
-    if (result >= 0)
-        return result;
-    kt_csv csv;
-    if (!kt_csv_open(&csv, options.csv, columns))
-        return KT_BENCH_FAILED;
-    kt_bench_heading("Plane mechanisms in the plane and in space", options.isa, options.csv);
+static void print_head(void) {
     printf("Accelerations, us a call (lower quartile), and what the loops alone take.\n\n%18s |%9s%9s%8s |%9s%9s%8s "
            "|%7s%9s\n",
            "", "planar", "spatial", "ratio", "planar", "spatial", "ratio", "alloc.", "apart");
-    result = KT_BENCH_DONE;
-    for (size_t i = 0; i < sizeof subjects / sizeof *subjects; i++) {
-        const int one = measure(&subjects[i], &options, &csv);
-        result = one > result ? one : result;
-    }
-    if (!kt_csv_close(&csv))
-        return KT_BENCH_FAILED;
-    return result == KT_BENCH_MISSED && !options.check ? KT_BENCH_DONE : result;
+}
+
+int main(int argc, char **argv) {
+    static const kt_bench_table table = {
+        about,  columns, "Plane mechanisms in the plane and in space", print_head, sizeof subjects / sizeof *subjects,
+        measure};
+    return kt_bench_run(&table, argc, argv);
 }
