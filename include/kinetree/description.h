@@ -84,8 +84,8 @@ KT_API kt_function kt_function_sum(const kt_function *parts, int part_count);
 KT_API kt_function kt_function_product(const kt_function *parts, int part_count);
 KT_API kt_function kt_function_expression(const char *text);
 
-/* How many sums and products may be within one another. */
-enum { KT_FUNCTION_DEPTH_MAX = 4 };
+/* Bounds of functions. */
+enum { KT_FUNCTION_DEPTH_MAX = 4 /* sums and products within one another */ };
 
 /* ---- joints and bodies ------------------------------------------------------------------------------------------- */
 

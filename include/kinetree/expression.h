@@ -75,7 +75,7 @@ typedef struct kt_symbol {
     int index;     /* of its value in the array that evaluation is given, from 0 */
     bool is_angle; /* it is an angle, or a rate of one: see kt_expression_is_angle */
     bool is_fixed; /* it stands for `number`, which the formula then holds, and has no index */
-    double number;
+    double number; /* of a fixed one */
 } kt_symbol;
 
 /* The names that a formula may use. */
