@@ -229,6 +229,8 @@ typedef struct kt_crossings {
                               it is near the position, relative to a radian or to the length of the longest loop */
     double smallest; /* the smallest size of a direction of the equations, relative to its usual size; of these
                               accelerations, if there are any */
+    double bend; /* the shortest time, s, within which the path was seen to bend away from such a position; 0: it was
+                    not. A longer step leaps over the bend */
 } kt_crossings;
 
 /* Since the data were initialised or this was last called. */

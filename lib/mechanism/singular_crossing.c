@@ -317,9 +317,10 @@ static bool interpolate_across(crossing *c, double *a) {
 /* ---- the choice -------------------------------------------------------------------------------------------------- */
 
 /* Interpolations that agree to APART_MOST are more exact than they tell. */
-static bool is_direct_better(const crossing *c, const double *a) {
+static bool is_direct_better(crossing *c, const double *a) {
     const bool settled = c->apart <= APART_MOST * difference(c->model, a, NULL);
-    return contradicts(c, a) || (!settled && c->open + c->rounding < c->interpolated);
+    c->bent = contradicts(c, a);
+    return c->bent || (!settled && c->open + c->rounding < c->interpolated);
 }
 
 /* Adds to what kt_data_crossings tells; s: the size of the smallest direction. Where errors cannot be measured the
@@ -332,6 +333,8 @@ static void count_crossing(const crossing *c, double s, bool interpolated) {
     kt_passage *passage = &c->data->passage;
     passage->time = seen->near ? fmin(passage->time, fmax(s, nearest) / speed) : fmax(s, nearest) / speed;
     passage->acceleration = fmax(passage->acceleration, measured ? error : 0.0);
+    if (c->bent && !interpolated)
+        seen->bend = seen->bend > 0.0 ? fmin(seen->bend, s / speed) : s / speed;
     seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
     seen->error = fmax(seen->error, measured ? 0.5 * error * time * time : nearest);

@@ -78,7 +78,7 @@ kt_iterations kt_data_iterations(kt_data *data) {
 }
 
 kt_crossings kt_data_crossings(kt_data *data) {
-    const kt_crossings none = {0, 0, 0.0, 0.0};
+    const kt_crossings none = {0, 0, 0.0, 0.0, 0.0};
     if (!data)
         return none;
     const kt_crossings last = data->crossings;

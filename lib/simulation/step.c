@@ -121,11 +121,14 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
     to->near += new.near;
     to->interpolated += new.interpolated;
     to->error = fmax(to->error, new.error);
+    if (new.bend > 0.0)
+        to->bend = to->bend > 0.0 ? fmin(to->bend, new.bend) : new.bend;
 }
 
 void kt_simulation_count(kt_simulation *simulation) {
     const kt_integrator_memory *integrator = kt_integrator_memory_get(simulation->integrator);
-    const double step = integrator->t - integrator->previous_t;
+    const double step =
+        simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t; /* errors are controlled */
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
         const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->user_data);
@@ -316,7 +319,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->gap_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
-    simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0};
+    simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0, 0.0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     simulation->memory.powers = (kt_power_points){.count = 0};
     forget_events(simulation);

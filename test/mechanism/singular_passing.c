@@ -91,6 +91,7 @@ KT_TEST(passages_are_told) {
         kt_check_equal_int("interpolated", seen.interpolated > 0, cases[i].crosses);
         kt_check_below("smallest direction", seen.smallest, cases[i].smallest);
         kt_check_below("error", seen.error, 1e-9);
+        kt_check_equal_int("bends", seen.bend > 0.0, cases[i].near && !cases[i].crosses);
         kt_check_equal_int("told once", (long)kt_data_crossings(l.data).near, 0);
         linkage_free(&l);
     }

@@ -410,6 +410,21 @@ static void warn_of_crossings(kt_outcome *outcome) {
             seen.smallest, seen.error, outcome->run->relative);
 }
 
+/* Warns if fixed steps leap over a bend of the path next to a singular position. */
+static void warn_of_leaps(kt_outcome *outcome) {
+    const double step = outcome->run->step, bend = kt_simulation_counts_get(outcome->simulation).crossings.bend;
+    const kt_warning warning = {.code = "long_step",
+                                .time = (double)NAN,
+                                .value = step,
+                                .unit = "s",
+                                .remedy = "Take a step below a tenth of that, or an adaptive method, which finds it"};
+    if (bend > 0.0 && step > 0.5 * bend)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "next to a singular position of the loops the path bends within %.2g s: steps of %g s leap over the bend",
+            bend, step);
+}
+
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
@@ -454,6 +469,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         warn_of_caps(outcome);
         warn_of_joined(outcome);
         warn_of_crossings(outcome);
+        warn_of_leaps(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
