@@ -127,8 +127,8 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
 
 void kt_simulation_count(kt_simulation *simulation) {
     const kt_integrator_memory *integrator = kt_integrator_memory_get(simulation->integrator);
-    const double step =
-        simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t; /* errors are controlled */
+    /* A fixed step may be longer than the motion is there (kt_crossings.bend). */
+    const double step = simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < 2; i++) {
         const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->user_data);
