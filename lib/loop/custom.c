@@ -6,7 +6,7 @@
  *     phi'' = moment . w' + force . u' + drift
  * so that along the motion (d + s u, exp(s w) R, t + s) at constant u and w
  *     drift = d/ds phi' = d^2/ds^2 phi
- * and moment, force and rate are the slopes of phi by rotations, translations and time. First derivatives are central
+ * and moment, force and rate are the derivatives of phi by rotations, translations and time. First derivatives are central
  * differences of order four, second ones of order six; steps are parts of a radian, and of the arm of the motion.
  *
  * Compiled for dual numbers, all is differenced once more, along the direction of the derivative.
@@ -59,9 +59,9 @@ static kt_loop_motion moved(const kt_loop_motion *m, const direction *by, double
 
 static double arm_of(const kt_loop_motion *m) { return 1.0 + kt_vec3_norm(m->position); }
 
-/* Slopes of the residuals along a direction, of order four. */
-static bool slopes(const kt_loop_record *loop, double t, const kt_loop_motion *m, const direction *by, double step,
-                   double out[KT_LOOP_ROW_MAX]) {
+/* First differences of the residuals along a direction, of order four. */
+static bool differences(const kt_loop_record *loop, double t, const kt_loop_motion *m, const direction *by, double step,
+                        double out[KT_LOOP_ROW_MAX]) {
     static const double weight[2] = {2.0 / 3.0, -1.0 / 12.0};
     bool fine = true;
     for (int r = 0; r < loop->row_count; r++)
@@ -88,7 +88,7 @@ static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_
         direction by = {.time = k == 6 ? 1.0 : 0.0};
         if (k < 6)
             *component(k < 3 ? &by.angle : &by.d, k % 3) = 1.0;
-        fine &= slopes(loop, t, m, &by, k < 3 || k == 6 ? STEP : STEP * arm_of(m), slope);
+        fine &= differences(loop, t, m, &by, k < 3 || k == 6 ? STEP : STEP * arm_of(m), slope);
         for (int r = 0; r < loop->row_count; r++)
             *(k == 6 ? &rows[r].rate : component(k < 3 ? &rows[r].moment : &rows[r].force, k % 3)) = slope[r];
     }

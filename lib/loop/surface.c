@@ -81,12 +81,13 @@ const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
 #endif
 
 #if KT_DESCRIBES
-#define BEAD(surface, at)                                                                                              \
+#define BEAD                                                                                                           \
     "bodies:\n"                                                                                                        \
-    "  - {name: bead, joint: {type: free, position: {position: " at                                                    \
-    "}}, mass: 1, shape: {type: sphere, radius: 0.03}}\n"                                                              \
-    "loops:\n"                                                                                                         \
-    "  - {name: on, type: surface, between: [world, bead], surface: " surface "}\n"
+    "  - name: bead\n"                                                                                                 \
+    "    joint: {type: free, position: {position: [0.3, 0, 0.4]}}\n"                                                   \
+    "    mass: 1\n"                                                                                                    \
+    "    shape: {type: sphere, radius: 0.03}\n"                                                                        \
+    "loops:\n"
 
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
@@ -100,43 +101,8 @@ const kt_descriptor kt_loop_surface_descriptor = {
     .help = KT_WORDS("the second point stays on a surface"),
     .formula =
         KT_WORDS("S(d) = 0    S: of the surface, in the frame of the first end;  d: from its point to the second"),
-    .example = KT_WORDS(BEAD("{sphere: {radius: 0.5}}", "[0.3, 0, 0.4]")),
+    .example =
+        KT_WORDS(BEAD "  - {name: on, type: surface, between: [world, bead], surface: {sphere: {radius: 0.5}}}\n"),
     KT_DESCRIPTOR_KEYS,
 };
-
-static const kt_key radius_keys[] = {
-    {"surface.radius", KT_KEY_NUMBER, offsetof(kt_surface, radius), "m", KT_WORDS("R"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
-    {"surface.tube", KT_KEY_NUMBER, offsetof(kt_surface, tube), "m", KT_WORDS("r, the radius of the tube"),
-     .range = KT_RANGE_POSITIVE, .needed = true},
-};
-static const kt_descriptor surfaces[KT_SURFACE_TYPE_COUNT] = {
-    [KT_SURFACE_NONE] = {.name = NULL},
-    [KT_SURFACE_PLANE] = {.name = "plane",
-                          .help = KT_WORDS("normal to the axis"),
-                          .formula = KT_WORDS("z = 0"),
-                          .example = KT_WORDS(BEAD("{plane: {}}", "[0.3, 0, 0]"))},
-    [KT_SURFACE_CYLINDER] = {.name = "cylinder",
-                             .help = KT_WORDS("about the axis, without ends"),
-                             .formula = KT_WORDS("sqrt(x^2 + y^2) = R"),
-                             .example = KT_WORDS(BEAD("{cylinder: {radius: 0.5}}", "[0.3, 0.4, 0]")),
-                             .keys = radius_keys,
-                             .key_count = 1},
-    [KT_SURFACE_SPHERE] = {.name = "sphere",
-                           .help = KT_WORDS("about the point of the first end"),
-                           .formula = KT_WORDS("sqrt(x^2 + y^2 + z^2) = R"),
-                           .example = KT_WORDS(BEAD("{sphere: {radius: 0.5}}", "[0.3, 0, 0.4]")),
-                           .keys = radius_keys,
-                           .key_count = 1},
-    [KT_SURFACE_TORUS] = {.name = "torus",
-                          .help = KT_WORDS("a tube along a circle about the axis"),
-                          .formula = KT_WORDS("sqrt((sqrt(x^2 + y^2) - R)^2 + z^2) = r"),
-                          .example = KT_WORDS(BEAD("{torus: {radius: 0.5, tube: 0.1}}", "[0.6, 0, 0]")),
-                          .keys = radius_keys,
-                          .key_count = 2},
-};
-
-const kt_descriptor *kt_surface_descriptor(kt_surface_type type) {
-    return type > KT_SURFACE_NONE && type < KT_SURFACE_TYPE_COUNT ? &surfaces[type] : NULL;
-}
 #endif
