@@ -278,9 +278,10 @@ json_t *kt_start_inertias(const kt_scene *scene) {
 
 bool kt_is_driven(const kt_description *description) {
     for (int i = 0; i < description->loop_count; i++) {
-        const kt_function_type type = description->loops[i].function.type;
-        if (type != KT_FUNCTION_NONE && type != KT_FUNCTION_CONSTANT)
-            return true;
+        const kt_loop *loop = &description->loops[i];
+        const kt_function_type type = loop->function.type;
+        if (type != KT_FUNCTION_NONE && (type != KT_FUNCTION_CONSTANT || loop->type == KT_LOOP_RATES))
+            return true; /* a constant rate drives, too */
     }
     return false;
 }

@@ -94,7 +94,7 @@ static int warn_of_double_motions(const check *c) {
 /* Whether the assembled state is one of rest that nothing disturbs. */
 static bool stays_at_rest(const check *c) {
     const kt_description *d = &c->scene->description;
-    bool rests = d->effect_count == 0 && !is_driven(d);
+    bool rests = d->effect_count == 0 && !kt_is_driven(d);
     for (int i = 0; i < kt_model_nv(c->model); i++)
         rests = rests && c->v[i] == 0.0 && c->a[i] == 0.0;
     return rests;
