@@ -269,6 +269,33 @@ KT_TEST(rotating_cantilevers_stiffen_as_wright_and_others_have_it) {
     }
 }
 
+/* A shaft that turns about its own axis at W, seen from axes that turn with it: omega - W and omega + W of its frequency
+ * omega at rest. At the critical speed W = omega the first of them vanishes, and what is unbalanced bends without bound;
+ * beyond it the shaft runs on [S. Timoshenko, Vibration Problems in Engineering; H. H. Jeffcott 1919]. */
+KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
+    static const char format[] =
+        "kinetree: 1\nbodies:\n  - {name: hub, joint: {type: revolute, axis: x, velocity: %.17g}}\nbeams:\n"
+        "  - {name: s, from: hub, segments: 24, length: 1, mass_per_length: 1, inertia_per_length: 1e-7, GJ: 1, EI: "
+        "[1, 1]}\n"
+        "loops:\n  - {name: drive, type: motion, joint: hub, position: {polynomial: [0, %.17g]}}\n";
+    static const double parts[] = {0.0, 0.5, 0.95, 1.5};
+    double rest = (double)NAN;
+    kt_worst worst = kt_worst_make("frequencies in turning axes");
+    for (int i = 0; i < 4; i++) {
+        char text[1024];
+        double omega[2];
+        const double speed = i == 0 ? 0.0 : parts[i] * rest;
+        snprintf(text, sizeof text, format, speed, speed);
+        if (!frequencies(text, omega, 2))
+            continue;
+        rest = i == 0 ? omega[0] : rest;
+        kt_worst_near(&worst, omega[0], fabs(rest - speed), 2e-5, "%g of the critical speed", parts[i]);
+        kt_worst_near(&worst, omega[1], rest + speed, 2e-5, "%g of the critical speed", parts[i]);
+    }
+    kt_check_worst(&worst);
+    kt_check_near("critical speed", rest, 3.51601526850015, 4e-3);
+}
+
 /* ---- what a section becomes -------------------------------------------------------------------------------------- */
 
 /* Segments are bodies like others: a parent, an end, a shape; effects have names. */
