@@ -63,3 +63,22 @@ KT_TEST(long_paths_are_written_whole) {
     const kt_ran ran = kt_shell("$K check %s 2>&1 | head -c 3", path);
     kt_check_text("begins with the path", ran.out, "000");
 }
+
+/* A robot is known by its contents. Without masses it has places, and an acceleration that is null. */
+KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
+    kt_shell("echo \"<robot name='r'><link name='a'/><link name='b'><visual><geometry><sphere radius='1'/></geometry>"
+             "</visual></link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>\" "
+             ">robot.txt");
+    kt_expect(0, "ok, 1 warning", "$K check robot.txt 1>&2");
+    kt_expect(0, "no link has a mass", "$K info robot.txt 1>&2");
+    kt_expect(0, "\"acceleration\": null", "$K evaluate robot.txt 1>&2");
+    kt_expect(4, "no inertia along one of its degrees of freedom", "$K run robot.txt --out robot.csv");
+    kt_expect(0, "\"acceleration\": [",
+              "$K import robot.txt --mass b=2 --out robot.yaml && "
+              "$K evaluate robot.yaml 1>&2");
+    kt_shell("echo \"<mujoco><worldbody><body name='a'><joint axis='0 1 0'/><geom size='0.1' pos='0 0 -1'/></body>"
+             "</worldbody></mujoco>\" >model.txt");
+    kt_expect(0, "dof        1", "$K info model.txt 1>&2");
+    kt_expect(0, "dof        1", "$K info - <model.txt 1>&2");
+    kt_expect(1, "has no keys of a scene", "$K run model.txt --set L=1");
+}
