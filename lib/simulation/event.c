@@ -93,7 +93,7 @@ typedef struct knot {
     double t, g;
 } knot;
 
-static kt_status look(kt_simulation *simulation, size_t k, double t, knot *to, kt_error *error) {
+static kt_status value_at(kt_simulation *simulation, size_t k, double t, knot *to, kt_error *error) {
     const kt_status status = kt_simulation_between(simulation, t, error);
     to->t = t;
     return status == KT_OK ? evaluate(simulation, k, t, simulation->y, &to->g, error) : status;
@@ -117,7 +117,7 @@ static kt_status find_hidden(kt_simulation *simulation, size_t k, knot a, knot m
     *found = false;
     for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, &t); i++) {
         knot v;
-        const kt_status status = look(simulation, k, t, &v, error);
+        const kt_status status = value_at(simulation, k, t, &v, error);
         if (status != KT_OK)
             return status;
         if (sign_of(v.g) == -side) {
@@ -191,7 +191,7 @@ static kt_status enclose(kt_simulation *simulation, size_t k, knot a, knot b, do
         if (!(a.t < t && t < b.t))
             break;
         knot m;
-        const kt_status status = look(simulation, k, t, &m, error);
+        const kt_status status = value_at(simulation, k, t, &m, error);
         if (status != KT_OK)
             return status;
         *(sign_of(m.g) == side ? &b : &a) = m;
@@ -243,7 +243,7 @@ static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
 }
 
 /* g along the last step: at its ends, and between them where it is not of rounding's length. */
-static kt_status look_along(kt_simulation *simulation, double *times, kt_error *error) {
+static kt_status sample_step(kt_simulation *simulation, double *times, kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
@@ -265,7 +265,7 @@ static kt_status look_along(kt_simulation *simulation, double *times, kt_error *
 /* The roots of all events in the last step, to `root` and `side`; *first: the earliest, HUGE_VAL for none. */
 static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *error) {
     double times[LOOKS];
-    kt_status status = look_along(simulation, times, error);
+    kt_status status = sample_step(simulation, times, error);
     *first = HUGE_VAL;
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++) {
         kt_event_root *found = &simulation->event_root[k];
