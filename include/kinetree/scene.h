@@ -101,9 +101,9 @@ typedef struct kt_scene {
      * command acts upon it; a program reads the file and calls kt_scene_start_from. */
     const char *from;
 
-    const kt_scene_event *events; /* `events`; NULL: none */
-    int event_count;              /* length of events */
-    kt_scene_event until;         /* `simulate.until`; its `when` is NULL: there is none */
+    const kt_scene_event *events;         /* `events`; NULL: none */
+    int event_count;                      /* length of events */
+    kt_scene_event until;                 /* `simulate.until`; its `when` is NULL: there is none */
     const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */

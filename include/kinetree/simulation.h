@@ -339,9 +339,9 @@ typedef struct kt_work {
 /* Works estimated from powers at the ends of steps alone (kt_simulation_options.watch_works). All are numbers since the
  * start; NaN where they are not estimated. */
 typedef struct kt_work_estimate {
-    double net;    /* dissipated - supplied, J: kinetic + potential + net is constant, up to the error of the integration
+    double net;   /* dissipated - supplied, J: kinetic + potential + net is constant, up to the error of the integration
                       and that of the estimate */
-    double error;  /* that of the estimate: sum of the differences of cubics and parabolas through powers, J */
+    double error; /* that of the estimate: sum of the differences of cubics and parabolas through powers, J */
     double turned; /* the integral of |dissipated| + |supplied| as powers, J: its size */
 } kt_work_estimate;
 

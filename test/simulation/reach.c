@@ -75,8 +75,9 @@ static void check_words(const kt_error *error, double t, double ahead) {
              "from here on the loops cannot be closed; at t = %.9g s these stay open: ", t + ahead);
     kt_check_text("where", error->where, where);
     kt_check_contains("message", error->message, begin);
-    kt_check_contains("how to mend it", error->message,
-                      ". Change the driving functions so that the loops can be closed, or end the run before this time");
+    kt_check_contains(
+        "how to mend it", error->message,
+        ". Change the driving functions so that the loops can be closed, or end the run before this time");
 }
 
 /* Two bars of 1 m whose ends are 1.4 m + 0.2 m/s t apart are straight at 3 s. Near there the rates grow as (3 s -
