@@ -77,7 +77,7 @@ BY_TYPE = {
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
            "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy"]
-ENUMS = r"kt_(joint|loop|effect|shape|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
+ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
 
 
 def split(parameters):
