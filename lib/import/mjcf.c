@@ -112,7 +112,8 @@ static void note_forces(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->inactive, "equalities that are not active, left out: %d", m->inactive.count);
     kt_note_put(n, &m->tied, "fixed tendons of several joints, each a body without mass that a coupling moves: %d",
                 m->tied.count);
-    kt_note_put(n, &m->friction, "frictionless stiction is smooth here: 'frictionloss' became joint_friction: %d",
+    kt_note_put(n, &m->friction,
+                "dry friction that is held exactly in MuJoCo and is smooth here (frictionloss, joint_friction): %d",
                 m->friction.count);
     kt_note_put(n, &m->motors, "motors, whose torque is that of the control at the start (0 without --keyframe): %d",
                 m->motors.count);
