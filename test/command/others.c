@@ -295,6 +295,10 @@ KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
     static const char *const hidden[] = {">j1<", ">j7<", ">j8<", ">j11<", ">pin.fz<", "\u2212222", "\u2212200"};
     for (size_t i = 0; i < sizeof hidden / sizeof *hidden; i++)
         kt_check_true(hidden[i], strstr(svg, hidden[i]) == NULL);
+    kt_write_file("units.csv", "time,effect.strut.force [N],effect.strut.power [W]\n0,1,2\n1,2,3\n");
+    kt_expect(0, NULL, "$K plot units.csv --columns effect.strut --out units.svg");
+    kt_check_contains("a column without its unit", kt_read_file("units.svg"), ">strut.force<");
+    kt_check_contains("which the title has", kt_read_file("units.svg"), ">Powers of effects, W<");
     ran = kt_shell("$K plot many.csv --columns position.j11 --out one.svg");
     kt_check_text("alone it is what was asked for", ran.err, "");
     kt_check_contains("and shown", kt_read_file("one.svg"), ">j11<");

@@ -114,6 +114,7 @@ typedef struct kt_chart {
     double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
+    char labels[KINDS][KT_PLOT_SERIES_MAX][128];
     int count[KINDS];
     kt_candidate *candidates; /* the columns that were asked for */
     int candidate_count;
@@ -150,15 +151,22 @@ static void add_column(kt_chart *chart, int column) {
                        .is_error = is_log(chart, kind)};
 }
 
+/* What its panel's title does not say of a column: "strut.force" of "effect.strut.force [N]". */
+static void write_label(const char *name, int kind, char *label, size_t size) {
+    const char *dot = kind < KINDS - 1 ? strchr(name, '.') : NULL;
+    const char *unit = kinds[kind].unit != NULL ? strstr(name, " [") : NULL;
+    const char *from = dot != NULL ? dot + 1 : name;
+    (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
+}
+
 static void add_series(kt_chart *chart, const kt_candidate *column) {
-    const int kind = column->panel;
-    const char *dot = strchr(column->name, '.');
-    chart->series[kind][chart->count[kind]++] =
-        (kt_plot_series){.label = kind < KINDS - 1 && dot != NULL ? dot + 1 : column->name,
-                         .x = chart->x,
-                         .y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y,
-                         .count = chart->table->rows,
-                         .is_dense = is_rising(chart->x, chart->table->rows)};
+    const int kind = column->panel, k = chart->count[kind]++;
+    write_label(column->name, kind, chart->labels[kind][k], sizeof chart->labels[kind][k]);
+    chart->series[kind][k] = (kt_plot_series){.label = chart->labels[kind][k],
+                                              .x = chart->x,
+                                              .y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y,
+                                              .count = chart->table->rows,
+                                              .is_dense = is_rising(chart->x, chart->table->rows)};
 }
 
 static void add_panels(kt_chart *chart) {
