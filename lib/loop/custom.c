@@ -245,6 +245,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 static int row_count(const kt_loop *loop) { return loop->equation_count; }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
     record->equations = loop->equations;

@@ -69,6 +69,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 1;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
     record->form = (int32_t)loop->surface.type;

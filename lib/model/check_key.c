@@ -206,6 +206,16 @@ static void check_track(kt_checked *c, const kt_key *key) {
         kt_checker_fault(c->checker, "curve.pitch", -1, "the pitch of a helix is 0, which is a circle; give circle");
 }
 
+/* Of loops on surfaces and curves. */
+static void check_form(kt_checked *c, const kt_key *key) {
+    if (key->kind == KT_KEY_SURFACE)
+        check_surface(c, key);
+    else if (key->kind == KT_KEY_TRACK)
+        check_track(c, key);
+    else if (key->kind == KT_KEY_POINTS)
+        check_points(c, key);
+}
+
 static void check_key(kt_checked *c, const kt_key *key) {
     const void *at = member(c->object, key);
     switch (key->kind) {
@@ -258,26 +268,9 @@ static void check_key(kt_checked *c, const kt_key *key) {
     case KT_KEY_ARMATURE:
         check_armature(c, key);
         break;
-    case KT_KEY_SURFACE:
+    default: /* a flag has two valid values; a point is part of an end; others are of functions: check_function.c */
         if (KT_HAS_LOOPS)
-            check_surface(c, key);
-        break;
-    case KT_KEY_TRACK:
-        if (KT_HAS_LOOPS)
-            check_track(c, key);
-        break;
-    case KT_KEY_POINTS:
-        if (KT_HAS_LOOPS)
-            check_points(c, key);
-        break;
-    case KT_KEY_FLAG:  /* both values are valid */
-    case KT_KEY_POINT: /* part of an end */
-    case KT_KEY_LIST:  /* of functions: check_function.c */
-    case KT_KEY_ROWS:
-    case KT_KEY_METHOD:
-    case KT_KEY_PARTS:
-    case KT_KEY_FORMULA:
-    case KT_KEY_KIND_COUNT:
+            check_form(c, key);
         break;
     }
 }
