@@ -48,6 +48,7 @@ static kt_effect effect_of(kt_effect_type type) {
     e.radius = 9.0;
     e.wrench = type == KT_EFFECT_CUSTOM ? pull : NULL;
     e.end_count = 2;
+    e.formula[0] = "-3*(length - 0.2) - 0.5*speed";
     e.torque = kt_function_constant(0.7);
     e.target = kt_function_constant(0.7);
     for (int k = 0; k < 3; k++)

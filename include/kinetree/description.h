@@ -352,7 +352,8 @@ typedef struct kt_loop {
     X(KT_EFFECT_TORQUE, torque)                 /* on a body */                                                        \
     X(KT_EFFECT_DRAG, drag)                     /* against the velocity of a point */                                  \
     X(KT_EFFECT_ATTRACTION, attraction)         /* by inverse squares */                                               \
-    X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */
+    X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */                                        \
+    X(KT_EFFECT_EXPRESSION, expression)         /* formulas in text */
 
 /* Types of force elements; kt_effect has the formulas. */
 typedef enum kt_effect_type {
@@ -397,6 +398,10 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
  *     sphere's lowest point, against the slip.
+ *   expression: forces by formulas (expression.h) of t and of kt_variables: in a joint, formula[0]; along the line between
+ *     two ends, formula[0], which pushes them apart where it is positive, and may use `length` and `speed`, the distance
+ *     of the ends and its rate; or on a point of a body, force formula[0] to [2] and moment formula[3] to [5] along the
+ *     axes of `frame`. All that it does counts as supplied. At most KT_FORMULA_VARIABLE_MAX different variables.
  * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
  * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
  * must be. Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N where
@@ -406,7 +411,7 @@ typedef struct kt_effect {
     kt_effect_type type;   /* which members are read */
     kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
-    const char *joint;     /* joint_*, motor, servo, custom with joint_force */
+    const char *joint;     /* joint_*, motor, servo, expression, custom with joint_force */
     double stiffness;      /* spring N/m; joint_spring, joint_limit, servo N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit, servo N (m) s per rad or m */
     double length;         /* spring: rest length, m */
@@ -435,8 +440,9 @@ typedef struct kt_effect {
     double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
     double friction;       /* contact: coefficient; default 0 */
     double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
+    const char *formula[6];                      /* expression: force, moment; NULL: none of that component */
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
-    int end_count;                               /* custom: 1 or 2; */
+    int end_count;                               /* custom: 1 or 2; expression: 0 in a joint, 1 on a body, 2 between */
     kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */
     kt_corner_callback *corner;                  /* custom: when its force has corners; NULL: never */
     void *user;                                  /* custom: handed to the callback; must outlive the model */
@@ -532,6 +538,9 @@ typedef enum kt_variable_type {
     KT_VARIABLE_MARKER,         /* marker.BODY.MARKER.x: a world coordinate of a marker, m */
     KT_VARIABLE_MARKER_VELOCITY /* marker.BODY.MARKER.vx: a component of its velocity, m/s */
 } kt_variable_type;
+
+/* The most variables that the formulas of one effect use together. */
+enum { KT_FORMULA_VARIABLE_MAX = 32 };
 
 /* A variable of a formula, by its place in a description. */
 typedef struct kt_variable {

@@ -536,11 +536,17 @@ def contact(p, loop):
     p.dot((150, 82))
 
 
+def expression(p, loop):
+    axes_of_graph(p, (160, 98), 304, 14, "u", "force", 16, 186)
+    p.path([(160 + x, 98 - 34 * math.sin(x / 24) - 0.000012 * x ** 3) for x in range(-130, 131, 3)], "m")
+    p.text((226, 34), "f(t, u, ...)", "i", "start")
+
+
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
          inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
 EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
-           attraction, contact]
+           attraction, contact, expression]
 FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}
 
 

@@ -223,6 +223,7 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
 }
 
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *text, kt_error *error) {
+    size_t variable = 0;
     for (size_t i = 0; i < m->n.effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
@@ -250,6 +251,11 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             const kt_function *function = kt_effect_function(effect, k);
             r->curve[k] = kt_curve_compile(function, m->number, *number);
             *number += kt_curve_number_count(function);
+        }
+        if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION) {
+            const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, &variable, error);
+            if (read != KT_OK)
+                return read;
         }
     }
     return KT_OK;
@@ -308,7 +314,9 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     if (KT_HAS_LOOPS)
         kt_attach_place_paths(a, n);
     kt_attach_number_groups(a, n);
-    kt_attach_count_effects(a, n);
+    status = kt_attach_count_effects(a, n, error);
+    if (status != KT_OK)
+        return status;
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));

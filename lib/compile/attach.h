@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "loop/loop.h"
+#include "model/formula.h"
 
 /* Working arrays, in one block. */
 #define ATTACH_FIELDS(X)                                                                                               \
@@ -51,6 +52,13 @@ static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
+/* Formulas of effects (formula.c): counts numbers and variables, of which `names` then has the list; and fills the
+ * model. */
+kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
+                                   kt_counts *n, kt_error *error);
+kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
+                                  size_t *number, size_t *variable, kt_error *error);
+
 /* Prepares what follows for links whose depth and pose are in the arrays. */
 void kt_attach_measure_links(kt_attach *a, size_t count);
 
@@ -86,7 +94,7 @@ void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
 void kt_attach_number_groups(kt_attach *a, kt_counts *n);
 
 /* Counts what effects add to a model: batches, links that carry forces and their angles, names. */
-void kt_attach_count_effects(kt_attach *a, kt_counts *n);
+KT_CHECKED kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error);
 
 /* Fills batches, effects and links that carry forces of a model whose effects are in a->effect. */
 void kt_attach_fill_effects(kt_attach *a, kt_model *m);

@@ -31,7 +31,19 @@ static void mark(kt_attach *a, kt_counts *n, const char *body) {
     }
 }
 
-void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
+/* Marks the links of the markers among the variables. */
+static void mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names) {
+    for (int k = 0; k < names->count; k++) {
+        const kt_variable *variable = &names->variable[k];
+        if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
+            continue;
+        if (n->force_link == 0)
+            n->force_link = 1; /* the ground */
+        mark(a, n, a->description->bodies[variable->body].name);
+    }
+}
+
+kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
     bool known[KEYS] = {false};
     for (size_t i = 0; i < n->effect; i++) {
         const kt_effect *effect = &a->description->effects[i];
@@ -43,7 +55,15 @@ void kt_attach_count_effects(kt_attach *a, kt_counts *n) {
         for (int k = 0; k < ends; k++)
             mark(a, n, effect->between[k].body);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
+        if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+            continue;
+        kt_formula_names names;
+        const kt_status status = kt_attach_count_formulas(a->description, effect, &names, n, error);
+        if (status != KT_OK)
+            return status;
+        mark_variables(a, n, &names);
     }
+    return KT_OK;
 }
 
 /* Lists the marked links in their order, parents before children; the marks become indices in this list. */
@@ -70,6 +90,8 @@ static void list_force_links(kt_attach *a, kt_model *m) {
 void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
     int32_t place = 0, batch = 0;
     list_force_links(a, m);
+    for (size_t k = 0; k < m->n.variable; k++)
+        m->variable[k].force_link = a->force_link[m->variable[k].link];
     for (int key = 0; key < KEYS && place < (int32_t)m->n.effect; key++) {
         const int32_t first = place;
         for (size_t i = 0; i < m->n.effect; i++) {

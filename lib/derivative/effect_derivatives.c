@@ -24,6 +24,9 @@
 
 #include "derivative/dual_effect.h"
 #include "effect/effect.h"
+#include "mechanism/formula.h"
+
+#include <string.h>
 
 /* What all effects of a state share. */
 typedef struct state {
@@ -195,6 +198,17 @@ static void subtract_column(const state *s, const kt_effect_dof *k, size_t count
     }
 }
 
+static void subtract_jacobian(const state *s, const ends *e, const kt_effect_jacobian *jacobian, size_t count,
+                              double *d_q, double *d_v) {
+    for (size_t b = 0; b < count; b++) {
+        const kt_effect_dof *k = &s->path[b];
+        const end_motion *last = &e->motion[e->last];
+        columns c;
+        find_columns(jacobian, last->omega, last->velocity - e->base[k->end].b, k, k->end == e->last, &c);
+        subtract_column(s, k, count, &c, d_q, d_v);
+    }
+}
+
 static void subtract_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_jacobian jacobian = {.at_point = false};
@@ -206,12 +220,127 @@ static void subtract_wrench(const state *s, const kt_effect_record *effect, doub
         kind->jacobian(effect, s->model->number, e.end, s->t, &jacobian);
     else
         kt_dual_effect_jacobian(effect, s->model->number, e.end, s->t, &jacobian);
-    for (size_t b = 0; b < count; b++) {
+    subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
+}
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* The formulas of an effect in a state: values, and partial derivatives by each variable. */
+typedef struct formulas {
+    double value[8]; /* of six, and the derivatives of the first by the distance of the ends and by its rate */
+    double by[KT_FORMULA_VARIABLE_MAX][6];
+} formulas;
+
+/* A marker as the only end of an effect. */
+static kt_effect_record marker_of(const kt_variable_record *variable) {
+    kt_effect_record marker = {.ends = 1, .link = {variable->link, 0}};
+    marker.frame[0] = (kt_pose){.position = variable->arm, .rotation = kt_mat3_identity()};
+    return marker;
+}
+
+/* The variables are those that kt_formula_variables_read finds, with the poses of the terms of the tree. */
+static void read_variables(const state *s, const kt_effect_record *effect, const kt_effect_end *end, double *values) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_formula_variables_read(s->model, s->data, s->data->kinematics, effect, s->t, s->q, s->v, end, values);
+    for (int32_t k = 0; k < effect->variable_count; k++) {
+        const kt_variable_record *variable = &s->model->variable[effect->variable + k];
+        if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
+            continue;
+        const kt_effect_record marker = marker_of(variable);
+        end_motion motion;
+        kt_effect_end found;
+        find_end(s, &marker, 0, base_of(s, variable->link), none, &motion, &found);
+        values[k] = (variable->type == KT_VARIABLE_MARKER ? motion.point : motion.velocity)[variable->component];
+    }
+}
+
+static void differentiate_formulas(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
+                                   formulas *f) {
+    double values[KT_FORMULA_VARIABLE_MAX], unit[KT_FORMULA_VARIABLE_MAX] = {0.0}, y[3];
+    read_variables(s, effect, end, values);
+    memset(f, 0, sizeof *f);
+    kt_formulas_evaluate(s->model, effect, values, f->value);
+    for (int32_t m = 0; m < effect->variable_count; m++) {
+        const int32_t type = s->model->variable[effect->variable + m].type;
+        unit[m] = 1.0;
+        for (int k = 0; k < 6; k++) {
+            y[1] = 0.0;
+            kt_expression_taylor(kt_formula_of(s->model, effect, k), values, unit, NULL, y);
+            f->by[m][k] = y[1];
+        }
+        unit[m] = 0.0;
+        if (type == KT_VARIABLE_LENGTH || type == KT_VARIABLE_SPEED)
+            f->value[type == KT_VARIABLE_LENGTH ? 6 : 7] += f->by[m][0];
+    }
+}
+
+/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor; in a joint, of the
+ * force x.b[0]. */
+static void subtract_forces(const state *s, const kt_effect_record *effect, size_t count, pair x, double factor,
+                            size_t column, double *d) {
+    double *to = d + column * s->model->n.v;
+    if (effect->ends == 0)
+        to[s->model->link[effect->link[0]].v] -= factor * x.b[0];
+    for (size_t a = 0; a < count; a++) {
+        const kt_effect_dof *i = &s->path[a];
+        const double y = factor * kt_v4_dot2(i->s[0], x.a, i->s[1], x.b);
+        to[i->v] -= i->end == effect->ends - 1 ? y : -y;
+    }
+}
+
+/* With u a variable and x = dW/du: du/dq and du/dv are those of the marker's point, as of the last end of an effect. */
+static void subtract_marker(const state *s, const kt_effect_record *effect, size_t count, pair x,
+                            const kt_variable_record *variable, double *d_q, double *d_v) {
+    const kt_effect_record marker = marker_of(variable);
+    const pair base = base_of(s, variable->link);
+    const int c = variable->component;
+    end_motion motion;
+    kt_effect_end end;
+    find_end(s, &marker, 0, base, base.a, &motion, &end);
+    const size_t last = follow(s, 0, variable->link, 0, motion.origin, motion.point, count);
+    for (size_t b = count; b < last; b++) {
         const kt_effect_dof *k = &s->path[b];
-        const end_motion *last = &e.motion[e.last];
-        columns c;
-        find_columns(&jacobian, last->omega, last->velocity - e.base[k->end].b, k, k->end == e.last, &c);
-        subtract_column(s, k, count, &c, d_q, d_v);
+        const kt_v4 turned = kt_v4_cross(k->s[0], motion.velocity - base.b) + k->psi[1];
+        if (variable->type == KT_VARIABLE_MARKER) {
+            subtract_forces(s, effect, count, x, k->s[1][c], k->v, d_q);
+        } else {
+            subtract_forces(s, effect, count, x, turned[c], k->v, d_q);
+            subtract_forces(s, effect, count, x, k->s[1][c], k->v, d_v);
+        }
+    }
+}
+
+/* The wrench on the last end that formulas of these values give; in a joint the force is b[0]. */
+static pair wrench_of(const kt_effect_record *effect, const kt_effect_kind *kind, const double values[6],
+                      const kt_effect_end *end) {
+    kt_wrench wrench[2];
+    if (effect->ends == 0)
+        return (pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
+    kind->formula_wrench(effect, values, end, wrench, NULL);
+    return (pair){kt_v4_from(wrench[effect->ends - 1].moment), kt_v4_from(wrench[effect->ends - 1].force)};
+}
+
+/* What the wrench itself does in its ends' motion, and then what each variable does to it. */
+static void subtract_formulas(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    ends e = {.last = 0};
+    formulas f;
+    const size_t count = effect->ends > 0 ? find_ends(s, effect, &e) : 0;
+    differentiate_formulas(s, effect, e.end, &f);
+    if (effect->ends > 0) {
+        kt_effect_jacobian jacobian;
+        kind->jacobian(effect, f.value, e.end, s->t, &jacobian);
+        subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
+    }
+    for (int32_t m = 0; m < effect->variable_count; m++) {
+        const kt_variable_record *variable = &s->model->variable[effect->variable + m];
+        const pair x = wrench_of(effect, kind, f.by[m], e.end);
+        if (variable->type == KT_VARIABLE_POSITION)
+            subtract_forces(s, effect, count, x, 1.0, (size_t)variable->v, d_q);
+        else if (variable->type == KT_VARIABLE_VELOCITY)
+            subtract_forces(s, effect, count, x, 1.0, (size_t)variable->v, d_v);
+        else if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
+            subtract_marker(s, effect, count, x, variable, d_q, d_v);
     }
 }
 
@@ -234,7 +363,9 @@ void kt_effects_differentiate(const kt_model *model, const kt_data *data, const 
         const kt_effect_record *effect = &model->effect[i];
         if (effect->type == KT_EFFECT_CUSTOM)
             continue;
-        if (effect->ends)
+        if (effect->type == KT_EFFECT_EXPRESSION)
+            subtract_formulas(&s, effect, d_q, d_v);
+        else if (effect->ends)
             subtract_wrench(&s, effect, d_q, d_v);
         else
             subtract_joint_force(&s, effect, d_q, d_v);

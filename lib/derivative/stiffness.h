@@ -26,7 +26,7 @@
     X(char, factors, KT_HAS_LOOPS &&m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                          \
     X(double, product, m, "a column of M Z")                                                                           \
     X(double, half, m *m, "Q' M Z, n x f")                                                                             \
-    X(kt_effect_dof, path, n, "of an effect")                                                                          \
+    X(kt_effect_dof, path, model->n.variable ? 2 * n : n, "of an effect, and of a variable of its formulas")           \
     X(kt_support_dof, dof, l, "of a loop")                                                                             \
     X(int32_t, chain, l ? model->n.link : 0, "of a loop")                                                              \
     X(double, e_q, n *p, "E by positions, p x n")                                                                      \

@@ -10,6 +10,7 @@
 #include "base/inner.h"
 #include "effect/triple.h"
 #include "kinetree/effect.h"
+#include "kinetree/expression.h"
 #include "model/check.h"
 #include "model/describe.h"
 #include "model/model.h"
@@ -85,6 +86,9 @@ typedef struct kt_effect_kind {
                             kt_wrench *wrench);
     double (*joint_time_derivative)(const kt_effect_record *effect, const double *numbers, double q, double v,
                                     double t);
+    /* Of effects by formulas, in place of the two above: `values` are those of its six formulas. */
+    void (*formula_wrench)(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
+                           kt_wrench *wrench, kt_effect_balance *balance);
     /* Of effects that act on one side of a boundary alone; NULL: all others. */
     kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);

@@ -15,6 +15,8 @@ const kt_descriptor *kt_effect_descriptor(kt_effect_type type) {
 int kt_effect_end_count(const kt_effect *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)
         return effect->wrench ? effect->end_count : 0;
+    if (effect->type == KT_EFFECT_EXPRESSION)
+        return effect->end_count;
     return kt_descriptor_end_count(kt_effect_descriptor(effect->type));
 }
 
@@ -51,7 +53,7 @@ void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
     const kt_effect standard = kt_effect_default();
     const kt_effect_kind *kind = kt_effect_kind_of((int)effect->type);
-    if (descriptor != NULL)
+    if (descriptor != NULL && effect->type != KT_EFFECT_EXPRESSION) /* whose keys exclude one another */
         kt_checker_keys(checker, descriptor, effect, &standard);
     if (kind->check != NULL)
         kind->check(checker, effect);

@@ -95,26 +95,46 @@ static double value_of(kt_operator code, double x, double y) {
     return kt_operator_is_binary(code) ? value_of_two(code, x, y) : value_of_one(code, x);
 }
 
+/* The operators of sums and products come first: they are most of a formula. */
 double kt_expression_evaluate(const kt_expression *expression, const double *values) {
     if (!expression)
         return (double)NAN;
-    double stack[KT_EXPRESSION_DEPTH_MAX] = {0.0};
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER) {
-            stack[++top] = term->number;
-        } else if (code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = values[term->symbol];
-        } else if (kt_operator_is_binary(code)) {
+    double stack[KT_EXPRESSION_DEPTH_MAX + 1];
+    double *top = stack;
+    *top = 0.0;
+    const kt_expression_term *const end = expression->term + expression->count;
+    for (const kt_expression_term *term = expression->term; term < end; term++)
+        switch (term->code) {
+        case KT_OPERATOR_NUMBER:
+            *++top = term->number;
+            break;
+        case KT_OPERATOR_SYMBOL:
+            *++top = values[term->symbol];
+            break;
+        case KT_OPERATOR_NEGATE:
+            *top = -*top;
+            break;
+        case KT_OPERATOR_ADD:
             top--;
-            stack[top] = value_of_two(code, stack[top], stack[top + 1]);
-        } else {
-            stack[top] = value_of_one(code, stack[top]);
+            top[0] += top[1];
+            break;
+        case KT_OPERATOR_SUBTRACT:
+            top--;
+            top[0] -= top[1];
+            break;
+        case KT_OPERATOR_MULTIPLY:
+            top--;
+            top[0] *= top[1];
+            break;
+        default:
+            if (kt_operator_is_binary((kt_operator)term->code)) {
+                top--;
+                top[0] = value_of_two((kt_operator)term->code, top[0], top[1]);
+            } else {
+                top[0] = value_of_one((kt_operator)term->code, top[0]);
+            }
         }
-    }
-    return stack[0];
+    return *top;
 }
 
 /* Which of its branches an operation takes: 0 or 1, of sign also 2; those of smooth ones are all 0. */

@@ -168,15 +168,27 @@ static bool refuse_with_list(kt_parser *p, const char *spot, const char *name) {
     return refuse(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }
 
+/* The nearest symbol. The list may write each name to the same place: which it was is known by its number. */
+static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
+    int best = -1;
+    for (int k = 0;; k++) {
+        const char *candidate = p->symbols->list(p->symbols->user, k);
+        if (candidate == NULL)
+            break;
+        nearest.best = NULL;
+        (void)kt_nearest_try(&nearest, candidate);
+        best = nearest.best != NULL ? k : best;
+    }
+    return best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
+}
+
 /* Reports a name that is unknown, with the nearest known one. */
 static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
         return refuse(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
-    if (!is_function)
-        for (int k = 0; p->symbols != NULL && p->symbols->list != NULL && p->symbols->list(p->symbols->user, k) != NULL;
-             k++)
-            (void)kt_nearest_try(&nearest, p->symbols->list(p->symbols->user, k));
+    if (!is_function && p->symbols != NULL && p->symbols->list != NULL)
+        nearest.best = nearest_symbol(p, nearest);
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
         (void)kt_nearest_try(&nearest, functions[k].name);
     if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&

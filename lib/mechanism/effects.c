@@ -6,6 +6,7 @@
 #include "effect/effect.h"
 #include "kinetree/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "mechanism/formula.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -69,11 +70,32 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
     s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
 }
 
+/* What formulas are evaluated in: a state, and where markers are read from. */
+typedef struct surroundings {
+    const kt_data *data;
+    const kt_link_kinematics *kinematics; /* NULL: the links that carry forces */
+    const double *q, *v;
+} surroundings;
+
+static void evaluate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect, double t,
+                              const kt_effect_end *end, double out[6]) {
+    double values[KT_FORMULA_VARIABLE_MAX];
+    kt_formula_variables_read(model, in->data, in->kinematics, effect, t, in->q, in->v, end, values);
+    kt_formulas_evaluate(model, effect, values, out);
+}
+
 /* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
-KT_INLINE int evaluate_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
-                              const kt_effect_end *end, double t, kt_wrench wrench[2], kt_effect_balance *balance) {
+KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                              const kt_effect_kind *kind, const kt_effect_end *end, double t, kt_wrench wrench[2],
+                              kt_effect_balance *balance) {
     if (kind->wrench) {
         kind->wrench(effect, model->number, end, t, wrench, balance);
+        return 0;
+    }
+    if (kind->formula_wrench) {
+        double values[6];
+        evaluate_formulas(model, in, effect, t, end, values);
+        kind->formula_wrench(effect, values, end, wrench, balance);
         return 0;
     }
     memset(wrench, 0, 2 * sizeof *wrench);
@@ -83,10 +105,19 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const kt_effect_record *eff
 }
 
 /* Computes the joint force of an effect. Returns the code of a callback, otherwise 0. */
-KT_INLINE int evaluate_joint_force(const kt_model *model, const kt_effect_record *effect, const kt_effect_kind *kind,
-                                   double q, double v, double t, double *force, kt_effect_balance *balance) {
+KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                                   const kt_effect_kind *kind, double q, double v, double t, double *force,
+                                   kt_effect_balance *balance) {
     if (kind->joint_force) {
         *force = kind->joint_force(effect, model->number, q, v, t, balance);
+        return 0;
+    }
+    if (kind->formula_wrench) {
+        double values[6];
+        evaluate_formulas(model, in, effect, t, NULL, values);
+        *force = values[0];
+        if (balance)
+            *balance = (kt_effect_balance){.supplied = values[0] * v};
         return 0;
     }
     *force = 0.0;
@@ -107,7 +138,8 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
         double force;
-        s->code = evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
+        s->code = evaluate_joint_force(s->model, &in, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
@@ -129,7 +161,8 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         kt_effect_end end[2];
         kt_wrench wrench[2];
         find_ends(s->data, effect, end);
-        s->code = evaluate_wrench(s->model, effect, kind, end, s->t, wrench, asked);
+        const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
+        s->code = evaluate_wrench(s->model, &in, effect, kind, end, s->t, wrench, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
@@ -271,16 +304,17 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     kt_effect_end end[2];
     kt_wrench w[2];
     double force = 0.0;
+    const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
     if (effect->ends) {
         find_ends(s->data, effect, end);
-        (void)evaluate_wrench(s->model, effect, kind, end, s->t, w, asked);
+        (void)evaluate_wrench(s->model, &in, effect, kind, end, s->t, w, asked);
         for (int k = 0; k < effect->ends; k++)
             force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
                      (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
                      (w[k].force.z - w[k].force.z);
     } else {
         const kt_link *link = &s->model->link[effect->link[0]];
-        (void)evaluate_joint_force(s->model, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        (void)evaluate_joint_force(s->model, &in, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
     }
     return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
@@ -311,6 +345,20 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
+/* The partial derivatives of the formulas by time. Forces are linear in their values. */
+static void differentiate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                                   double t, const kt_effect_end *end, double rates[6]) {
+    double values[KT_FORMULA_VARIABLE_MAX], of_time[KT_FORMULA_VARIABLE_MAX], y[3];
+    kt_formula_variables_read(model, in->data, in->kinematics, effect, t, in->q, in->v, end, values);
+    for (int32_t k = 0; k < effect->variable_count; k++)
+        of_time[k] = model->variable[effect->variable + k].type == KT_VARIABLE_TIME;
+    for (int k = 0; k < 6; k++) {
+        y[1] = 0.0;
+        kt_expression_taylor(kt_formula_of(model, effect, k), values, of_time, NULL, y);
+        rates[k] = y[1];
+    }
+}
+
 kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   const double **tau, const kt_wrench **external, kt_error *error) {
     sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
@@ -323,10 +371,20 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         kt_wrench wrench[2];
         if (kind->joint_time_derivative)
             data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
-        if (!kind->time_derivative)
+        if (!kind->time_derivative && !kind->formula_wrench)
             continue;
         find_ends(data, effect, end);
-        kind->time_derivative(effect, model->number, end, t, wrench);
+        if (kind->formula_wrench) {
+            const surroundings in = {.data = data, .q = q, .v = v};
+            double rates[6];
+            differentiate_formulas(model, &in, effect, t, end, rates);
+            if (effect->ends == 0)
+                data->tau[link->v] += rates[0];
+            else
+                kind->formula_wrench(effect, rates, end, wrench, NULL);
+        } else {
+            kind->time_derivative(effect, model->number, end, t, wrench);
+        }
         add_wrenches(&s, effect, wrench);
     }
     return status;
@@ -400,11 +458,12 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         kt_effect_end end[2];
         kt_wrench wrench[2];
         double force;
+        const surroundings in = {.data = data, .q = q, .v = v};
         if (effect->ends)
             find_ends(data, effect, end);
-        const int code = effect->ends
-                             ? evaluate_wrench(model, effect, kind, end, t, wrench, &balance)
-                             : evaluate_joint_force(model, effect, kind, q[link->q], v[link->v], t, &force, &balance);
+        const int code =
+            effect->ends ? evaluate_wrench(model, &in, effect, kind, end, t, wrench, &balance)
+                         : evaluate_joint_force(model, &in, effect, kind, q[link->q], v[link->v], t, &force, &balance);
         energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
@@ -464,13 +523,14 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &model->link[effect->link[0]];
+    const surroundings in = {.data = data, .kinematics = data->kinematics, .q = q, .v = v};
     *load = (kt_effect_load){.end_count = effect->ends};
     find_ends_of_update(data, effect, end);
     for (int k = 0; k < effect->ends; k++)
         load->point[k] = end[k].point;
     return effect->ends > 0
-               ? evaluate_wrench(model, effect, kind, end, t, load->wrench, NULL)
-               : evaluate_joint_force(model, effect, kind, q[link->q], v[link->v], t, &load->joint_force, NULL);
+               ? evaluate_wrench(model, &in, effect, kind, end, t, load->wrench, NULL)
+               : evaluate_joint_force(model, &in, effect, kind, q[link->q], v[link->v], t, &load->joint_force, NULL);
 }
 
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
@@ -481,7 +541,8 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     if (!record)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
                             model->n.effect);
-    const kt_status status = kt_effect_state_check(model, data, q, v, record->ends > 0, error);
+    const kt_status status =
+        kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
     if (status != KT_OK)
         return status;
     sum s = {.model = model, .t = t, .failed = record};

@@ -20,7 +20,7 @@ typedef struct kt_counts {
     size_t link, body, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
-    size_t batch, force_link, force_link_angle;
+    size_t batch, force_link, force_link_angle, variable;
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
@@ -86,7 +86,8 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_force_link, force_link, n->force_link, "links that carry forces; 0: the ground")                              \
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
-    X(double, number, n->number, "of functions of time")                                                               \
+    X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
+    X(double, number, n->number, "of functions of time, and formulas")                                                               \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
 

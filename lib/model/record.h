@@ -222,9 +222,24 @@ typedef struct kt_effect_record {
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
 #undef KT_EFFECT_DECLARE
     double stiffnesses[6], dampings[6]; /* bushing */
+    size_t formula[6];                  /* expression: where the terms of each begin in model->number, from 1; 0: none */
+    int32_t variable, variable_count;   /* expression: in model->variable */
     kt_curve curve[3];                  /* motor, servo, joint_spring: one; force, torque: the components */
     bool in_body;                       /* force, torque: components in the end's axes */
 } kt_effect_record;
+
+/* Variables of formulas that only one effect has: the distance of its ends, and its rate. */
+enum { KT_VARIABLE_LENGTH = KT_VARIABLE_MARKER_VELOCITY + 1, KT_VARIABLE_SPEED };
+
+/* What a variable of a formula is read from. */
+typedef struct kt_variable_record {
+    int32_t type;       /* kt_variable_type, or one of these */
+    int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */
+    int32_t link;       /* of a marker */
+    int32_t force_link; /* its index in model->force_link */
+    int32_t component;  /* of a marker */
+    kt_vec3 arm;        /* of a marker, from the link's origin, link axes */
+} kt_variable_record;
 
 /* Effects of one type that have the same number of ends; those on joints come first. */
 typedef struct kt_effect_batch {

@@ -86,16 +86,16 @@ void kt_write_end(kt_emitter *e, const kt_end *end) {
     kt_emit_end(e);
 }
 
-static bool read_end(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+bool kt_kind_end_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_read_end(r, scope, node, kt_field_in(object, field));
 }
 
-static void write_end(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+void kt_kind_end_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_write_end(e, kt_field_of(object, field));
 }
 
-static bool read_ends(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_end *ends = kt_field_in(object, field);
     if (node->kind != KT_NODE_LIST || node->count != 2)
         return kt_fault_expected(r, scope, node, "a list of two ends");
@@ -108,7 +108,7 @@ static bool read_ends(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return good;
 }
 
-static void write_ends(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     const kt_end *ends = kt_field_of(object, field);
     kt_emit_list(e, true);
@@ -117,5 +117,5 @@ static void write_ends(kt_emitter *e, const kt_field *field, const void *object,
     kt_emit_end(e);
 }
 
-const kt_kind kt_kind_end = {.read = read_end, .write = write_end};
-const kt_kind kt_kind_ends = {.read = read_ends, .write = write_ends};
+const kt_kind kt_kind_end = {.read = kt_kind_end_read, .write = kt_kind_end_write};
+const kt_kind kt_kind_ends = {.read = kt_kind_ends_read, .write = kt_kind_ends_write};

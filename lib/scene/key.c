@@ -1,4 +1,6 @@
 /* The kinds of keys that only loops and effects have: ends, joints, functions of time, frames. */
+#include "model/formula.h"
+#include "scene/expression.h"
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -171,7 +173,69 @@ static void write_functions(kt_emitter *e, const kt_field *field, const void *ob
     kt_emit_end(e);
 }
 
+/* ---- formulas of effects ----------------------------------------------------------------------------------------- */
+
+static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_effect *effect,
+                         const char **text) {
+    if (node->kind != KT_NODE_TEXT)
+        return kt_fault_expected(r, scope, node, "a formula");
+    kt_formula_names names = {.description = r->description, .ends = effect->end_count};
+    const kt_symbols symbols = kt_formula_symbols(&names);
+    if (!r->names_are_known)
+        return false; /* a fault of the bodies has been reported */
+    return kt_read_formula(r, scope, node, &symbols, false, text);
+}
+
+/* One formula, or a list of three. */
+static bool read_formulas(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const char **formulas = kt_field_in(object, field);
+    bool good = true;
+    int i = 0;
+    if (node->kind != KT_NODE_LIST)
+        return read_formula(r, scope, node, object, formulas);
+    if (node->count != 3)
+        return kt_fault_expected(r, scope, node, "a formula, or a list of three");
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = read_formula(r, &here, item, object, &formulas[i]) && good;
+    }
+    return good;
+}
+
+static void write_formulas(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const char *const *formulas = kt_field_of(object, field);
+    if (((const kt_effect *)object)->end_count != 1) {
+        kt_emit_text(e, formulas[0]);
+        return;
+    }
+    kt_emit_list(e, true);
+    for (int i = 0; i < 3; i++)
+        kt_emit_text(e, formulas[i] != NULL ? formulas[i] : "0*t");
+    kt_emit_end(e);
+}
+
+static bool same_formulas(const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    const char *const *formulas = kt_field_of(object, field);
+    return formulas[0] == NULL && formulas[1] == NULL && formulas[2] == NULL;
+}
+
 /* ---- all kinds --------------------------------------------------------------------------------------------------- */
+
+/* Of an expression: where it acts is one of three. */
+static bool same_ends(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_effect *)object)->end_count != 2;
+}
+static bool same_end(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_effect *)object)->end_count != 1;
+}
+static bool same_joint(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_effect *)object)->joint == NULL;
+}
 
 const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind distance = {read_distance, kt_number_write, same_distance};
@@ -181,6 +245,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind joint = {.read = read_joint, .write = write_joint};
     static const kt_kind terms = {.read = read_terms, .write = write_terms};
     static const kt_kind function = {read_function, write_function, same_function};
+    static const kt_kind formulas = {read_formulas, write_formulas, same_formulas};
     static const kt_kind functions = {read_functions, write_functions, same_function};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_FRAME] = &frame,
@@ -195,6 +260,16 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_DISTANCE] = &distance,
         [KT_KEY_SURFACE] = &kt_kind_surface,
         [KT_KEY_TRACK] = &kt_kind_track,
+        [KT_KEY_FORMULAS] = &formulas,
     };
+    static const kt_kind optional_ends = {kt_kind_ends_read, kt_kind_ends_write, same_ends};
+    static const kt_kind optional_end = {kt_kind_end_read, kt_kind_end_write, same_end};
+    static const kt_kind optional_joint = {read_joint, write_joint, same_joint};
+    if (!key->needed && key->kind == KT_KEY_ENDS)
+        return &optional_ends;
+    if (!key->needed && key->kind == KT_KEY_END)
+        return &optional_end;
+    if (!key->needed && key->kind == KT_KEY_JOINT)
+        return &optional_joint;
     return kinds[key->kind] != NULL ? kinds[key->kind] : kt_kind_of_value_key(key);
 }

@@ -137,11 +137,20 @@ static const kt_table effect_table = {.fields = effect_fields,
 
 /* A missing length is the initial one; types without a length have no initial length. */
 static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_effect *effect) {
+    const bool in_joint = kt_node_find(node, "joint") != NULL, between = kt_node_find(node, "between") != NULL;
+    const kt_node *const at = kt_node_find(node, "at");
     effect->initial_length = true;
+    effect->end_count = between ? 2 : at != NULL ? 1 : 0;
     r->joint_quantity = KT_QUANTITY_ANGLE;
     const bool good = kt_table_read(r, scope, node, &effect_table, effect);
     if (!good || kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_DISTANCE) == NULL)
         effect->initial_length = false;
+    if (good && effect->type != KT_EFFECT_EXPRESSION)
+        effect->end_count = 0;
+    else if (good && in_joint + between + (at != NULL) != 1)
+        (void)kt_fault_at(
+            r, KT_ERROR_SCENE, scope, node,
+            "an expression acts in a `joint`, `between` two ends, or `at` a point of a body; give one of them");
 }
 
 static bool read_effects(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {

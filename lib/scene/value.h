@@ -61,6 +61,12 @@ extern const kt_kind kt_kind_ends;     /* kt_end[2] */
 extern const kt_kind kt_kind_surface;  /* kt_surface */
 extern const kt_kind kt_kind_track;    /* kt_track */
 
+/* Their parts, for keys that may be missing. */
+bool kt_kind_end_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+void kt_kind_end_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+
 /* How a key of a type is read, written and compared: a key that any type may have (NULL: it is of another kind), and
  * one of a loop or an effect. The quantity of a key's number follows from its unit. */
 const kt_kind *kt_kind_of_value_key(const kt_key *key);

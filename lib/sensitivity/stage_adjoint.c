@@ -18,7 +18,8 @@
 /* Whether all effects are joint forces that the library can differentiate. */
 static bool acts_in_joints(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
-        if (model->effect[i].ends || model->effect[i].type == KT_EFFECT_CUSTOM)
+        if (model->effect[i].ends || model->effect[i].type == KT_EFFECT_CUSTOM ||
+            model->effect[i].type == KT_EFFECT_EXPRESSION)
             return false;
     return true;
 }

@@ -434,6 +434,9 @@ static bool autonomous(void *user) {
         const kt_effect_record *effect = &model->effect[i];
         if (effect->type == KT_EFFECT_CUSTOM)
             return false;
+        for (int32_t k = 0; k < effect->variable_count; k++)
+            if (model->variable[effect->variable + k].type == KT_VARIABLE_TIME)
+                return false;
         for (int k = 0; k < 3; k++)
             if (!kt_curve_rests(&effect->curve[k]))
                 return false;

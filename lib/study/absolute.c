@@ -252,8 +252,23 @@ static loosen_counts count_most(const kt_description *d, const kt_model *tree) {
     return n;
 }
 
+/* Variables of formulas are those of the tree's joints and markers. */
+static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    for (int i = 0; i < d->effect_count; i++)
+        if (d->effects[i].type == KT_EFFECT_EXPRESSION) {
+            (void)snprintf(where, sizeof where, "effects[%d] (expression)", i);
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                                "its variables are those of the tree; run it with formulation: tree");
+        }
+    return KT_OK;
+}
+
 static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
+    const kt_status refused = refuse_formulas(w->from, error);
+    if (refused != KT_OK)
+        return refused;
     kt_link_poses(w->tree, w->tree->q0, w->pose);
     kt_link_twists(w->tree, w->tree->v0, w->pose, w->twist);
     transform(w);

@@ -67,6 +67,10 @@ KT_TEST(effects_tell_what_they_can_do_to_the_energy) {
             e->lower = -1.0;
             e->damping = e->dampings[4] = e->viscous = e->quadratic = e->friction = c;
             e->strength = 1.0;
+            if (type == KT_EFFECT_EXPRESSION) {
+                e->formula[0] = "1";
+                expected = KT_ENERGY_SUPPLIED;
+            }
             e->torque = e->value[0] = e->value[1] = constant(0.0);
             e->value[2] = constant(c);
             if (type == KT_EFFECT_MOTOR)

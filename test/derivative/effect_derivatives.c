@@ -56,6 +56,9 @@ static void add_in_joint(stage *s, kt_random *random, const char *joint) {
         e->target = kt_function_sine(0.7, 0.2, 0.1, 0.2);
         e->limit = kt_random_uniform(random, 1.0, 10.0);
     }
+    kt_effect *formula = add(s, KT_EFFECT_EXPRESSION); /* with variables: test/effect/expression.c */
+    formula->joint = joint;
+    formula->formula[0] = "cos(t)";
 }
 
 static void add_between(stage *s, kt_random *random, int a, int b) {

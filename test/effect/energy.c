@@ -257,7 +257,7 @@ static void check_power(kt_random *random, kt_effect_type type, kt_worst *power,
 KT_TEST(power_is_supplied_less_dissipated_less_stored) {
     kt_random random = kt_random_of_test();
     kt_worst heat = kt_worst_make("dissipated, when negative");
-    for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
+    for (int type = 0; type < KT_EFFECT_EXPRESSION; type++) { /* formulas: expression.c */
         kt_worst power = kt_worst_make(kt_effect_type_name((kt_effect_type)type));
         for (int n = 0; n < 500; n++)
             check_power(&random, (kt_effect_type)type, &power, &heat);
@@ -270,7 +270,7 @@ KT_TEST(power_is_supplied_less_dissipated_less_stored) {
 
 KT_TEST(pairs_leave_neither_force_nor_moment) {
     kt_random random = kt_random_of_test();
-    for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
+    for (int type = 0; type < KT_EFFECT_EXPRESSION; type++) { /* formulas: expression.c */
         if (kt_descriptor_end_count(kt_effect_descriptor((kt_effect_type)type)) != 2)
             continue;
         kt_worst net = kt_worst_make(kt_effect_type_name((kt_effect_type)type));
@@ -302,7 +302,7 @@ static bool is_finite(const kt_effect_balance *balance, double force) {
 KT_TEST(coincidence_and_rest_are_defined) {
     static const double sizes[] = {0.0, 5e-324, 1e-310, 1e-160, 1e-60, 1e-50, 1e-49, 1e-20};
     kt_random random = kt_random_of_test();
-    for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
+    for (int type = 0; type < KT_EFFECT_EXPRESSION; type++) { /* formulas: expression.c */
         int undefined = 0;
         for (int n = 0; n < 64; n++) {
             const kt_effect_record r = random_record(&random, (kt_effect_type)type, false);

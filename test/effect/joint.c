@@ -49,6 +49,10 @@ KT_TEST(every_effect_acts_on_ends_or_on_a_joint) {
         const kt_effect_kind *kind = kt_effect_kinds[type];
         const int ends = kt_descriptor_end_count(kt_effect_descriptor((kt_effect_type)type));
         kt_check_true(kt_effect_type_name((kt_effect_type)type), kind != NULL);
+        if (type == KT_EFFECT_EXPRESSION) { /* on either, by values of formulas */
+            kt_check_true("  by formulas alone", kind->formula_wrench && !kind->wrench && !kind->joint_force);
+            continue;
+        }
         kt_check_true("  a wrench on ends, or a joint force", (kind->wrench != NULL) == (ends > 0));
         kt_check_true("  and not both", (kind->joint_force != NULL) == (ends == 0));
         kt_check_true("  one or two ends", ends >= 0 && ends <= 2);

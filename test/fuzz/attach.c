@@ -228,7 +228,7 @@ static bool is_in_joint(const kt_effect *effect) {
     return effect->type == KT_EFFECT_JOINT_SPRING || effect->type == KT_EFFECT_JOINT_DAMPER ||
            effect->type == KT_EFFECT_JOINT_FRICTION || effect->type == KT_EFFECT_JOINT_LIMIT ||
            effect->type == KT_EFFECT_MOTOR || effect->type == KT_EFFECT_SERVO ||
-           (effect->type == KT_EFFECT_CUSTOM && effect->end_count == 0);
+           ((effect->type == KT_EFFECT_CUSTOM || effect->type == KT_EFFECT_EXPRESSION) && effect->end_count == 0);
 }
 
 /* False where the mechanism cannot have it. */
@@ -240,6 +240,10 @@ static bool draw_effect(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     effect->type = (kt_effect_type)kt_bytes_pick(bytes, KT_EFFECT_TYPE_COUNT + 1 + (m->wild == KT_WILD_ALL));
     if (effect->type == KT_EFFECT_TYPE_COUNT)
         draw_custom(bytes, m, i);
+    if (effect->type == KT_EFFECT_EXPRESSION) {
+        effect->end_count = kt_bytes_chance(bytes) ? 2 : 0;
+        effect->formula[0] = effect->end_count == 2 ? "-2*(length - 1) - speed*abs(speed)" : "sin(3*t) - step(t - 0.1)";
+    }
     const int joint = draw_joint(bytes, m);
     if (m->wild < KT_WILD_ALL && (is_in_joint(effect) ? joint < 0 : m->description.body_count == 0))
         return false;

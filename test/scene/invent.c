@@ -422,6 +422,23 @@ static void invent_on_one(inventor *v, kt_effect *effect, int i) {
     effect->frame = chance(v) ? KT_FRAME_BODY : KT_FRAME_WORLD;
 }
 
+/* Of what others have it has ends, or a joint. */
+static void invent_expression(inventor *v, kt_effect *effect, int i) {
+    const bool between = chance(v);
+    kt_effect drawn = kt_effect_default();
+    drawn.type = between ? KT_EFFECT_SPRING : KT_EFFECT_JOINT_SPRING;
+    if (between) {
+        invent_between(v, &drawn);
+        memcpy(effect->between, drawn.between, sizeof effect->between);
+        effect->end_count = 2;
+        effect->formula[0] = "-3*(length - 1)^3 - speed";
+    } else {
+        invent_in_joint(v, &drawn, i);
+        effect->joint = drawn.joint;
+        effect->formula[0] = chance(v) ? "1 - 2*sin(t)" : "max(0, t)";
+    }
+}
+
 static void invent_effect(inventor *v, int i) {
     static const char *const names[INVENT_EFFECTS] = {NULL, "yes", NULL, "e3", NULL, "e5"};
     kt_effect *effect = &v->out->effects[i];
@@ -439,6 +456,9 @@ static void invent_effect(inventor *v, int i) {
     case KT_EFFECT_TORQUE:
     case KT_EFFECT_DRAG:
         invent_on_one(v, effect, i);
+        break;
+    case KT_EFFECT_EXPRESSION:
+        invent_expression(v, effect, i);
         break;
     default:
         invent_in_joint(v, effect, i);

@@ -1,0 +1,68 @@
+/* Formulas of effects: read once more into the model's numbers, and their variables as places in the model. */
+#include "model/formula.h"
+#include "base/aligned.h"
+#include "compile/attach.h"
+
+/* The numbers that the terms of a formula take at most. */
+static size_t numbers_of(const char *text) { return (kt_expression_size(text) + sizeof(double) - 1) / sizeof(double); }
+
+/* Counts what the formulas of an effect take. */
+kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
+                                   kt_counts *n, kt_error *error) {
+    kt_status status = KT_OK;
+    *names = (kt_formula_names){.description = description, .ends = effect->end_count};
+    for (int k = 0; k < 6 && effect->type == KT_EFFECT_EXPRESSION && status == KT_OK; k++) {
+        if (effect->formula[k] == NULL)
+            continue;
+        const size_t size = kt_expression_size(effect->formula[k]);
+        const kt_symbols symbols = kt_formula_symbols(names);
+        const kt_expression *expression;
+        void *memory = kt_arena_allocate(size, "reading a formula", error);
+        status = memory == NULL
+                     ? KT_ERROR_MEMORY
+                     : kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression, NULL, error);
+        kt_aligned_release(memory);
+        n->number += numbers_of(effect->formula[k]);
+    }
+    n->variable += (size_t)names->count;
+    return status;
+}
+
+static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
+    kt_variable_record r = {.type = (int32_t)variable->type};
+    if (variable->body < 0)
+        return r;
+    const kt_body *body = &a->description->bodies[variable->body];
+    const kt_body_record *to = &m->body[kt_body_find(m, body->name)];
+    r.q = to->q + variable->component;
+    r.v = to->v + variable->component;
+    r.component = variable->component;
+    r.link = to->link;
+    if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY) {
+        const kt_pose local = {.position = body->markers[variable->marker].at, .rotation = kt_mat3_identity()};
+        r.arm = kt_pose_compose(to->in_link, local).position;
+    }
+    return r;
+}
+
+kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
+                                  size_t *number, size_t *variable, kt_error *error) {
+    kt_formula_names names = {.description = a->description, .ends = effect->end_count};
+    const kt_symbols symbols = kt_formula_symbols(&names);
+    r->variable = (int32_t)*variable;
+    for (int k = 0; k < 6; k++) {
+        const kt_expression *expression;
+        if (effect->formula[k] == NULL)
+            continue;
+        const kt_status status = kt_expression_parse(effect->formula[k], &symbols, m->number + *number,
+                                                     kt_expression_size(effect->formula[k]), &expression, NULL, error);
+        if (status != KT_OK)
+            return status;
+        r->formula[k] = *number + 1;
+        *number += numbers_of(effect->formula[k]);
+    }
+    for (int k = 0; k < names.count; k++)
+        m->variable[(*variable)++] = record_of(a, m, &names.variable[k]);
+    r->variable_count = (int32_t)names.count;
+    return KT_OK;
+}

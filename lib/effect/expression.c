@@ -1,0 +1,161 @@
+/* Forces by formulas of t and of what joints and markers do (kt_variable).
+ *
+ *   in a joint           force = f
+ *   between two ends     with d = p2 - p1, n = d / |d|: f n on the second, -f n on the first; f may use |d| and n . d'
+ *   on a point           force (f1, f2, f3) and moment (f4, f5, f6), in world axes or in the end's
+ *
+ * Power: supplied = f q', f n . d', or f . v + m . w. Its formulas are evaluated by mechanism/formula.c, and
+ * differentiated by derivative/formula_derivatives.c.
+ */
+#include "effect/effect.h"
+
+#include "base/aligned.h"
+#include "model/formula.h"
+
+static bool is_fine(kt_checker *checker, const kt_effect *effect, int k, kt_formula_names *names) {
+    const char *const field = k < 3 ? "force" : "torque";
+    const kt_expression *expression = NULL;
+    kt_error error = {0};
+    const size_t size = kt_expression_size(effect->formula[k]);
+    void *memory = kt_arena_allocate(size, "reading a formula", &error);
+    const kt_symbols symbols = kt_formula_symbols(names);
+    const bool fine = memory != NULL && kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression,
+                                                            NULL, &error) == KT_OK;
+    kt_aligned_release(memory);
+    if (!fine)
+        kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
+                         kt_name_quote(effect->formula[k]).text);
+    else if (names->full)
+        kt_checker_fault(checker, field, -1, "%s: the formulas use more than %d variables; make two effects of it",
+                         field, KT_FORMULA_VARIABLE_MAX);
+    else if (names->quaternion)
+        kt_checker_fault(checker, field, -1,
+                         "%s: a component of a quaternion is no variable of forces; take coordinates of markers",
+                         field);
+    return fine && !names->full && !names->quaternion;
+}
+
+static void check(kt_checker *checker, const kt_effect *effect) {
+    kt_formula_names names = {.description = checker->description, .ends = effect->end_count};
+    const bool on_body = effect->end_count == 1;
+    bool any = false;
+    if (effect->end_count < 0 || effect->end_count > 2) {
+        kt_checker_fault(checker, "end_count", -1,
+                         "end_count is %d; give 0 (in a joint), 1 (on a body) or 2 (between two)", effect->end_count);
+        return;
+    }
+    if (effect->end_count == 0)
+        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    for (int k = 0; k < effect->end_count; k++)
+        (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
+    if (!KT_HAS_FORMULAS) {
+        kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
+        return;
+    }
+    for (int k = 0; k < 6; k++) {
+        if (effect->formula[k] == NULL)
+            continue;
+        any = true;
+        if (k > 0 && !on_body) {
+            kt_checker_fault(checker, k < 3 ? "force" : "torque", -1,
+                             "an effect in a joint or between two ends has one formula, force; leave the others out");
+            return;
+        }
+        if (!is_fine(checker, effect, k, &names))
+            return;
+    }
+    if (!any || (!on_body && effect->formula[0] == NULL))
+        kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
+}
+
+static kt_energetics energetics(const kt_effect_record *effect) {
+    (void)effect;
+    return KT_ENERGY_SUPPLIED;
+}
+
+#if KT_HAS_EFFECT_JACOBIAN
+static kt_vec3 in_world(const kt_effect_record *effect, const kt_effect_end *end, const double x[3]) {
+    const kt_vec3 value = {x[0], x[1], x[2]};
+    return effect->in_body ? kt_mat3_apply(end->axes, value) : value;
+}
+
+static void evaluate_wrench(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
+                            kt_wrench *wrench, kt_effect_balance *balance) {
+    double supplied;
+    if (effect->ends == 1) {
+        wrench[0] = (kt_wrench){.moment = in_world(effect, end, values + 3), .force = in_world(effect, end, values)};
+        supplied = kt_vec3_dot(wrench[0].force, end[0].velocity) + kt_vec3_dot(wrench[0].moment, end[0].omega);
+    } else {
+        const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point),
+                      moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
+        const double length = kt_vec3_norm(d); /* where the ends coincide there is no direction, and no force */
+        const kt_vec3 force = kt_vec3_scale(length > 0.0 ? values[0] / length : 0.0, d), none = {0.0, 0.0, 0.0};
+        wrench[0] = (kt_wrench){.moment = none, .force = kt_vec3_scale(-1.0, force)};
+        wrench[1] = (kt_wrench){.moment = none, .force = force};
+        supplied = kt_vec3_dot(force, moving);
+    }
+    if (balance)
+        *balance = (kt_effect_balance){.supplied = supplied};
+}
+
+/* numbers: the values of the formulas, and the partial derivatives of the first by length and speed. With P = 1 - n n':
+ *     d(f n)/dd = f_l n n' + n (f_s P d')' / |d| + f P / |d|,   d(f n)/dd' = f_s n n'
+ * Vectors that are fixed in the body turn with it. */
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
+    (void)t;
+    *jacobian = (kt_effect_jacobian){.at_point = effect->ends == 2};
+    if (effect->ends == 1) {
+        jacobian->force = in_world(effect, end, numbers);
+        jacobian->moment = in_world(effect, end, numbers + 3);
+        if (effect->in_body) {
+            jacobian->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_skew(jacobian->moment));
+            jacobian->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(jacobian->force));
+        }
+        return;
+    }
+    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
+    const double length = kt_vec3_norm(d);
+    if (!(length > 0.0))
+        return;
+    const kt_vec3 n = kt_vec3_scale(1.0 / length, d);
+    const double rate = kt_vec3_dot(n, moving), across = numbers[0] / length;
+    const kt_vec3 turning = kt_vec3_scale(numbers[7] / length, kt_vec3_sub(moving, kt_vec3_scale(rate, n)));
+    const kt_vec3 along = kt_vec3_add(kt_vec3_scale(numbers[6] - across, n), turning);
+    jacobian->force = kt_vec3_scale(numbers[0], n);
+    jacobian->stiffness[1][1] = kt_mat3_add(kt_mat3_scale(across, kt_mat3_identity()), kt_outer_product(n, along));
+    jacobian->damping[1][1] = kt_mat3_scale(numbers[7], kt_outer_product(n, n));
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
+                                                        .energetics = energetics,
+                                                        .jacobian = KT_IF_JACOBIAN(write_jacobian),
+                                                        .formula_wrench = KT_IF_JACOBIAN(evaluate_wrench)};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint that it acts in; or"), KT_WORDS("none"),
+     .needed = false},
+    {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
+     KT_WORDS("none"), .needed = false},
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point of a body that it acts on"), KT_WORDS("none"),
+     .needed = false},
+    {"force", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[0]), "N m|N",
+     KT_WORDS("f: a formula; on a body a list of three, N"), KT_WORDS("none"), .needed = false},
+    {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", KT_WORDS("on a body: a list of three formulas"),
+     KT_WORDS("none"), .needed = false},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
+     KT_WORDS("on a body: `world` or `body`, whose axes they are along"), "world", .needed = false},
+};
+const kt_descriptor kt_effect_expression_descriptor = {
+    .name = "expression",
+    .help = KT_WORDS("a force by formulas of t, parameters and what joints and markers do"),
+    .formula = KT_WORDS("force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
+                        "             named; between two ends also of length and speed, and f > 0 pushes them apart"),
+    .example = KT_WORDS(
+        KT_EXAMPLE_ARM
+        "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n"),
+    KT_DESCRIPTOR_KEYS,
+};
+#endif

@@ -1,0 +1,69 @@
+/* Values of the formulas of an effect: its variables are read from the state and from the motion of links, then the
+ * formulas are evaluated with them. */
+#include "mechanism/formula.h"
+
+#include <string.h>
+
+/* Position and velocity of a marker in the world. */
+static void find_marker(const kt_data *data, const kt_link_kinematics *kinematics, const kt_variable_record *variable,
+                        kt_vec3 *point, kt_vec3 *velocity) {
+    if (kinematics) {
+        const kt_link_kinematics *link = &kinematics[variable->link];
+        const kt_vec3 arm = kt_mat3_apply(link->axes, variable->arm);
+        *point = kt_vec3_add(link->position, arm);
+        *velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
+        return;
+    }
+    const kt_force_frame *link = &data->force_link[variable->force_link];
+    const kt_v4 arm = kt_v4_from(kt_mat3_apply(kt_v4_mat3(link->link.axes), variable->arm));
+    *point = kt_v4_vec3(link->base + (link->local + arm));
+    *velocity = kt_v4_vec3(link->velocity + kt_v4_cross(link->link.omega, arm));
+}
+
+static double component_of(kt_vec3 x, int k) { return k == 0 ? x.x : k == 1 ? x.y : x.z; }
+
+/* The distance of two ends, or its rate. */
+static double between(const kt_effect_end *end, bool is_speed) {
+    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
+    const double length = kt_vec3_norm(d);
+    return !is_speed ? length : length > 0.0 ? kt_vec3_dot(d, moving) / length : kt_vec3_norm(moving);
+}
+
+void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                               const kt_effect_record *effect, double t, const double *q, const double *v,
+                               const kt_effect_end *end, double values[KT_FORMULA_VARIABLE_MAX]) {
+    const kt_variable_record *variable = model->variable + effect->variable;
+    kt_vec3 point, velocity;
+    for (int32_t k = 0; k < effect->variable_count; k++, variable++)
+        switch (variable->type) {
+        case KT_VARIABLE_POSITION:
+            values[k] = q[variable->q];
+            break;
+        case KT_VARIABLE_VELOCITY:
+            values[k] = v[variable->v];
+            break;
+        case KT_VARIABLE_MARKER:
+        case KT_VARIABLE_MARKER_VELOCITY:
+            find_marker(data, kinematics, variable, &point, &velocity);
+            values[k] = component_of(variable->type == KT_VARIABLE_MARKER ? point : velocity, variable->component);
+            break;
+        case KT_VARIABLE_LENGTH:
+        case KT_VARIABLE_SPEED:
+            values[k] = between(end, variable->type == KT_VARIABLE_SPEED);
+            break;
+        default:
+            values[k] = t;
+        }
+}
+
+const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k) {
+    const size_t place = effect->formula[k];
+    return place > 0 ? (const kt_expression *)(const void *)(model->number + place - 1) : NULL;
+}
+
+/* In joints and between two ends there is one. */
+void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]) {
+    const int count = effect->ends == 1 ? 6 : 1;
+    for (int k = 0; k < count; k++)
+        out[k] = effect->formula[k] > 0 ? kt_expression_evaluate(kt_formula_of(model, effect, k), values) : 0.0;
+}

@@ -1,0 +1,19 @@
+/* Values of the formulas of an effect (formula.c). */
+#ifndef KT_MECHANISM_FORMULA_H
+#define KT_MECHANISM_FORMULA_H
+
+#include "effect/effect.h"
+
+/* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL of the
+ * links that carry forces; end: the ends of an effect that acts between two. */
+void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                               const kt_effect_record *effect, double t, const double *q, const double *v,
+                               const kt_effect_end *end, double values[KT_FORMULA_VARIABLE_MAX]);
+
+/* The formulas with these variables; 0 for one that there is not. */
+void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
+
+/* A formula of an effect; NULL: there is none. */
+const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k);
+
+#endif

@@ -1,0 +1,58 @@
+/* Names in the formulas of an effect. */
+#include "model/formula.h"
+
+#include "model/model.h"
+
+#include <string.h>
+
+static bool is_own(const kt_formula_names *names, const char *name, kt_variable *variable) {
+    const bool is_length = strcmp(name, "length") == 0, is_speed = strcmp(name, "speed") == 0;
+    if (names->ends != 2 || (!is_length && !is_speed))
+        return false;
+    *variable =
+        (kt_variable){.type = (kt_variable_type)(is_length ? KT_VARIABLE_LENGTH : KT_VARIABLE_SPEED), .body = -1};
+    return true;
+}
+
+/* Whether it is a position that no velocity alone changes. */
+static bool is_quaternion(const kt_formula_names *names, const kt_variable *variable) {
+    if (variable->type != KT_VARIABLE_POSITION)
+        return false;
+    const kt_joint_size size = kt_joint_sizes[names->description->bodies[variable->body].joint.type];
+    return size.nq > size.nv && variable->component >= size.nq - 4;
+}
+
+static bool find(void *user, const char *name, kt_symbol *symbol) {
+    kt_formula_names *names = user;
+    kt_variable found;
+    if (!is_own(names, name, &found) && !kt_variable_find(names->description, name, &found))
+        return false;
+    names->quaternion = names->quaternion || is_quaternion(names, &found);
+    int k = 0;
+    while (k < names->count &&
+           (names->variable[k].type != found.type || names->variable[k].body != found.body ||
+            names->variable[k].marker != found.marker || names->variable[k].component != found.component))
+        k++;
+    names->full = names->full || k == KT_FORMULA_VARIABLE_MAX;
+    k = k < KT_FORMULA_VARIABLE_MAX ? k : 0;
+    if (k == names->count)
+        names->variable[names->count++] = found;
+    *symbol = (kt_symbol){.index = k};
+    return true;
+}
+
+static const char *list(void *user, int k) {
+    static const char *const own[] = {"length", "speed"};
+    kt_formula_names *names = user;
+    kt_variable variable;
+    if (names->ends == 2 && k < 2)
+        return own[k];
+    if (!kt_variable_at(names->description, names->ends == 2 ? k - 2 : k, &variable))
+        return NULL;
+    (void)kt_variable_name(names->description, &variable, names->shown, sizeof names->shown);
+    return names->shown;
+}
+
+kt_symbols kt_formula_symbols(kt_formula_names *names) {
+    return (kt_symbols){.find = find, .list = list, .user = names};
+}

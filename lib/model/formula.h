@@ -1,0 +1,24 @@
+/* Formulas of an effect: the names that they may use. */
+#ifndef KT_MODEL_FORMULA_H
+#define KT_MODEL_FORMULA_H
+
+#include "base/inner.h"
+#include "kinetree/expression.h"
+#include "model/record.h"
+
+/* The variables of an effect's formulas, in the order in which they are first met. `length` and `speed` are known to those
+ * between two ends. */
+typedef struct kt_formula_names {
+    const kt_description *description;
+    int ends;
+    kt_variable variable[KT_FORMULA_VARIABLE_MAX]; /* type may be KT_VARIABLE_LENGTH, KT_VARIABLE_SPEED */
+    int count;
+    bool full;       /* there are more */
+    bool quaternion; /* a component of a quaternion is among them */
+    char shown[600]; /* the name that was listed last */
+} kt_formula_names;
+
+/* The symbols of kt_expression_parse whose indices are those of `variable`. */
+KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
+
+#endif

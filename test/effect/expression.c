@@ -1,0 +1,216 @@
+/* Forces by formulas: against the effects that are written in C, differences, and the balance of energy. */
+#include "check.h"
+
+#include "kinetree/kinetree.h"
+#include "kinetree/scene.h"
+#include "mechanism/evaluate.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Two arms on one another, far from the world's origin, and a free ball: variables are of other bodies than those
+ * that the forces act on. */
+#define BODIES(x, axis)                                                                                                \
+    "kinetree: 1\ngravity: [0, 0, -9.81]\nparameters: {k: 50, c: 0.3}\nbodies:\n"                                      \
+    "  - {name: arm, joint: {type: revolute, axis: " axis ", at: [" x                                                  \
+    ", 0, 0], position: 20 deg, velocity: 1}, mass: 1,\n"                                                              \
+    "     shape: {type: rod, to: [0, 0, -1]}, markers: {tip: [0, 0, -1]}}\n"                                           \
+    "  - {name: leg, parent: arm, joint: {type: revolute, axis: " axis                                                 \
+    ", at: [0, 0, -1], position: 40 deg, velocity: -2},\n"                                                             \
+    "     mass: 1, shape: {type: rod, to: [0, 0, -1]}, markers: {toe: [0.1, 0, -1]}}\n"
+#define BALL(x)                                                                                                        \
+    "  - {name: ball, joint: {type: free, position: {position: [" x                                                    \
+    ", 0.2, 0]}, velocity: {linear: [1, 2, 3], angular: [1, -1, 2]}},\n"                                               \
+    "     mass: 1, shape: {type: sphere, radius: 0.3}, markers: {eye: [0.1, 0, 0.05]}}\n"
+
+typedef struct mechanism {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    int nq, nv;
+    double q[40], v[40], a[40];
+} mechanism;
+
+static bool make_with(mechanism *s, const char *text, kt_plan plan) {
+    kt_error error = {0};
+    kt_model_options options = kt_model_options_default();
+    options.plan = plan;
+    memset(s, 0, sizeof *s);
+    bool fine = kt_scene_parse("x", text, strlen(text), &s->scene, NULL, NULL, &error) == KT_OK &&
+                kt_model_compile(&s->scene.description, &options, &s->model, &error) == KT_OK &&
+                kt_data_create(s->model, &s->data, &error) == KT_OK;
+    if (!fine) {
+        kt_check_text(error.where, error.message, "");
+        return false;
+    }
+    s->nq = kt_model_nq(s->model);
+    s->nv = kt_model_nv(s->model);
+    kt_model_initial(s->model, s->q, s->v);
+    return true;
+}
+
+static bool make(mechanism *s, const char *text) { return make_with(s, text, KT_PLAN_AUTO); }
+
+static void end(mechanism *s) {
+    kt_data_free(s->data);
+    kt_model_free(s->model);
+    kt_scene_free(&s->scene);
+}
+
+static void accelerate(mechanism *s, double t, const double *q, const double *v, double *a) {
+    kt_error error = {0};
+    if (kt_acceleration_evaluate(s->model, s->data, t, q, v, NULL, NULL, a, &error) != KT_OK)
+        kt_check_text(error.where, error.message, "");
+}
+
+/* Springs, dampers, motors and constant forces, as formulas. */
+KT_TEST(formulas_give_the_forces_of_effects_in_c) {
+    static const char *const in_c = BODIES("100", "y")
+        BALL("101") "effects:\n"
+                    "  - {type: spring, between: [arm.tip, ball.eye], stiffness: 50, length: 0.7, damping: 0.3}\n"
+                    "  - {type: joint_damper, joint: leg, damping: 0.3}\n"
+                    "  - {type: joint_spring, joint: arm, stiffness: 50, rest: 0.1}\n"
+                    "  - {type: motor, joint: leg, torque: {sine: {amplitude: 2, frequency: 0.5, phase: 1}}}\n"
+                    "  - {type: force, at: ball.eye, value: [1, 2, -3], frame: body}\n"
+                    "  - {type: torque, on: ball, value: [0.5, 0, 0.25]}\n"
+                    "  - {type: drag, on: ball.eye, linear: 0.3}\n";
+    static const char *const by_formulas = BODIES("100", "y") BALL(
+        "101") "effects:\n"
+               "  - {type: expression, between: [arm.tip, ball.eye], force: \"-k*(length - 0.7) - c*speed\"}\n"
+               "  - {type: expression, joint: leg, force: \"-c*velocity.leg\"}\n"
+               "  - {type: expression, joint: arm, force: \"-k*(position.arm - 0.1)\"}\n"
+               "  - {type: expression, joint: leg, force: \"2*sin(pi*t + 1)\"}\n"
+               "  - {type: expression, at: ball.eye, force: [\"1\", \"2\", \"-3\"], frame: body}\n"
+               "  - {type: expression, at: ball, torque: [\"0.5\", \"0*t\", \"1/4\"]}\n"
+               "  - {type: expression, at: ball.eye, force: [\"-c*marker.ball.eye.vx\", \"-c*marker.ball.eye.vy\", "
+               "\"-c*marker.ball.eye.vz\"]}\n";
+    mechanism c, f;
+    if (make(&c, in_c) && make(&f, by_formulas))
+        for (int k = 0; k < 5; k++) {
+            accelerate(&c, 0.3 * k, c.q, c.v, c.a);
+            accelerate(&f, 0.3 * k, c.q, c.v, f.a);
+            kt_worst worst = kt_worst_make("acceleration");
+            for (int i = 0; i < c.nv; i++) /* positions 100 m from the origin, stiffness over the least inertia */
+                kt_worst_near(&worst, f.a[i], c.a[i], 1e-15 * (100.0 + fabs(c.a[i])), "a[%d]", i);
+            kt_check_worst(&worst);
+            kt_position_add(c.model, c.q, (const double[]){0.3, -0.2, 0.1, 0.2, -0.1, 0.3, 0.2, 0.1}, c.q);
+        }
+    end(&c);
+    end(&f);
+}
+
+#define COUPLED                                                                                                        \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, joint: arm, force: \"-3*position.leg^3 - c*velocity.ball[4]*velocity.arm + sin(2*t)\"}\n"  \
+    "  - {type: expression, between: [leg.toe, ball.eye], force: \"-k*(length - 1)^3 - 2*speed*length + "              \
+    "marker.arm.tip.z*marker.leg.toe.vx\"}\n"                                                                          \
+    "  - {type: expression, at: ball.eye, force: [\"-marker.leg.toe.vx*marker.ball.eye.y\", \"0.1*t\", "               \
+    "\"position.ball[1]\"], torque: [\"velocity.leg\", \"velocity.leg*marker.leg.toe.x\", \"t^2\"], frame: body}\n"    \
+    "  - {type: expression, at: leg.toe, force: [\"marker.ball.eye.vz^2\", \"0*t\", \"-marker.arm.tip.x\"]}\n"
+
+/* Central differences of accelerations: their error is some h^2 times third derivatives, and rounding over h. */
+KT_TEST(derivatives_are_exact) {
+    static const char *const text = BODIES("3", "y") BALL("4") COUPLED;
+    mechanism s;
+    kt_error error = {0};
+    if (!make(&s, text))
+        return;
+    const int n = s.nv;
+    const double t = 0.7, h = 1e-6;
+    double *d = calloc(3 * (size_t)(n * n), sizeof *d), plus[40], minus[40], q[40], step[40] = {0.0};
+    const size_t size = kt_acceleration_work_size(s.model);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_check_equal_int("status",
+                       kt_acceleration_derivatives(s.model, s.data, work, size, t, s.q, s.v, NULL, NULL, d, d + n * n,
+                                                   d + 2 * n * n, &error),
+                       KT_OK);
+    kt_worst by_q = kt_worst_make("by positions"), by_v = kt_worst_make("by velocities");
+    double scale = 0.0;
+    for (int i = 0; i < 2 * n * n; i++)
+        scale = fmax(scale, fabs(d[i]));
+    for (int j = 0; j < n; j++) {
+        step[j] = h;
+        kt_position_add(s.model, s.q, step, q);
+        accelerate(&s, t, q, s.v, plus);
+        step[j] = -h;
+        kt_position_add(s.model, s.q, step, q);
+        accelerate(&s, t, q, s.v, minus);
+        step[j] = 0.0;
+        for (int i = 0; i < n; i++)
+            kt_worst_near(&by_q, d[j * n + i], (plus[i] - minus[i]) / (2.0 * h), 1e-9 * scale, "da[%d]/dq[%d]", i, j);
+        double v[40];
+        memcpy(v, s.v, sizeof v);
+        v[j] = s.v[j] + h;
+        accelerate(&s, t, s.q, v, plus);
+        v[j] = s.v[j] - h;
+        accelerate(&s, t, s.q, v, minus);
+        for (int i = 0; i < n; i++)
+            kt_worst_near(&by_v, d[n * n + j * n + i], (plus[i] - minus[i]) / (2.0 * h), 1e-9 * scale, "da[%d]/dv[%d]",
+                          i, j);
+    }
+    kt_check_worst(&by_q);
+    kt_check_worst(&by_v);
+    double a_t[40];
+    accelerate(&s, t, s.q, s.v, s.a);
+    kt_check_equal_int(
+        "by time", kt_acceleration_time_derivative(s.model, s.data, t, s.q, s.v, NULL, NULL, s.a, a_t, &error), KT_OK);
+    accelerate(&s, t + h, s.q, s.v, plus);
+    accelerate(&s, t - h, s.q, s.v, minus);
+    kt_worst by_t = kt_worst_make("by time");
+    for (int i = 0; i < n; i++)
+        kt_worst_near(&by_t, a_t[i], (plus[i] - minus[i]) / (2.0 * h), 1e-9 * scale, "da[%d]/dt", i);
+    kt_check_worst(&by_t);
+    free(work);
+    free(d);
+    end(&s);
+}
+
+static double energy_of(mechanism *s, const kt_simulation *simulation) {
+    kt_error error = {0};
+    const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+    if (kt_kinematics_update(s->model, s->data, q, v, NULL, &error) != KT_OK)
+        return (double)NAN;
+    return kt_kinetic_energy(s->model, s->data) + kt_potential_energy(s->model, s->data);
+}
+
+/* v . (M a + h), by the kinetic and potential energy before and after a short time, is what the formulas supply. */
+KT_TEST(power_is_supplied) {
+    static const char *const text =
+        BODIES("3", "y") BALL("4") COUPLED "simulate: {duration: 0.5, tolerance: 1e-11, integrator: dop853}\noutput: "
+                                           "{record: [position, energy, balance]}\n";
+    mechanism s;
+    kt_error error = {0};
+    if (!make(&s, text))
+        return;
+    kt_simulation *simulation = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    options.record = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
+    kt_check_equal_int("status", kt_simulation_create(s.model, &s.scene.run, &options, &simulation, &error), KT_OK);
+    const double before = energy_of(&s, simulation);
+    kt_check_equal_int("run", kt_simulation_advance(simulation, 0.5, &error), KT_OK);
+    const double after = energy_of(&s, simulation);
+    const kt_work work = kt_simulation_work(simulation);
+    kt_check_above("supplied, J", fabs(work.supplied), 1.0);
+    kt_check_near("energy gained, J", after - before, work.supplied - work.dissipated, 1e-9 * fabs(work.supplied));
+    kt_simulation_free(simulation);
+    end(&s);
+}
+
+KT_TEST(planar_plans_have_the_same_forces) {
+    static const char *const text = BODIES(
+        "3", "y") "effects:\n"
+                  "  - {type: expression, joint: arm, force: \"-3*marker.leg.toe.x*velocity.leg\"}\n"
+                  "  - {type: expression, between: [leg.toe, world], force: \"-k*(length - 1) - marker.arm.tip.vz\"}\n"
+                  "  - {type: expression, at: leg.toe, force: [\"position.arm\", \"0*t\", \"-marker.arm.tip.x\"]}\n";
+    mechanism planar, spatial;
+    if (make_with(&planar, text, KT_PLAN_AUTO) && make_with(&spatial, text, KT_PLAN_SPATIAL)) {
+        accelerate(&planar, 0.2, planar.q, planar.v, planar.a);
+        accelerate(&spatial, 0.2, planar.q, planar.v, spatial.a);
+        for (int i = 0; i < planar.nv; i++)
+            kt_check_near("acceleration", planar.a[i], spatial.a[i], 1e-13 * fabs(spatial.a[i]) + 1e-13);
+    }
+    end(&planar);
+    end(&spatial);
+}
