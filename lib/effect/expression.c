@@ -12,6 +12,7 @@
 #include "base/aligned.h"
 #include "model/formula.h"
 
+#ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
 static bool is_fine(kt_checker *checker, const kt_effect *effect, int k, kt_formula_names *names) {
     const char *const field = k < 3 ? "force" : "torque";
     const kt_expression *expression = NULL;
@@ -48,10 +49,6 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
     for (int k = 0; k < effect->end_count; k++)
         (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
-    if (!KT_HAS_FORMULAS) {
-        kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
-        return;
-    }
     for (int k = 0; k < 6; k++) {
         if (effect->formula[k] == NULL)
             continue;
@@ -67,6 +64,13 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     if (!any || (!on_body && effect->formula[0] == NULL))
         kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
 }
+
+#else
+static void check(kt_checker *checker, const kt_effect *effect) {
+    (void)effect;
+    kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
+}
+#endif
 
 static kt_energetics energetics(const kt_effect_record *effect) {
     (void)effect;
@@ -135,6 +139,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
+#ifndef KT_NO_JACOBIAN
     {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint that it acts in; or"), KT_WORDS("none"),
      .needed = false},
     {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
@@ -145,6 +150,7 @@ static const kt_key keys[] = {
      KT_WORDS("f: a formula; on a body a list of three, N"), KT_WORDS("none"), .needed = false},
     {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", KT_WORDS("on a body: a list of three formulas"),
      KT_WORDS("none"), .needed = false},
+#endif
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
      KT_WORDS("on a body: `world` or `body`, whose axes they are along"), "world", .needed = false},
 };

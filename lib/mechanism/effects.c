@@ -92,7 +92,7 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
         kind->wrench(effect, model->number, end, t, wrench, balance);
         return 0;
     }
-    if (kind->formula_wrench) {
+    if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
         evaluate_formulas(model, in, effect, t, end, values);
         kind->formula_wrench(effect, values, end, wrench, balance);
@@ -112,7 +112,7 @@ KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in
         *force = kind->joint_force(effect, model->number, q, v, t, balance);
         return 0;
     }
-    if (kind->formula_wrench) {
+    if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
         evaluate_formulas(model, in, effect, t, NULL, values);
         *force = values[0];
@@ -374,7 +374,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         if (!kind->time_derivative && !kind->formula_wrench)
             continue;
         find_ends(data, effect, end);
-        if (kind->formula_wrench) {
+        if (KT_HAS_FORMULAS && kind->formula_wrench) {
             const surroundings in = {.data = data, .q = q, .v = v};
             double rates[6];
             differentiate_formulas(model, &in, effect, t, end, rates);

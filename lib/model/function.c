@@ -459,6 +459,7 @@ static const kt_key ramp_keys[] = {
     {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
     {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
 };
+#ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
 static const kt_key bump_keys[] = {
     {"height", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A, the value in the middle"), .needed = true},
     {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
@@ -474,6 +475,7 @@ static const kt_key expression_keys[] = {
     {"text", KT_KEY_FORMULA, AT(text), "y",
      KT_WORDS("a formula of t and parameters; the text alone stands for the function"), .needed = true},
 };
+#endif
 static const kt_key polynomial_keys[] = {
     {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", KT_WORDS("[c0, c1, c2, ...]"), .needed = true},
 };
@@ -543,6 +545,7 @@ static const kt_descriptor descriptors[] = {
             .keys = table_keys,
             .key_count = 2,
         },
+#ifndef KT_NO_JACOBIAN
     [KT_FUNCTION_BUMP] =
         {
             .name = "bump",
@@ -582,8 +585,10 @@ static const kt_descriptor descriptors[] = {
             .keys = expression_keys,
             .key_count = 1,
         },
+#endif
 };
 
 const kt_descriptor *kt_function_descriptor(kt_function_type type) {
-    return type > KT_FUNCTION_NONE && type <= KT_FUNCTION_EXPRESSION ? &descriptors[type] : NULL;
+    return type > KT_FUNCTION_NONE && (size_t)type < sizeof descriptors / sizeof *descriptors ? &descriptors[type]
+                                                                                              : NULL;
 }
