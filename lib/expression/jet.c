@@ -256,21 +256,33 @@ static kt_jet jet_tanh(const kt_jet *x) {
     return z;
 }
 
-static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
-    const double n = y->c[0].lo;
-    const bool whole = is_constant(y) && is_point(y->c[0], n) && n == rint(n) && fabs(n) <= 64.0;
-    kt_jet z = number(1.0);
-    if (!whole) {
-        z = jet_log(x);
-        z = jet_product(&z, y);
-        return jet_exp(&z);
+/* x^n, by squares. */
+static kt_jet jet_whole_power(const kt_jet *x, int n) {
+    kt_jet z = number(1.0), square = *x;
+    for (int rest = n; rest > 0; rest /= 2) {
+        if (rest % 2 != 0)
+            z = jet_product(&z, &square);
+        square = jet_product(&square, &square);
     }
-    for (int i = 0; i < (int)fabs(n); i++)
-        z = jet_product(&z, x);
-    if (fmod(n, 2.0) == 0.0 && n != 0.0)
+    if (n > 0 && n % 2 == 0)
         z.c[0].lo = fmax(0.0, z.c[0].lo);
+    return z;
+}
+
+/* e^(y log x), which is defined for x > 0 alone; whole exponents have their own way. */
+static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
+    static const double most = 1048576.0;
+    const double n = y->c[0].lo;
     const kt_jet one = number(1.0);
-    return n < 0.0 ? jet_quotient(&one, &z) : z;
+    if (is_constant(y) && is_point(y->c[0], n) && n == rint(n) && fabs(n) <= most) {
+        const kt_jet z = jet_whole_power(x, (int)fabs(n));
+        return n < 0.0 ? jet_quotient(&one, &z) : z;
+    }
+    if (!(x->c[0].lo > 0.0))
+        return (kt_jet){.c = {everything, everything, everything, everything, everything}};
+    kt_jet z = jet_log(x);
+    z = jet_product(&z, y);
+    return jet_exp(&z);
 }
 
 /* ---- branches ---------------------------------------------------------------------------------------------------- */

@@ -1,6 +1,6 @@
 /* The reader of formulas, for any text: it says what is wrong and where, or reads a formula whose value and derivatives
  * agree with each other, in no more memory than it has asked for. */
-#include "kinetree/expression.h"
+#include "expression/corner.h"
 #include "fuzz.h"
 
 #include <math.h>
@@ -42,6 +42,29 @@ static void evaluate(const kt_expression *formula) {
     (void)kt_expression_is_angle(formula);
 }
 
+/* A short formula of x alone, as one of time: bounds hold its value, and corners come one after the other. */
+static void find_corners(const kt_expression *formula) {
+    enum { MOST = 40 };
+    int used[MOST], order = 0;
+    const size_t count = kt_expression_symbols(formula, MOST, used);
+    double t = -0.5;
+    if (formula->count > MOST)
+        return;
+    for (size_t k = 0; k < count; k++)
+        if (used[k] != 0)
+            return;
+    for (int k = 0; k < 3 && t < 1e6; k++) {
+        const kt_jet jet = kt_expression_bound(formula, t, t, NULL, NULL);
+        const double value = kt_expression_evaluate(formula, &t), room = 1e-9 * fabs(value);
+        kt_fuzz_must(!isfinite(value) || !isfinite(room) || isnan(jet.c[0].lo) ||
+                         (jet.c[0].lo - room <= value && value <= jet.c[0].hi + room),
+                     "%.17g is between %.17g and %.17g", value, jet.c[0].lo, jet.c[0].hi);
+        const double next = kt_expression_next_corner(formula, t, &order);
+        kt_fuzz_must(next > t, "the corner %.17g after %.17g comes later", next, t);
+        t = next;
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const kt_symbols symbols = {.find = find, .list = list};
     char *text = malloc(size + 1);
@@ -55,6 +78,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const kt_status status = kt_expression_parse(text, &symbols, memory, bytes, &formula, &column, &error);
     if (status == KT_OK) {
         evaluate(formula);
+        find_corners(formula);
     } else {
         kt_fuzz_must(status == KT_ERROR_SCENE && error.code == status, "it is no formula: %d", (int)status);
         kt_fuzz_must(column >= 1 && (size_t)column <= length + 1, "column %d is in the text", column);
