@@ -87,7 +87,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
-    X(double, number, n->number, "of functions of time, and formulas")                                                               \
+    X(double, number, n->number, "of functions of time, and formulas")                                                 \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
 

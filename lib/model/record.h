@@ -222,10 +222,10 @@ typedef struct kt_effect_record {
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
 #undef KT_EFFECT_DECLARE
     double stiffnesses[6], dampings[6]; /* bushing */
-    size_t formula[6];                  /* expression: where the terms of each begin in model->number, from 1; 0: none */
-    int32_t variable, variable_count;   /* expression: in model->variable */
-    kt_curve curve[3];                  /* motor, servo, joint_spring: one; force, torque: the components */
-    bool in_body;                       /* force, torque: components in the end's axes */
+    size_t formula[6];                /* expression: where the terms of each begin in model->number, from 1; 0: none */
+    int32_t variable, variable_count; /* expression: in model->variable */
+    kt_curve curve[3];                /* motor, servo, joint_spring: one; force, torque: the components */
+    bool in_body;                     /* force, torque: components in the end's axes */
 } kt_effect_record;
 
 /* Variables of formulas that only one effect has: the distance of its ends, and its rate. */
