@@ -271,22 +271,6 @@ static void check_key(kt_checked *c, const kt_key *key) {
     default: /* a flag has two valid values; a point is part of an end; others are of functions: check_function.c */
         if (KT_HAS_LOOPS)
             check_form(c, key);
-            check_surface(c, key);
-        break;
-    case KT_KEY_TRACK:
-        if (KT_HAS_LOOPS)
-            check_track(c, key);
-    case KT_KEY_POINTS:
-            check_points(c, key);
-    case KT_KEY_FLAG:  /* both values are valid */
-    case KT_KEY_POINT: /* part of an end */
-    case KT_KEY_LIST:  /* of functions: check_function.c */
-    case KT_KEY_ROWS:
-    case KT_KEY_METHOD:
-    case KT_KEY_PARTS:
-    case KT_KEY_FORMULA:
-    case KT_KEY_FORMULAS: /* of an effect: effect/expression.c */
-    case KT_KEY_KIND_COUNT:
         break;
     }
 }
