@@ -19,6 +19,7 @@
  * A search has arrived where no force is left but rounding errors, and where it stalls, with some room (RESTING).
  */
 #include "analysis/analysis.h"
+#include "base/copy.h"
 #include "base/generic.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
@@ -502,7 +503,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     l->of_force = false;
     if (status != KT_OK)
         return status;
-    memcpy(q, l->q0, l->size.q * sizeof *q);
+    kt_copy(q, l->q0, l->size.q * sizeof *q);
     if (found)
         *found = result;
     return KT_OK;

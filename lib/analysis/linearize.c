@@ -20,6 +20,7 @@
  */
 #include "analysis/analysis.h"
 
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 
 #include <float.h>
@@ -374,7 +375,7 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
     kt_status status = kt_input_check(l->model, &input, error);
     if (status != KT_OK)
         return status;
-    memcpy(l->q0, q, l->size.q * sizeof *q);
+    kt_copy(l->q0, q, l->size.q * sizeof *q);
     memcpy(l->v0, v, nv * sizeof *v);
     if (tau)
         memcpy(l->tau, tau, nv * sizeof *tau);

@@ -7,6 +7,7 @@
  *     C = (dtau/dv + M W) / 2
  * Armature is no part of this M: it does not change with the position, and belongs to no body that turns.
  */
+#include "base/copy.h"
 #include "control/control.h"
 #include "dynamics/derivative.h"
 
@@ -46,6 +47,6 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     if (!kt_all_finite(c, nv * nv))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "Coriolis matrix",
                             "it overflows: look for a position or velocity that is huge");
-    memcpy(coriolis, c, nv * nv * sizeof *c);
+    kt_copy(coriolis, c, nv * nv * sizeof *c);
     return KT_OK;
 }

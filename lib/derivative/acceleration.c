@@ -3,6 +3,7 @@
  * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (kkt.h); and without loops M da =
  * -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
  */
+#include "base/copy.h"
 #include "derivative/stiffness.h"
 
 #include "derivative/kkt.h"
@@ -165,8 +166,8 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve_forces(&w, error);
     if (status != KT_OK)
         return status;
-    memcpy(da_dq, w.of.d_q, bytes);
-    memcpy(da_dv, w.of.d_v, bytes);
+    kt_copy(da_dq, w.of.d_q, bytes);
+    kt_copy(da_dv, w.of.d_v, bytes);
     if (da_dtau)
         memcpy(da_dtau, w.d_tau, bytes);
     return KT_OK;

@@ -22,6 +22,7 @@
  */
 #include "derivative/stiffness.h"
 
+#include "base/copy.h"
 #include "closure/project.h"
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
@@ -350,9 +351,9 @@ static void write_tree(const kt_linearized *w, double *basis, double *mass, doub
         memset(basis, 0, bytes);
     for (size_t i = 0; i < n && basis; i++)
         basis[i * (n + 1)] = 1.0;
-    memcpy(mass, w->mass, bytes);
-    memcpy(stiffness, w->d_q, bytes);
-    memcpy(damping, w->d_v, bytes);
+    kt_copy(mass, w->mass, bytes);
+    kt_copy(stiffness, w->d_q, bytes);
+    kt_copy(damping, w->d_v, bytes);
 }
 
 kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,

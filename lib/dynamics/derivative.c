@@ -1,5 +1,6 @@
 /* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's instruction set, results. */
 #include "dynamics/derivative.h"
+#include "base/copy.h"
 #include "dynamics/rnea_gradient.h"
 #include "kinetree/dynamics.h"
 
@@ -79,8 +80,8 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
         status = overflow(error);
     if (status != KT_OK)
         return status;
-    memcpy(dtau_dq, w.dq, square * sizeof *dtau_dq);
-    memcpy(dtau_dv, w.dv, square * sizeof *dtau_dv);
+    kt_copy(dtau_dq, w.dq, square * sizeof *dtau_dq);
+    kt_copy(dtau_dv, w.dv, square * sizeof *dtau_dv);
     return KT_OK;
 }
 

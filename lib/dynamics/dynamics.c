@@ -1,6 +1,7 @@
 /* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace inputs that are not
  * given by zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
@@ -47,7 +48,7 @@ static const char *body_of_velocity(const kt_model *model, size_t v) {
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
     const size_t n = model->n.v;
     if (kt_all_finite(from, n)) {
-        memcpy(to, from, n * sizeof *to);
+        kt_copy(to, from, n * sizeof *to);
         return KT_OK;
     }
     size_t i = 0;
@@ -64,7 +65,7 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
 static kt_status commit_or_blame(const kt_model *model, const kt_input *input, const double *from, double *to,
                                  const char *what, kt_error *error) {
     if (kt_all_finite(from, model->n.v)) {
-        memcpy(to, from, model->n.v * sizeof *to);
+        kt_copy(to, from, model->n.v * sizeof *to);
         return KT_OK;
     }
     const kt_status status = kt_input_check(model, input, error);

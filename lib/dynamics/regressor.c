@@ -9,9 +9,8 @@
  */
 #include "dynamics/regressor.h"
 
+#include "base/copy.h"
 #include "dynamics/motion.h"
-
-#include <string.h>
 
 /* The wrenches of the ten parameters of a body, world axes, component by component; forces of the first four alone. */
 typedef struct unit_wrenches {
@@ -76,7 +75,7 @@ KT_INLINE void write_body(const kt_model *model, const kt_data *data, size_t b, 
     const kt_link_motion *motion = data->motion;
     unit_wrenches x;
     entry e = {.x = &x, .nv = model->n.v};
-    memset(y, 0, KT_BODY_PARAMETERS * model->n.v * sizeof *y);
+    kt_clear(y, KT_BODY_PARAMETERS * model->n.v * sizeof *y);
     e.arm = fill_wrenches(&model->body[b], &motion[model->body[b].link], model->gravity, &x);
     for (int32_t i = model->body[b].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];

@@ -1,6 +1,7 @@
 /* The regressor of inverse dynamics: what its columns are, the model's own parameters, and the columns of friction;
  * those of bodies are written by dynamics/regressor.c. */
 #include "dynamics/regressor.h"
+#include "base/copy.h"
 #include "kinetree/identification.h"
 
 #include <string.h>
@@ -78,7 +79,7 @@ kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const doub
     write_bodies(model, data, regressor);
     double *const armature = regressor + KT_BODY_PARAMETERS * (model->n.body - 1) * nv,
                   *const viscous = armature + nv * nv, *const coulomb = viscous + nv * nv;
-    memset(armature, 0, 3 * nv * nv * sizeof *armature);
+    kt_clear(armature, 3 * nv * nv * sizeof *armature);
     for (size_t i = 0; i < nv; i++) {
         const double rate = v ? v[i] : 0.0;
         armature[i * (nv + 1)] = a ? a[i] : 0.0;

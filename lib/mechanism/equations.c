@@ -1,4 +1,5 @@
 /* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
+#include "base/copy.h"
 #include "closure/refused_loops.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/mechanism.h"
@@ -147,7 +148,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
                                 "the loops' equations overflow: look for a position that is huge");
         kernels->basis(model, data);
     }
-    memset(basis, 0, nv * nv * sizeof *basis);
+    kt_clear(basis, nv * nv * sizeof *basis);
     memset(data->delta, 0, nv * sizeof *data->delta); /* 1 for coordinates of a group */
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         count += write_basis(model, data, g, basis + count * nv, data->delta);

@@ -9,11 +9,11 @@
  * it needs no multipliers, so that it does not depend on how the loops were solved, is not affected by redundant
  * equations, and passes smoothly through singular positions, as a does.
  */
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static double dot(const double *x, const double *y, size_t n) {
     double sum = 0.0;
@@ -83,7 +83,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
         return refuse(model, t, &input, error);
     }
-    memcpy(a, acceleration, model->n.v * sizeof *a);
+    kt_copy(a, acceleration, model->n.v * sizeof *a);
     *power = sum;
     return KT_OK;
 }

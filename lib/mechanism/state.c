@@ -1,5 +1,6 @@
 /* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
  * (project.c) and at the start by an assembly (assemble.c). */
+#include "base/copy.h"
 #include "closure/project.h"
 #include "closure/refused_loops.h"
 #include "kinetree/mechanism.h"
@@ -52,8 +53,8 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     const kt_input input = {.q = q, .v = v};
     data->dead = false;
-    memcpy(new_q, q, model->n.q * sizeof *q);
-    memcpy(new_v, v, model->n.v * sizeof *v);
+    kt_copy(new_q, q, model->n.q * sizeof *q);
+    kt_copy(new_v, v, model->n.v * sizeof *v);
     if (!kt_unit_quaternions(model, new_q))
         return kt_input_refuse_not_finite(model, t, &input, error);
     if (KT_HAS_LOOPS && model->n.group) {
@@ -62,9 +63,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
             return status;
     }
     measure_correction(model, data, v, new_v);
-    moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
-    memcpy(q, new_q, model->n.q * sizeof *q);
-    memcpy(v, new_v, model->n.v * sizeof *v);
+    moved |= model->n.q > 0 && memcmp(q, new_q, model->n.q * sizeof *q) != 0;
+    kt_copy(q, new_q, model->n.q * sizeof *q);
+    kt_copy(v, new_v, model->n.v * sizeof *v);
     if (changed)
         *changed = moved;
     return KT_OK;
@@ -92,16 +93,16 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
-    memcpy(new_q, q, model->n.q * sizeof *q);
-    memcpy(new_v, v, model->n.v * sizeof *v);
+    kt_copy(new_q, q, model->n.q * sizeof *q);
+    kt_copy(new_v, v, model->n.v * sizeof *v);
     (void)kt_unit_quaternions(model, new_q); /* none is zero */
     memcpy(given, new_q, model->n.q * sizeof *q);
     if (KT_HAS_LOOPS && model->n.group)
         status = kt_loops_assemble(model, data, t, given, new_q, new_v, error);
     if (status != KT_OK)
         return KT_HAS_LOOPS ? kt_loops_explain(model, data, t, given, v, status, error) : status;
-    memcpy(q, new_q, model->n.q * sizeof *q);
-    memcpy(v, new_v, model->n.v * sizeof *v);
+    kt_copy(q, new_q, model->n.q * sizeof *q);
+    kt_copy(v, new_v, model->n.v * sizeof *v);
     return KT_OK;
 }
 

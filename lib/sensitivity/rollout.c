@@ -10,6 +10,7 @@
  *
  * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of
  * this step then evaluates nothing again. */
+#include "base/copy.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -220,7 +221,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     if (status != KT_OK)
         return status;
     (void)lay_out(&w, work, model, rollout);
-    memcpy(w.state, q, nq * sizeof *q);
+    kt_copy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
     memset(w.gradient, 0, 2 * n * sizeof *w.gradient);
     w.index[0] = 0;

@@ -1,6 +1,7 @@
 /* A step as a function of its start: the stages of the table, their sum, and the projection; the bits are those of a
  * simulation (integrator/explicit.c, simulation/equations.c). A fixed step does not need the last stage of an fsal
  * method. */
+#include "base/copy.h"
 #include "closure/project.h"
 #include "integrator/integrator.h"
 #include "kinetree/joint.h"
@@ -76,7 +77,7 @@ void kt_step_combine(double *out, const double *y, double h, const double *weigh
 }
 
 void kt_step_start(kt_step_work *w, const double *q, const double *v) {
-    memcpy(w->y, q, w->model->n.q * sizeof *q);
+    kt_copy(w->y, q, w->model->n.q * sizeof *q);
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
 }
 
@@ -147,7 +148,7 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         status = kt_step_close(model, data, step, w.next, w.next + nq, error);
     if (status != KT_OK)
         return status;
-    memcpy(next_q, w.next, nq * sizeof *next_q);
-    memcpy(next_v, w.next + nq, model->n.v * sizeof *next_v);
+    kt_copy(next_q, w.next, nq * sizeof *next_q);
+    kt_copy(next_v, w.next + nq, model->n.v * sizeof *next_v);
     return KT_OK;
 }

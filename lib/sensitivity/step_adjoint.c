@@ -2,6 +2,7 @@
  * stage to the first,
  *     k_i = h (b_i y+ + sum_{j > i} a_ji x_j),   x_i = (dK_i / dX_i)' k_i,   y = y+ + sum x_i
  * (Sanz-Serna 2016, section 3), between the adjoints of the projection and of the map from rotations to quaternions. */
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "sensitivity/sensitivity.h"
 
@@ -119,7 +120,7 @@ kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size
         status = kt_adjoint_run(&w, q, v, error);
     if (status != KT_OK)
         return status;
-    memcpy(w.by_next, by_next, 2 * n * sizeof *by_next);
+    kt_copy(w.by_next, by_next, 2 * n * sizeof *by_next);
     status = kt_adjoint_sweep(&w, error);
     if (status != KT_OK)
         return status;

@@ -1,8 +1,7 @@
 /* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). Its columns are those of
  * B with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
+#include "base/copy.h"
 #include "sensitivity/sensitivity.h"
-
-#include <string.h>
 
 size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method) {
     if (!model || !method)
@@ -34,6 +33,6 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     w.states = 0;
     status = kt_step_tangents(&w, q, v, own.count, error);
     if (status == KT_OK)
-        memcpy(C, w.end, 2 * own.n * own.count * sizeof *C);
+        kt_copy(C, w.end, 2 * own.n * own.count * sizeof *C);
     return status;
 }

@@ -1,4 +1,5 @@
 /* The steps of a simulation, its inputs, counts and state. */
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "simulation/simulation.h"
 
@@ -336,8 +337,8 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
-    memmove(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
-    memmove(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
+    kt_move(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
+    kt_move(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
@@ -431,6 +432,6 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
-    memcpy(a, shown, simulation->size.user_nv * sizeof(double));
+    kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
     return KT_OK;
 }

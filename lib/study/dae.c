@@ -21,6 +21,7 @@
  */
 #include "study/dae.h"
 #include "algebra/lu.h"
+#include "base/copy.h"
 #include "integrator/multistep.h"
 #include "linear/lapack.h"
 #include "model/model.h"
@@ -189,9 +190,9 @@ kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, 
         status = find_multipliers(dae, t, q, v, dae->slope + dae->n, dae->multiplier, error);
     if (status != KT_OK)
         return status;
-    memcpy(dae->q, q, dae->nq * sizeof *q);
-    memcpy(dae->v, v, dae->n * sizeof *v);
-    memcpy(dae->slope, v, dae->n * sizeof *v);
+    kt_copy(dae->q, q, dae->nq * sizeof *q);
+    kt_copy(dae->v, v, dae->n * sizeof *v);
+    kt_copy(dae->slope, v, dae->n * sizeof *v);
     memset(dae->mu, 0, dae->k * sizeof(double));
     dae->t = t;
     dae->past_h = 0.0;

@@ -3,12 +3,12 @@
  * and _projection.c.
  */
 #include "study/formulation.h"
+#include "base/copy.h"
 #include "constraint/group.h"
 #include "model/model.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
@@ -89,9 +89,9 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
         status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the formulation's accelerations are not finite", error);
     if (status != KT_OK)
         return status;
-    memcpy(a, formulation->x, (size_t)formulation->n * sizeof *a);
+    kt_copy(a, formulation->x, (size_t)formulation->n * sizeof *a);
     if (rate)
-        memcpy(rate, projects ? formulation->velocity : v, (size_t)formulation->n * sizeof *rate);
+        kt_copy(rate, projects ? formulation->velocity : v, (size_t)formulation->n * sizeof *rate);
     return KT_OK;
 }
 

@@ -1,0 +1,24 @@
+/* Copies of a caller's arrays, which may be NULL where they have no numbers: those of a model that does not move. C has no
+ * copy of no bytes from or to NULL (C17, 7.24.1). */
+#ifndef KT_BASE_COPY_H
+#define KT_BASE_COPY_H
+
+#include <string.h>
+
+static inline void kt_copy(void *to, const void *from, size_t bytes) {
+    if (bytes > 0)
+        memcpy(to, from, bytes);
+}
+
+/* The same for arrays that may overlap. */
+static inline void kt_move(void *to, const void *from, size_t bytes) {
+    if (bytes > 0)
+        memmove(to, from, bytes);
+}
+
+static inline void kt_clear(void *to, size_t bytes) {
+    if (bytes > 0)
+        memset(to, 0, bytes);
+}
+
+#endif
