@@ -398,7 +398,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
  *     sphere's lowest point, against the slip.
- *   expression: forces by formulas (expression.h) of t and of kt_variables: in a joint, formula[0]; along the line between
+ *   expression: forces by formulas (expression.h) of t and of variables (kt_variable): in a joint, formula[0]; along the line between
  *     two ends, formula[0], which pushes them apart where it is positive, and may use `length` and `speed`, the distance
  *     of the ends and its rate; or on a point of a body, force formula[0] to [2] and moment formula[3] to [5] along the
  *     axes of `frame`. All that it does counts as supplied. At most KT_FORMULA_VARIABLE_MAX different variables.
@@ -540,7 +540,7 @@ typedef enum kt_variable_type {
 } kt_variable_type;
 
 /* The most variables that the formulas of one effect use together. */
-enum { KT_FORMULA_VARIABLE_MAX = 32 };
+enum { KT_FORMULA_VARIABLE_MAX = 32 /* of one effect */ };
 
 /* A variable of a formula, by its place in a description. */
 typedef struct kt_variable {
