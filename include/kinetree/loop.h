@@ -82,8 +82,9 @@ KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int
  *         return 0;
  *     }
  *
- * and where the mechanism is described
+ * and where the mechanism is described, with a length that outlives the model
  *
+ *     double length = 2.0;
  *     kt_loop loop = kt_loop_default();
  *     loop.name = "sling";
  *     loop.type = KT_LOOP_CUSTOM;
@@ -92,6 +93,8 @@ KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int
  *     loop.equations = keep_off;
  *     loop.equation_count = 1;
  *     loop.user = &length;
+ *     description.loops = &loop;
+ *     description.loop_count = 1;
  *
  * Only the residual is needed: moments, forces and rates are then central differences of order four with steps of 1e-3
  * rad, s, and of 1 m + |position|, good to about 1e-12, and the drift a second difference of order six, good to about

@@ -42,7 +42,7 @@ claim("every_figure_of_the_program_is_on_the_page", [f"{name}: not on the page" 
 if command:
     failed = []
     for line in re.findall(r"^kinetree (.*)$", page, flags=re.M):
-        result = subprocess.run([command] + line.split(), cwd=root / "apps/scenes", capture_output=True, text=True)
+        result = subprocess.run([command] + line.split(), cwd=root, capture_output=True, text=True)
         if result.returncode != 0:
             failed.append(line + ": " + result.stderr)
     claim("commands_of_the_page_run", failed)
