@@ -79,7 +79,7 @@ def check_bash(script, subcommands, options):
                [scene for scene in scenes if scene.startswith("double-pend")])
 
 
-def check_fish(script):
+def check_fish(script, reductions):
     """What fish offers, asked without a terminal."""
     if shutil.which("fish") is None:
         skip("fish_completes", "fish is not on this machine")
@@ -93,7 +93,7 @@ def check_fish(script):
 
     offers("fish_completes_a_subcommand", found("kinetree acc"), ["accuracy"])
     offers("fish_completes_an_option", found("kinetree run five.yaml --dur"), ["--duration"])
-    offers("fish_completes_the_words_of_an_option", found("kinetree run --reduction "), ["qr", "partition", "svd"])
+    offers("fish_completes_the_words_of_an_option", found("kinetree run --reduction "), reductions)
     offers("fish_completes_a_bundled_scene", found("kinetree demo double-pend"), ["double-pendulum"])
 
 
@@ -147,7 +147,7 @@ def main():
             script.write_text(text)
             check_syntax(shell, script)
         check_bash(pathlib.Path(folder) / "kinetree.bash", subcommands, options)
-        check_fish(pathlib.Path(folder) / "kinetree.fish")
+        check_fish(pathlib.Path(folder) / "kinetree.fish", options["run"]["reduction"])
     for name in subcommands:
         part = re.search(rf"^    {name}\)\n(.*?)^        ;;", texts["zsh"], flags=re.S | re.M)
         told = set(re.findall(r"'\*?--([\w-]+)", part[1])) if part else set()

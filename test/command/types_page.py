@@ -52,8 +52,9 @@ def main():
         found = pool.map(lambda s: trouble(folder, f"{s[0]}-{s[1]}", s[4]), sections)
         for (noun, name, *_), wrong in zip(sections, found):
             claim(f"scene_is_right_and_runs: {noun} {name}", wrong)
+    alone = {("function", "constant"): r"torque: [\d.]+}", ("function", "expression"): r'torque: "[^"]+"}'}  # without the type's name
     claim("scene_shows_its_type", [f"{noun} {name}" for noun, name, _, _, scene in sections
-                                   if not re.search(r"torque: [\d.]+}" if name == "constant" else rf"\b{name}\b", scene.partition("bodies:")[2])])
+                                   if not re.search(alone.get((noun, name), rf"\b{name}\b"), scene.partition("bodies:")[2])])
 
     shown = set(re.findall(r"\(pictures/([\w-]+\.svg)\)", page))
     with tempfile.TemporaryDirectory() as folder:
