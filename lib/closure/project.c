@@ -33,13 +33,6 @@
 
 enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
 
-bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
-    for (size_t g = 0; g < model->n.group; g++)
-        if (data->near[g])
-            return true;
-    return false;
-}
-
 /* The size of the smallest direction of the groups that are near a singular position, over its usual size; 0 where one
  * is lost altogether, and `last` is the size of the one before. */
 static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
@@ -85,24 +78,6 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         memcpy(q, data->moved_q, model->n.q * sizeof *q);
         *changed = true;
     }
-}
-
-void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
-                                 kt_violation *violation) {
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!kt_group_has_fronts(&model->group[g])) {
-        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
-        return;
-    }
-    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    kt_group_violation(&w, w.multiplier, violation);
-}
-
-void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
-    violation->velocity = violation->slip = 0.0;
-    violation->speed = KT_SPEED_LEAST;
-    for (size_t g = 0; g < model->n.group; g++)
-        kt_group_velocity_violation(model, data, g, v, violation);
 }
 
 /* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to

@@ -27,7 +27,12 @@ typedef enum kt_closure {
 } kt_closure;
 
 /* Whether a group was near a singular position when it was last factored. */
-bool kt_is_near_singular(const kt_model *model, const kt_data *data);
+static inline bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->near[g])
+            return true;
+    return false;
+}
 
 /* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
  * drift). Returns false if one is zero or not finite. */
