@@ -172,6 +172,10 @@ void kt_mjcf_count_strange(kt_mjcf *m);
 /* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more. */
 const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last);
 
+/* Calls `each` for the elements of a name directly in a body, or in frames of it, with the pose of the frame. */
+typedef void kt_mjcf_each(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
+void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_mjcf_each *each);
+
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
 
 /* Puts the contents of files in place of <include>; then, once the compiler's settings are known, copies in place of
@@ -192,10 +196,6 @@ void kt_mjcf_masses(kt_mjcf *m, int body);
 
 /* What the compiler's settings make of all masses. */
 void kt_mjcf_settle_masses(kt_mjcf *m);
-
-/* Calls `each` for the elements of a name directly in a body, or in frames of it, with the pose of the frame. */
-typedef void kt_mjcf_each(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
-void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_mjcf_each *each);
 
 /* ---- mjcf_body.c, mjcf_force.c, mjcf_loop.c ---------------------------------------------------------------------- */
 

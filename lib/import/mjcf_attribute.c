@@ -1,4 +1,4 @@
-/* Attributes of MJCF: default classes, numbers, words, orientations, names. */
+/* Attributes of MJCF: default classes, numbers, words, orientations, names; and the elements of a body. */
 #include "import/mjcf.h"
 
 #include <math.h>
@@ -384,3 +384,23 @@ static void count_strange(kt_mjcf *m, const kt_element *e) {
 }
 
 void kt_mjcf_count_strange(kt_mjcf *m) { count_strange(m, m->root); }
+
+/* ---- traversal --------------------------------------------------------------------------------------------------- */
+
+static void each_within(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_pose frame,
+                        kt_mjcf_each *each) {
+    for (const kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next)
+        if (strcmp(e->name, name) == 0)
+            each(m, e, body, frame);
+        else if (strcmp(e->name, "frame") == 0)
+            each_within(m, e, name, body, kt_pose_compose(frame, kt_mjcf_pose(m, e, NULL)), each);
+}
+
+void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_mjcf_each *each) {
+    if (body > 0) {
+        each_within(m, within, name, body, kt_pose_identity(), each);
+        return;
+    }
+    for (const kt_element *w = kt_xml_child(m->root, "worldbody"); w != NULL; w = kt_xml_next(w, "worldbody"))
+        each_within(m, w, name, body, kt_pose_identity(), each);
+}

@@ -14,26 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- traversal --------------------------------------------------------------------------------------------------- */
-
-static void each_within(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_pose frame,
-                        kt_mjcf_each *each) {
-    for (const kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next)
-        if (strcmp(e->name, name) == 0)
-            each(m, e, body, frame);
-        else if (strcmp(e->name, "frame") == 0)
-            each_within(m, e, name, body, kt_pose_compose(frame, kt_mjcf_pose(m, e, NULL)), each);
-}
-
-void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_mjcf_each *each) {
-    if (body > 0) {
-        each_within(m, within, name, body, kt_pose_identity(), each);
-        return;
-    }
-    for (const kt_element *w = kt_xml_child(m->root, "worldbody"); w != NULL; w = kt_xml_next(w, "worldbody"))
-        each_within(m, w, name, body, kt_pose_identity(), each);
-}
-
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
 static double angle_of(const kt_mjcf *m, const kt_mjcf_joint *j) {
