@@ -8,6 +8,11 @@
  *   bump        y = a (4 s (1 - s))^3,  s = (t - c) / (d - c) limited to [0, 1]
  *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
  *                 y = y_k + s (b_k + s (c_k + s d_k))
+ *   sum         y = f + g,  y' = f' + g',  y'' = f'' + g''
+ *   product     y = f g,  y' = f' g + f g',  y'' = f'' g + 2 f' g' + f g''
+ *
+ * The parts of a sum or product are functions of any type. Its numbers are the curves of its parts, and then those
+ * parts' numbers: none is a pointer, so that a model can be copied.
  *
  * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
  * inside: a motion whose table begins at the start of the simulation has the table's slope there, and likewise at the
@@ -40,6 +45,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 /* ---- constructors ------------------------------------------------------------------------------------------------ */
 
@@ -121,11 +127,27 @@ kt_function kt_function_expression(const char *text) {
 /* A row of a compiled table: the polynomial that is valid from its t to the next row's t. */
 enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
 
+enum { CURVE_NUMBERS = sizeof(kt_curve) / sizeof(double) };
+_Static_assert(sizeof(kt_curve) % sizeof(double) == 0, "curves lie among numbers");
+
+static bool has_parts(kt_function_type type) {
+    return KT_HAS_FORMULAS && (type == KT_FUNCTION_SUM || type == KT_FUNCTION_PRODUCT);
+}
+
+static size_t number_count_of_parts(const kt_function *function) {
+    size_t count = 0;
+    for (int i = 0; i < function->part_count; i++)
+        count += CURVE_NUMBERS + kt_curve_number_count(&function->parts[i]);
+    return count;
+}
+
 size_t kt_curve_number_count(const kt_function *function) {
     if (function->type == KT_FUNCTION_POLYNOMIAL)
         return (size_t)function->number_count;
     if (function->type == KT_FUNCTION_TABLE)
         return (size_t)(function->number_count / 2) * ROW_SIZE;
+    if (has_parts(function->type))
+        return number_count_of_parts(function);
     return KT_HAS_FORMULAS ? kt_curve_formula_numbers(function) : 0;
 }
 
@@ -219,6 +241,16 @@ static void compile_table(const kt_function *function, double *rows) {
     }
 }
 
+static void compile_parts(const kt_function *function, double *numbers, kt_curve *curve) {
+    size_t at = curve->first + (size_t)function->part_count * CURVE_NUMBERS;
+    curve->count = function->part_count;
+    for (int i = 0; i < function->part_count; i++) {
+        const kt_curve part = kt_curve_compile(&function->parts[i], numbers, at);
+        memcpy(numbers + curve->first + (size_t)i * CURVE_NUMBERS, &part, sizeof part);
+        at += kt_curve_number_count(&function->parts[i]);
+    }
+}
+
 kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first) {
     static const double two_pi = 6.283185307179586476925286766559;
     kt_curve curve = {.type = function->type, .first = first};
@@ -250,7 +282,9 @@ kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t f
         compile_table(function, numbers + first);
         break;
     default:
-        if (KT_HAS_FORMULAS)
+        if (has_parts(function->type))
+            compile_parts(function, numbers, &curve);
+        else if (KT_HAS_FORMULAS)
             kt_curve_formula_compile(function, numbers, &curve);
     }
     return curve;
@@ -317,6 +351,25 @@ static void evaluate_table(const double *rows, int count, double t, double out[3
         out[0] = last[ROW_Y];
 }
 
+static kt_curve part_of(const kt_curve *curve, const double *numbers, int i) {
+    kt_curve part;
+    memcpy(&part, numbers + curve->first + (size_t)i * CURVE_NUMBERS, sizeof part);
+    return part;
+}
+
+static void evaluate_parts(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+    const bool is_sum = curve->type == KT_FUNCTION_SUM;
+    double f[3] = {is_sum ? 0.0 : 1.0, 0.0, 0.0}, g[3];
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        kt_curve_evaluate(&part, numbers, t, g);
+        f[2] = is_sum ? f[2] + g[2] : f[2] * g[0] + 2.0 * f[1] * g[1] + f[0] * g[2];
+        f[1] = is_sum ? f[1] + g[1] : f[1] * g[0] + f[0] * g[1];
+        f[0] = is_sum ? f[0] + g[0] : f[0] * g[0];
+    }
+    memcpy(out, f, sizeof f);
+}
+
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]) {
     switch (curve->type) {
     case KT_FUNCTION_NONE:
@@ -339,7 +392,9 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
         break;
     default: { /* KT_CURVE_FOLLOWS, and formulas */
         const double s = t - curve->d;
-        if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        if (has_parts(curve->type))
+            evaluate_parts(curve, numbers, t, out);
+        else if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
             kt_curve_formula_evaluate(curve, numbers, t, out);
         else
             set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
@@ -354,6 +409,18 @@ static double table_speed(const double *rows, int count, double t) {
     const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
     const double s = t - row[ROW_T];
     return fabs(row[ROW_B]) + s * (2.0 * fabs(row[ROW_C]) + 3.0 * s * fabs(row[ROW_D]));
+}
+
+static double parts_speed(const kt_curve *curve, const double *numbers, double t) {
+    double y[3], size = 1.0, speed = 0.0;
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const double of_part = kt_curve_speed(&part, numbers, t);
+        kt_curve_evaluate(&part, numbers, t, y);
+        speed = curve->type == KT_FUNCTION_SUM ? speed + of_part : speed * fabs(y[0]) + size * of_part;
+        size *= fabs(y[0]);
+    }
+    return speed;
 }
 
 double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
@@ -373,6 +440,8 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
     case KT_FUNCTION_TABLE:
         return table_speed(numbers + curve->first, curve->count, t);
     default: /* KT_CURVE_FOLLOWS, and formulas */
+        if (has_parts(curve->type))
+            return parts_speed(curve, numbers, t);
         return KT_HAS_FORMULAS && kt_curve_is_formula(curve) ? kt_curve_formula_speed(curve, numbers, t)
                                                              : fabs(curve->b) + fabs((t - curve->d) * curve->c);
     }
@@ -422,21 +491,46 @@ static kt_corner next_row(const double *rows, int count, double t) {
     return (kt_corner){HUGE_VAL, 0};
 }
 
+static kt_corner next_corner_of_parts(const kt_curve *curve, const double *numbers, double t) {
+    kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const kt_corner corner = kt_curve_next_corner(&part, numbers, t);
+        if (corner.time < first.time || (corner.time == first.time && corner.order < first.order))
+            first = corner;
+    }
+    return first;
+}
+
 kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t) {
     if (!kt_curve_has_corners(curve))
         return (kt_corner){HUGE_VAL, 0};
     if (curve->type == KT_FUNCTION_TABLE)
         return next_row(numbers + curve->first, curve->count, t);
+    if (has_parts(curve->type))
+        return next_corner_of_parts(curve, numbers, t);
     if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
         return kt_curve_formula_corner(curve, numbers, t);
     return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
 }
 
+/* The quarter period of a product of sines of frequencies f and g is that of f + g, which it has. */
+static double longest_step_of_parts(const kt_curve *curve, const double *numbers) {
+    double longest = HUGE_VAL, inverse = 0.0;
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const double length = kt_curve_longest_step(&part, numbers);
+        longest = fmin(longest, length);
+        inverse += 1.0 / length;
+    }
+    return curve->type == KT_FUNCTION_PRODUCT && inverse > 0.0 ? 1.0 / inverse : longest;
+}
+
 double kt_curve_longest_step(const kt_curve *curve, const double *numbers) {
     static const double quarter_turn = 1.5707963267948966192313216916398;
     const bool is_sine = curve->type == KT_FUNCTION_SINE && curve->b != 0.0 && curve->c != 0.0;
-    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
-        return kt_curve_formula_longest_step(curve, numbers);
+    if (has_parts(curve->type))
+        return longest_step_of_parts(curve, numbers);
     return is_sine ? quarter_turn / fabs(curve->c) : HUGE_VAL;
 }
 

@@ -1,4 +1,4 @@
-/* Functions of time that are made of others, and formulas: what function.c calls for them. */
+/* Functions of time that are bumps or formulas: what function.c calls for them. */
 #ifndef KT_MODEL_FUNCTION_FORMULA_H
 #define KT_MODEL_FUNCTION_FORMULA_H
 
@@ -10,12 +10,12 @@ static inline bool kt_curve_is_formula(const kt_curve *curve) {
     return curve->type >= KT_FUNCTION_BUMP && curve->type <= KT_FUNCTION_EXPRESSION;
 }
 
+/* Of bumps and expressions; sums and products are in function.c. */
 size_t kt_curve_formula_numbers(const kt_function *function);
 void kt_curve_formula_compile(const kt_function *function, double *numbers, kt_curve *curve);
 void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, double t);
 kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t);
-double kt_curve_formula_longest_step(const kt_curve *curve, const double *numbers);
 
 /* Reads a formula whose only name is t. */
 KT_CHECKED kt_status kt_formula_of_time(const char *text, void *memory, size_t size, const kt_expression **expression,
