@@ -21,7 +21,7 @@ typedef struct kt_corrections {
 } kt_corrections;
 
 /* All values that determine the further run and are not in the integrator; they are part of a checkpoint. */
-/* Powers at the ends of the last steps, and the works that follow from them (work_watch.c). */
+/* Powers at the ends of the last steps, and the works that follow from them (power_points.c, work_watch.c). */
 enum { KT_POWER_POINTS = 4 };
 typedef struct kt_power_points {
     int count;                 /* how many are known, the last one first */
@@ -103,7 +103,7 @@ typedef struct kt_work_panel {
     X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
     X(kt_event, event, size->event, "in the order in which they were added")                                           \
     X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
-    X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                                      \
+    X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                \
     X(double, event_value, 5 * size->event, "at event_time, and along the last step")                                  \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
@@ -189,7 +189,7 @@ struct kt_simulation {
     void *user;                       /* of these two */
     kt_corners corners;
     bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
-    bool lacks_end_stage;            /* by a method without a stage at the end of its steps */
+    bool lacks_end_stage;        /* by a method without a stage at the end of its steps */
     double gap_time;             /* of gap_begin; NaN: not known */
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* that were added */
@@ -238,8 +238,9 @@ static inline void kt_simulation_put_works(const kt_simulation *simulation, cons
 }
 
 /* Works estimated from powers at the ends of steps (work_watch.c), where that is asked for: takes the power that an
- * evaluation of the state y to dydt has found; and after a step. */
+ * evaluation of the state y to dydt has found; notes one at the present time, once (power_points.c); and after a step. */
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
+void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
 void kt_simulation_end_powers(kt_simulation *simulation);
 /* Adds those of the present time if they are missing: before a record, and before new inputs. */
 void kt_simulation_complete_powers(kt_simulation *simulation);
