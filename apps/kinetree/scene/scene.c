@@ -1,6 +1,6 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
 #include "records/output.h"
-#include "scene/from.h"
+#include "scene/load.h"
 #include "scene/start.h"
 
 #include "kinetree/import.h"
@@ -158,26 +158,8 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     return kt_exit_code(status);
 }
 
-/* The folder of a file, which the caller frees; NULL: memory is insufficient. */
-static char *folder_of(const char *path) {
-    const char *slash = strrchr(path, '/');
-    return slash != NULL ? strndup(path, (size_t)(slash - path)) : strdup(".");
-}
-
-int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
-    int code = read_any(path, is_robot_name(path) || is_xml_file(path), NULL, settings, scene);
-    if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
-        return code;
-    char *folder = from == NULL ? folder_of(path) : NULL;
-    code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
-    free(folder);
-    if (code != KT_EXIT_DONE)
-        kt_scene_free(scene);
-    return code;
-}
-
-int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene) {
-    return kt_read_scene_from(path, settings, NULL, scene);
+int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
+    return read_any(path, is_robot_name(path) || is_xml_file(path), NULL, settings, scene);
 }
 
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene) {
@@ -238,16 +220,6 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     else
         (void)kt_start_say_inertias(scene);
     return kt_exit_code(status);
-}
-
-int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {
-    int code = kt_read_scene(path, settings, scene);
-    if (code != KT_EXIT_DONE)
-        return code;
-    code = kt_compile_scene(scene, model);
-    if (code != KT_EXIT_DONE)
-        kt_scene_free(scene);
-    return code;
 }
 
 /* ---- writing ----------------------------------------------------------------------------------------------------------- */

@@ -1,0 +1,38 @@
+/* Loads scenes for the subcommands, with the state that they start from. */
+#include "scene/load.h"
+#include "scene/from.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The folder of a file, which the caller frees; NULL: memory is insufficient. */
+static char *folder_of(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash != NULL ? strndup(path, (size_t)(slash - path)) : strdup(".");
+}
+
+int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
+    int code = kt_read_scene_as_written(path, settings, scene);
+    if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
+        return code;
+    char *folder = from == NULL ? folder_of(path) : NULL;
+    code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
+    free(folder);
+    if (code != KT_EXIT_DONE)
+        kt_scene_free(scene);
+    return code;
+}
+
+int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene) {
+    return kt_read_scene_from(path, settings, NULL, scene);
+}
+
+int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {
+    int code = kt_read_scene(path, settings, scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = kt_compile_scene(scene, model);
+    if (code != KT_EXIT_DONE)
+        kt_scene_free(scene);
+    return code;
+}

@@ -1,0 +1,10 @@
+/* What loading a scene consists of. */
+#ifndef KT_COMMAND_SCENE_LOAD_H
+#define KT_COMMAND_SCENE_LOAD_H
+
+#include "command.h"
+
+/* Reads a scene as kt_read_scene does, without the result that it may start from. */
+int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene);
+
+#endif
