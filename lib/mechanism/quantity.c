@@ -129,6 +129,8 @@ static double excess_of(const reading *r) {
         return fmax(-kind->joint_gap(r->effect, r->q, r->v).distance, 0.0);
     if (kind->gap != NULL)
         return fmax(-kind->gap(r->effect, r->end).distance, 0.0);
+#else
+    (void)r;
 #endif
     return (double)NAN;
 }

@@ -137,10 +137,11 @@ def main():
     everything = set().union(*found.values())
     public = declared(sorted(include.glob("kinetree/*.h")), "KT_API")
     inner = declared(sorted((include.parent / "lib").rglob("*.h")), "KT_INNER")
-    note(f"{len(everything)} exported, {len(public)} declared, {len(inner)} for the study alone")
-    used = {symbol for _, symbol in imports(study)} & found[core_shared.name] - public.keys()
-    claim("inner_exports_are_those_that_the_study_uses",
-          sorted(inner.keys() ^ used if has_loops else used - inner.keys()))
+    note(f"{len(everything)} exported, {len(public)} declared, {len(inner)} for the study and the scene library alone")
+    others = [*imports(study), *(imports(scene[0]) if scene else [])]
+    used = {symbol for _, symbol in others} & found[core_shared.name] - public.keys()
+    claim("inner_exports_are_those_that_other_libraries_use",
+          sorted(inner.keys() ^ used if has_loops and scene else used - inner.keys()))
     claim("exports_begin_with_kt",
           [f"{library} exports {name}" for library, names in found.items() for name in sorted(names)
            if not name.startswith("kt_")] if everything else ["no exports were read"])
