@@ -395,7 +395,7 @@ typedef struct kt_event {
  * are found where five values along it, or parabolas through three of them, show the change; max_step bounds what they
  * miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
  * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, no function), KT_ERROR_MEMORY (no
- * room). Cost: four values of the function a step, some ten for each event, and one to three steps repeated. */
+ * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step, some ten for each event, and one to three steps repeated. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
 /* The event that ended the last call of kt_simulation_run, _step, _advance or _tick before its time; NULL: none did. The

@@ -150,7 +150,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
     memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
     memcpy(to + at.kept, simulation->state, size->kept * sizeof(double));
-    if (size->event > 0) {
+    if (KT_HAS_EVENTS && size->event > 0) {
         memcpy(to + at.events, simulation->event_memory, size->event * sizeof(kt_event_memory));
         memcpy(to + at.roots, simulation->event_root, size->event * sizeof(kt_event_root));
     }
@@ -232,7 +232,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
-    if (size->event > 0) {
+    if (KT_HAS_EVENTS && size->event > 0) {
         memcpy(simulation->event_memory, from + at.events, size->event * sizeof(kt_event_memory));
         memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));
     }

@@ -453,6 +453,9 @@ static const kt_event_watch watch = {.begin = begin_events, .take_back = take_ba
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, event))
         return KT_ERROR_ARGUMENT;
+    if (!KT_HAS_EVENTS)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_add",
+                            "a small library (-Djacobian=disabled) has no events");
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");

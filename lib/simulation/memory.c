@@ -66,7 +66,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
     size->gap = KT_HAS_GAP ? kt_gap_count(model) : 0;
-    size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
+    size->event = KT_HAS_EVENTS && settings->options.events > 0 ? (size_t)settings->options.events : 0;
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;

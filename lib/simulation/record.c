@@ -183,9 +183,9 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
     simulation->memory.stopped = 0;
     for (;;) {
         status = hand_over_all(simulation, record, user, error);
-        if (status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
+        if (KT_HAS_EVENTS && status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
             status = simulation->watch->fire(simulation, record, user, error);
-        if (status != KT_OK || simulation->memory.stopped > 0 ||
+        if (status != KT_OK || (KT_HAS_EVENTS && simulation->memory.stopped > 0) ||
             !(kt_integrator_time(integrator) < simulation->duration))
             return status;
         status = kt_simulation_take_step(simulation, simulation->duration, error);

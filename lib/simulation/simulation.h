@@ -259,6 +259,9 @@ double kt_simulation_noise(double h, void *user);
 #define KT_HAS_JACOBIAN 1
 #endif
 
+/* A small library has no events, either. */
+#define KT_HAS_EVENTS KT_HAS_JACOBIAN
+
 /* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);

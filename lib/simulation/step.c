@@ -181,7 +181,7 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 /* A step that leapt over a contact or a stop is repeated up to it; one in which an event happens, up to the event. */
 static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
     const bool gaps = KT_HAS_GAP && simulation->watches_gaps;
-    const kt_event_watch *watch = simulation->watch;
+    const kt_event_watch *watch = KT_HAS_EVENTS ? simulation->watch : NULL;
     kt_status status = watch != NULL ? watch->begin(simulation, error) : KT_OK;
     bool again = true;
     for (int repetition = 0; status == KT_OK && again; repetition++) {
@@ -206,7 +206,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         kt_simulation_clip_step(simulation, &t_limit);
     }
     if (status == KT_OK)
-        status = (KT_HAS_GAP && simulation->watches_gaps) || simulation->watch != NULL
+        status = (KT_HAS_GAP && simulation->watches_gaps) || (KT_HAS_EVENTS && simulation->watch != NULL)
                      ? step_watched(simulation, t_limit, &from)
                      : kt_integrator_step(simulation->integrator, t_limit, &from);
     if (simulation->groups > 0)
@@ -226,7 +226,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
 
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
     const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
-    return status == KT_OK && simulation->memory.fires && simulation->watch != NULL
+    return KT_HAS_EVENTS && status == KT_OK && simulation->memory.fires && simulation->watch != NULL
                ? simulation->watch->fire(simulation, NULL, NULL, error)
                : status;
 }
@@ -253,7 +253,8 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
                             "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
     kt_status status = KT_OK;
     simulation->memory.stopped = 0;
-    while (status == KT_OK && simulation->memory.stopped == 0 && kt_integrator_time(simulation->integrator) < t_end)
+    while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
+           kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);
     kt_simulation_skip_records(simulation);
     return status;
@@ -323,7 +324,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0, 0.0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     simulation->memory.powers = (kt_power_points){.count = 0};
-    forget_events(simulation);
+    if (KT_HAS_EVENTS)
+        forget_events(simulation);
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
