@@ -85,8 +85,8 @@ KT_TEST(nose_wheels_shimmy_by_the_cubic_of_a_towed_wheel) {
                 continue;
             found += mode[i].count;
             growing += mode[i].real > 0.1 ? mode[i].count : 0;
-            kt_worst_near(&residual, cubic(mode[i].real, mode[i].imaginary, p) / (p[3] * size * size * size), 0.0, 4e-13,
-                          "%g + %g i", mode[i].real, mode[i].imaginary);
+            kt_worst_near(&residual, cubic(mode[i].real, mode[i].imaginary, p) / (p[3] * size * size * size), 0.0,
+                          4e-13, "%g + %g i", mode[i].real, mode[i].imaginary);
         }
         kt_check_equal_int("eigenvalues", found, 3);
         kt_check_equal_int("of which grow: m l (a - l) is 0.4, I is 0.6", growing, 2);

@@ -65,7 +65,9 @@ static int tell(kt_simulation *simulation, const kt_occurrence *what, kt_error *
 }
 
 /* Where y - 0.1 = level, falling (sign 1) or rising (-1). */
-static double time_at(double level, double sign) { return (4.0 + sign * sqrt(16.0 + 2.0 * 9.81 * (0.9 - level))) / 9.81; }
+static double time_at(double level, double sign) {
+    return (4.0 + sign * sqrt(16.0 + 2.0 * 9.81 * (0.9 - level))) / 9.81;
+}
 
 KT_TEST(a_run_has_the_events_of_its_scene) {
     kt_scene scene;
