@@ -12,6 +12,7 @@
  * prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
  */
 #include "base/arena.h"
+#include "base/copy.h"
 #include "base/require.h"
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
@@ -119,14 +120,14 @@ void kt_floquet_free(kt_floquet *floquet) { kt_arena_free(floquet); }
 /* phi = step phi */
 static void multiply(kt_floquet *f, double *phi) {
     const size_t n = f->n;
-    memset(f->product, 0, n * n * sizeof(double));
+    kt_clear(f->product, n * n * sizeof(double));
     for (size_t j = 0; j < n; j++)
         for (size_t k = 0; k < n; k++) {
             const double x = phi[j * n + k];
             for (size_t i = 0; i < n && x != 0.0; i++)
                 f->product[j * n + i] += f->step[k * n + i] * x;
         }
-    memcpy(phi, f->product, n * n * sizeof(double));
+    kt_copy(phi, f->product, n * n * sizeof(double));
 }
 
 static kt_status follow(kt_floquet *f, double t, const double *q, const double *v, int steps, double *phi,
@@ -134,9 +135,9 @@ static kt_status follow(kt_floquet *f, double t, const double *q, const double *
     const double h = f->options.period / steps;
     kt_step step = {.method = f->options.method, .h = h};
     kt_status status = KT_OK;
-    memcpy(f->q, q, (size_t)kt_model_nq(f->model) * sizeof *q);
-    memcpy(f->v, v, f->n / 2 * sizeof *v);
-    memset(phi, 0, f->n * f->n * sizeof(double));
+    kt_copy(f->q, q, (size_t)kt_model_nq(f->model) * sizeof *q);
+    kt_copy(f->v, v, f->n / 2 * sizeof *v);
+    kt_clear(phi, f->n * f->n * sizeof(double));
     for (size_t i = 0; i < f->n; i++)
         phi[i * f->n + i] = 1.0;
     for (int i = 0; i < steps && status == KT_OK; i++) {
@@ -237,9 +238,9 @@ kt_status kt_floquet_evaluate(kt_floquet *f, double t, const double *q, const do
     if (status != KT_OK)
         return status;
     bool solved = f->n == 0 || solve(f, f->coarse);
-    memcpy(f->coarse_real, f->real, f->n * sizeof(double));
-    memcpy(f->coarse_imaginary, f->imaginary, f->n * sizeof(double));
-    memcpy(f->step, f->monodromy, f->n * f->n * sizeof(double));
+    kt_copy(f->coarse_real, f->real, f->n * sizeof(double));
+    kt_copy(f->coarse_imaginary, f->imaginary, f->n * sizeof(double));
+    kt_copy(f->step, f->monodromy, f->n * f->n * sizeof(double));
     solved = solved && (f->n == 0 || solve(f, f->step));
     if (!solved)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "Floquet multipliers",

@@ -1,6 +1,7 @@
 /* The relative coordinates of loops, from the links' kinematics. */
 #include "kinetree/loop.h"
 
+#include "base/require.h"
 #include "loop/custom.h"
 #include "model/model.h"
 
@@ -8,11 +9,10 @@
 #include <string.h>
 
 /* An end in the world; accelerations are not needed. */
-static kt_loop_end end_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k) {
+static kt_loop_end end_of(const kt_data *data, const kt_loop_record *loop, int k) {
     const kt_link_kinematics *link = &data->kinematics[loop->link[k]];
     kt_loop_end end;
     memset(&end, 0, sizeof end);
-    (void)model;
     const kt_vec3 arm = kt_mat3_apply(link->axes, loop->frame[k].position);
     kt_v4_from_mat3(kt_mat3_multiply(link->axes, loop->frame[k].rotation), end.axes);
     end.point = kt_v4_from(kt_vec3_add(link->position, arm));
@@ -22,10 +22,11 @@ static kt_loop_end end_of(const kt_model *model, const kt_data *data, const kt_l
 }
 
 bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loop, kt_loop_motion *motion) {
-    if (!model || !data || !motion || !KT_IS_INDEX(loop, model->n.loop) || model->loop[loop].term_count)
+    if (KT_IS_OTHER_DATA(NULL, model, data) || !motion || !KT_IS_INDEX(loop, model->n.loop) ||
+        model->loop[loop].term_count)
         return false;
     const kt_loop_record *r = &model->loop[loop];
-    const kt_loop_end end[2] = {end_of(model, data, r, 0), end_of(model, data, r, 1)};
+    const kt_loop_end end[2] = {end_of(data, r, 0), end_of(data, r, 1)};
     const kt_loop_relative relative = kt_loop_relative_of(end);
     const kt_custom_motion seen = kt_custom_motion_of(end, &relative);
     *motion = kt_custom_motion_value(&seen);

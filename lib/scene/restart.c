@@ -107,9 +107,10 @@ static void set_state(const restart *r, const double *q, const double *v) {
     for (int body = 1; body < kt_model_body_count(r->model); body++) {
         const kt_coordinates at = kt_body_coordinates(r->model, body);
         kt_joint *joint = &r->bodies[kt_body_source(r->model, body)].joint;
-        memcpy(joint->position, q + at.q, (size_t)at.nq * sizeof(double));
+        if (at.nq > 0) /* without coordinates q may be NULL */
+            memcpy(joint->position, q + at.q, (size_t)at.nq * sizeof(double));
         memset(joint->velocity, 0, sizeof joint->velocity);
-        if (v != NULL)
+        if (v != NULL && at.nv > 0)
             memcpy(joint->velocity, v + at.v, (size_t)at.nv * sizeof(double));
         joint->guess = false;
         joint->given =

@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
@@ -338,6 +339,7 @@ KT_TEST(a_beam_is_written_as_what_it_stands_for) {
         kt_check_true("no beams", strstr(text, "beams") == NULL);
         kt_scene_free(&again);
     }
+    free(text);
     kt_scene_free(&s);
 }
 
