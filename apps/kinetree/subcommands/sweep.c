@@ -213,11 +213,21 @@ static int write_file(const kt_sweep *sweep, const char *out, int64_t first, int
                                                                                                  : KT_EXIT_INTEGRATION;
 }
 
-/* The runs of a part: those of "K/N", or all. */
+/* "K/N" with 1 <= K <= N. */
+static bool read_shard(const char *text, long long *k, long long *n) {
+    char *end;
+    *k = strtoll(text, &end, 10);
+    if (end == text || *end != '/')
+        return false;
+    const char *second = end + 1;
+    *n = strtoll(second, &end, 10);
+    return end != second && *end == '\0' && *k >= 1 && *n >= *k && *n <= 1000000;
+}
+
+/* The runs of a part, or all. */
 static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t *end) {
     long long k = 1, n = 1;
-    char after = '\0';
-    if (text != NULL && (sscanf(text, "%lld/%lld%c", &k, &n, &after) != 2 || k < 1 || n < k || n > 1000000)) {
+    if (text != NULL && !read_shard(text, &k, &n)) {
         kt_say("sweep: --shard takes K/N with 1 <= K <= N, as 3/100, not '%s'", text);
         return KT_EXIT_USAGE;
     }

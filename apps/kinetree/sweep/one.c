@@ -32,9 +32,12 @@ static void add(cells *to, const char *format, ...) {
     if (length >= 0 && !to->failed && to->used + (size_t)length + 1 > to->room) {
         const size_t room = 2 * to->room + (size_t)length + 256;
         char *more = realloc(to->at, room);
-        to->failed = more == NULL;
-        to->at = more != NULL ? more : to->at;
-        to->room = more != NULL ? room : to->room;
+        if (more == NULL) {
+            to->failed = true;
+        } else {
+            to->at = more;
+            to->room = room;
+        }
     }
     if (length >= 0 && !to->failed)
         to->used += (size_t)vsnprintf(to->at + to->used, to->room - to->used, format, again);

@@ -53,7 +53,7 @@ static void list_numbers(int axis, uint64_t m[BITS]) {
 }
 
 double kt_sobol(int axis, uint64_t index) {
-    uint64_t m[BITS], gray = index ^ (index >> 1), x = 0;
+    uint64_t m[BITS] = {0}, gray = index ^ (index >> 1), x = 0;
     list_numbers(axis, m);
     for (int k = 0; k < BITS; k++)
         if ((gray >> k & 1U) != 0)

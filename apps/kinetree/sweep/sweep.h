@@ -75,7 +75,7 @@ typedef struct kt_sweep {
 
 /* The first line, and that of a run: text that the caller frees, with its newline; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
-char *kt_sweep_line(const kt_sweep *sweep, int64_t run);
+char *kt_sweep_line(const kt_sweep *sweep, int64_t number);
 
 /* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */
 int kt_sweep_list_columns(kt_sweep *sweep);
