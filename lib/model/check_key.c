@@ -206,6 +206,13 @@ static void check_track(kt_checked *c, const kt_key *key) {
         kt_checker_fault(c->checker, "curve.pitch", -1, "the pitch of a helix is 0, which is a circle; give circle");
 }
 
+/* A library for trees alone that is small, too, leaves them to the one that will have loops. */
+#ifdef KT_NO_JACOBIAN
+#define KT_CHECKS_FORMS KT_HAS_LOOPS
+#else
+#define KT_CHECKS_FORMS true
+#endif
+
 /* Of loops on surfaces and curves. */
 static void check_form(kt_checked *c, const kt_key *key) {
     if (key->kind == KT_KEY_SURFACE)
@@ -269,7 +276,7 @@ static void check_key(kt_checked *c, const kt_key *key) {
         check_armature(c, key);
         break;
     default: /* a flag has two valid values; a point is part of an end; others are of functions: check_function.c */
-        if (KT_HAS_LOOPS)
+        if (KT_CHECKS_FORMS)
             check_form(c, key);
         break;
     }

@@ -137,13 +137,16 @@ static void add_panel(picture *p, int panel) {
     const kt_quantity quantity = kt_column_quantity(p->plot->columns, p->plot->panels[panel]);
     kt_plot_series *series = p->series[p->panel_count];
     int count = 0;
-    for (int i = 0; i < p->candidate_count; i++)
-        if (p->candidates[i].panel == panel && p->candidates[i].is_shown)
-            series[count++] = (kt_plot_series){.label = label_of(p->candidates[i].name),
-                                               .x = p->x,
-                                               .y = p->candidates[i].y,
-                                               .count = p->plot->count,
-                                               .is_dense = true};
+    for (int i = 0; i < p->candidate_count; i++) {
+        if (p->candidates[i].panel != panel || !p->candidates[i].is_shown)
+            continue;
+        series[count] = (kt_plot_series){.label = label_of(p->candidates[i].name),
+                                         .x = p->x,
+                                         .y = p->candidates[i].y,
+                                         .count = p->plot->count,
+                                         .is_dense = true};
+        count++;
+    }
     if (count == 0) /* noise alone */
         return;
     p->panels[p->panel_count++] =
