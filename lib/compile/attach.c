@@ -121,7 +121,7 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
         "give a length, or type: spherical");
 }
 
-/* Numbers of a loop's own beside those of its function of time. */
+/* Numbers of a loop's own, in addition to those of its function of time. */
 static size_t number_count(const kt_loop *loop) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     return kind->number_count ? kind->number_count(loop) : 0;

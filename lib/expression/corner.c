@@ -172,12 +172,12 @@ static double next_corner(const kt_expression *expression, double t, int *order)
 }
 
 double kt_expression_next_corner(const kt_expression *expression, double t, int *order) {
-    static const double beside = 1e-30; /* s: from 0 */
+    static const double nearest = 1e-30; /* s: from 0 */
     *order = 4;
     if (!(fabs(t) < horizon) || kt_expression_symbols(expression, 0, NULL) == 0)
         return HUGE_VAL;
-    const double next = next_corner(expression, t >= 0.0 ? fmax(t, beside) : t, order);
-    return fabs(next) <= beside ? 0.0 : next;
+    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, order);
+    return fabs(next) <= nearest ? 0.0 : next;
 }
 
 double kt_expression_speed(const kt_expression *expression, double t) {
