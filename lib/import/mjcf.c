@@ -155,8 +155,6 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static bool is_done(const kt_mjcf *m) { return m->r->out_of_memory || m->r->fault_count > 0; }
-
 static bool init_names(kt_mjcf *m) {
     const size_t count = (size_t)m->elements + 2;
     void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
@@ -164,60 +162,32 @@ static bool init_names(kt_mjcf *m) {
         return kt_reader_out_of_memory(m->r);
     kt_names_init(&m->names, count, memory);
     return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
-           kt_namer_init(&m->loops_named, m->r, m->elements + 2) &&
+           kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
            kt_namer_init(&m->effects_named, m->r, m->elements + 2);
-}
-
-/* The faults that the description's own check finds, at the element that each comes from. */
-static void take_fault(void *user, const kt_place *place, const kt_error *error) {
-    const kt_mjcf *m = user;
-    const kt_list *lists[] = {
-        [KT_ITEM_BODY] = &m->body_elements, [KT_ITEM_LOOP] = &m->loop_elements, [KT_ITEM_EFFECT] = &m->effect_elements};
-    const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
-    const kt_element *e = is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : m->root;
-    const kt_element *at = e->included != NULL ? e->included : e;
-    (void)kt_fault_put(m->r, error->code, at->line, at->column, "%s%s%s", error->where,
-                       error->where[0] != '\0' ? ": " : "", error->message);
-}
-
-static void fill_description(kt_mjcf *m, kt_description *d) {
-    static const kt_inertia_limit limits[] = {KT_INERTIA_WARN, KT_INERTIA_STRICT, KT_INERTIA_ACCEPT};
-    const char *model = kt_xml_attribute(m->root, "model");
-    d->bodies = m->scene_bodies.items;
-    d->body_count = m->scene_bodies.count;
-    d->loops = m->scene_loops.items;
-    d->loop_count = m->scene_loops.count;
-    d->effects = m->scene_effects.items;
-    d->effect_count = m->scene_effects.count;
-    d->gravity = m->gravity;
-    d->inertia_check = limits[m->source->options->inertia];
-    d->name = model != NULL ? kt_pool_text(&m->r->keep, model, strlen(model)) : NULL;
-    if (model != NULL && d->name == NULL)
-        (void)kt_reader_out_of_memory(m->r);
 }
 
 /* What decides what attributes mean, and replicates. */
 static bool prepare(kt_mjcf *m) {
     kt_mjcf_expand(m);
     read_settings(m);
-    if (is_done(m))
+    if (kt_draft_is_wrong(&m->draft))
         return false;
     kt_mjcf_replicate(m);
-    if (is_done(m) || !init_names(m))
+    if (kt_draft_is_wrong(&m->draft) || !init_names(m))
         return false;
     kt_mjcf_classes(m);
     read_options(m);
     kt_mjcf_count_strange(m);
-    return !is_done(m);
+    return !kt_draft_is_wrong(&m->draft);
 }
 
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
-    kt_mjcf m = {.r = r, .source = source, .root = (kt_element *)source->root};
-    kt_error error;
+    kt_mjcf m = {.r = r, .source = source, .root = (kt_element *)source->root, .draft = {.r = r, .root = source->root}};
+    static const kt_inertia_limit limits[] = {KT_INERTIA_WARN, KT_INERTIA_STRICT, KT_INERTIA_ACCEPT};
     if (!prepare(&m))
         return;
     kt_mjcf_collect(&m);
-    if (is_done(&m))
+    if (kt_draft_is_wrong(&m.draft))
         return;
     kt_mjcf_start(&m);
     kt_mjcf_make_bodies(&m);
@@ -225,11 +195,10 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     kt_mjcf_make_tendons(&m);
     kt_mjcf_actuators(&m);
     kt_mjcf_equalities(&m);
-    if (is_done(&m))
+    if (kt_draft_is_wrong(&m.draft))
         return;
-    fill_description(&m, &scene->description);
-    if (!r->out_of_memory && kt_description_check(&scene->description, take_fault, &m, &error) == KT_ERROR_MEMORY)
-        (void)kt_reader_out_of_memory(r);
-    if (!is_done(&m) && kt_marks_make(r, source->path, scene, m.body_elements.items, m.loop_elements.items))
+    scene->description.gravity = m.gravity;
+    scene->description.inertia_check = limits[source->options->inertia];
+    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(m.root, "model"), scene))
         make_notes(&m, scene);
 }

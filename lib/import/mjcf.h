@@ -110,7 +110,7 @@ typedef struct kt_mjcf {
     kt_mjcf_settings settings;
     kt_vec3 gravity;
     kt_names names;
-    kt_namer bodies_named, effects_named, loops_named;
+    kt_namer bodies_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
     bool geoms_have_mass;                                  /* of the body whose geoms are read */
@@ -118,8 +118,7 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is asked for */
     int ctrl_count;
 
-    kt_list scene_bodies, scene_loops, scene_effects; /* kt_body ... */
-    kt_list body_elements, loop_elements, effect_elements;
+    kt_draft draft;
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
     kt_left limits, contacts, pictures, mesh_pictures, mesh_files, mesh_rules, offsets, several, mocap, soft, inactive,
@@ -207,10 +206,8 @@ void kt_mjcf_make_tendons(kt_mjcf *m);
 void kt_mjcf_actuators(kt_mjcf *m);
 void kt_mjcf_equalities(kt_mjcf *m);
 
-/* New items of the scene, with defaults; they stand for an element. NULL: no memory. */
-kt_body *kt_mjcf_add_body(kt_mjcf *m, const kt_element *e);
+/* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
-kt_effect *kt_mjcf_add_effect(kt_mjcf *m, const kt_element *e, kt_effect_type type);
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
 static inline kt_mjcf_joint *kt_mjcf_joint_at(const kt_mjcf *m, int i) { return (kt_mjcf_joint *)m->joints.items + i; }

@@ -310,7 +310,7 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
 
 /* What is read, or has nothing to do with the motion of bodies (how they look, sizes of MuJoCo's memory, parameters of
  * its solver for contacts). Elements that are not here are left out, and told. */
-static const char *const known[][2] = {
+static const kt_known known[] = {
     {"mujoco", " model "},
     {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
                  "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
@@ -353,37 +353,13 @@ static const char *const known[][2] = {
     {"key", " name time qpos qvel act ctrl mpos mquat "},
 };
 
-static bool has_word(const char *words, const char *word) {
-    const size_t length = strlen(word);
-    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
-        if (at > words && at[-1] == ' ' && at[length] == ' ')
-            return true;
-    return false;
-}
+/* Sections that are about looks, memory or measurements alone are counted as a whole. */
+static const kt_known_list all_known = {
+    known, sizeof known / sizeof *known,
+    .apart = " visual statistic size custom sensor contact extension deformable material texture ", .closed = " ",
+    .read = " "};
 
-/* Sections that are about looks, memory or measurements alone, and are counted as a whole. */
-static bool is_apart(const kt_element *e) {
-    static const char words[] = " visual statistic size custom sensor contact extension deformable material texture ";
-    return has_word(words, e->name);
-}
-
-static void count_strange(kt_mjcf *m, const kt_element *e) {
-    size_t i = 0;
-    const size_t most = sizeof known / sizeof *known;
-    while (i < most && strcmp(known[i][0], e->name) != 0)
-        i++;
-    if (i == most || is_apart(e)) {
-        kt_unknown_count(&m->unknown, e->name, e);
-        return;
-    }
-    for (const char *const *a = e->attributes; *a != NULL; a += 2)
-        if (!has_word(known[i][1], *a))
-            kt_unknown_count(&m->unknown, *a, e);
-    for (const kt_element *child = e->first; child != NULL; child = child->next)
-        count_strange(m, child);
-}
-
-void kt_mjcf_count_strange(kt_mjcf *m) { count_strange(m, m->root); }
+void kt_mjcf_count_strange(kt_mjcf *m) { kt_unknown_search(&m->unknown, &all_known, m->root); }
 
 /* ---- traversal --------------------------------------------------------------------------------------------------- */
 

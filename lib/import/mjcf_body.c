@@ -187,16 +187,6 @@ void kt_mjcf_start(kt_mjcf *m) {
 
 /* ---- bodies of the scene ----------------------------------------------------------------------------------------- */
 
-kt_body *kt_mjcf_add_body(kt_mjcf *m, const kt_element *e) {
-    kt_body *body = kt_list_add(m->r, &m->r->keep, &m->scene_bodies, sizeof *body);
-    const kt_element **from = kt_list_add(m->r, &m->r->scratch, &m->body_elements, sizeof *from);
-    if (body == NULL || from == NULL)
-        return NULL;
-    *body = kt_body_default();
-    *from = e;
-    return body;
-}
-
 static void set_numbers(double *to, int count, const double *from) {
     for (int i = 0; i < count; i++)
         to[i] = from[i];
@@ -273,10 +263,10 @@ static void make_body(kt_mjcf *m, int index) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + i);
         const bool is_last = i == b->joint_count - 1;
         const bool is_own = is_last && (j->type == KT_MJCF_FREE || j->type == KT_MJCF_SLIDE || is_zero(j->at));
-        body = kt_mjcf_add_body(m, j->element);
+        body = kt_draft_body(&m->draft, j->element);
         if (body == NULL)
             return;
-        j->carrier_index = m->scene_bodies.count - 1;
+        j->carrier_index = m->draft.bodies.count - 1;
         body->name = j->carrier = is_own ? b->name : carrier_name(m, j, b->name);
         body->parent = parent;
         fill_joint(m, b, j, &frame, &body->joint);
@@ -287,7 +277,7 @@ static void make_body(kt_mjcf *m, int index) {
             kt_left_count(&m->offsets, j->element);
     }
     if (body == NULL || body->name != b->name) {
-        body = kt_mjcf_add_body(m, b->element);
+        body = kt_draft_body(&m->draft, b->element);
         if (body == NULL)
             return;
         body->name = b->name;

@@ -14,17 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 
-kt_effect *kt_mjcf_add_effect(kt_mjcf *m, const kt_element *e, kt_effect_type type) {
-    kt_effect *effect = kt_list_add(m->r, &m->r->keep, &m->scene_effects, sizeof *effect);
-    const kt_element **from = kt_list_add(m->r, &m->r->scratch, &m->effect_elements, sizeof *from);
-    if (effect == NULL || from == NULL)
-        return NULL;
-    *effect = kt_effect_default();
-    effect->type = type;
-    *from = e;
-    return effect;
-}
-
 /* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */
 
 /* What acts along a length L = factor q of a scalar joint. */
@@ -35,7 +24,7 @@ typedef struct line {
 } line;
 
 static kt_effect *add_along(kt_mjcf *m, const line *l, kt_effect_type type) {
-    kt_effect *effect = kt_mjcf_add_effect(m, l->element, type);
+    kt_effect *effect = kt_draft_effect(&m->draft, l->element, type);
     if (effect != NULL)
         effect->joint = l->joint;
     return effect;
@@ -84,12 +73,12 @@ static void spring_ball(kt_mjcf *m, const kt_mjcf_joint *j) {
         kt_unknown_count(&m->forces, "frictionloss of a ball or free joint", j->element);
     if (damping == 0.0 && stiffness == 0.0)
         return;
-    kt_effect *effect = kt_mjcf_add_effect(m, j->element, KT_EFFECT_BUSHING);
+    kt_effect *effect = kt_draft_effect(&m->draft, j->element, KT_EFFECT_BUSHING);
     if (effect == NULL)
         return;
-    const kt_joint *joint = &((const kt_body *)m->scene_bodies.items)[j->carrier_index].joint;
+    const kt_joint *joint = &((const kt_body *)m->draft.bodies.items)[j->carrier_index].joint;
     const kt_pose start = kt_mjcf_body_at(m, j->body)->pose;
-    effect->between[0].body = ((const kt_body *)m->scene_bodies.items)[j->carrier_index].parent;
+    effect->between[0].body = ((const kt_body *)m->draft.bodies.items)[j->carrier_index].parent;
     effect->between[0].at = joint->at;
     effect->between[0].rotation = joint->rotation;
     effect->between[1].body = j->carrier;
@@ -120,7 +109,8 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
 /* A part of the weight is taken away, at the centre of mass. */
 static void float_body(kt_mjcf *m, const kt_mjcf_body *b, kt_vec3 gravity) {
     const double g[3] = {gravity.x, gravity.y, gravity.z};
-    kt_effect *effect = b->gravcomp != 0.0 && b->mass > 0.0 ? kt_mjcf_add_effect(m, b->element, KT_EFFECT_FORCE) : NULL;
+    kt_effect *effect =
+        b->gravcomp != 0.0 && b->mass > 0.0 ? kt_draft_effect(&m->draft, b->element, KT_EFFECT_FORCE) : NULL;
     if (effect == NULL)
         return;
     effect->between[0].body = b->name;
@@ -162,7 +152,7 @@ static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
 /* A body whose position is the tendon's length. */
 static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     const char *name = kt_xml_attribute(t->element, "name");
-    kt_body *body = kt_mjcf_add_body(m, t->element);
+    kt_body *body = kt_draft_body(&m->draft, t->element);
     kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_COUPLING, "tendon");
     kt_term *terms = kt_pool_take(&m->r->keep, (size_t)t->count + 1, sizeof *terms);
     if (body == NULL || loop == NULL || terms == NULL) {
@@ -410,9 +400,9 @@ static void add_motor(kt_mjcf *m, const line *l, double push, double gear, const
 
 static void name_effect(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "name");
-    kt_effect *effects = m->scene_effects.items;
+    kt_effect *effects = m->draft.effects.items;
     if (name != NULL && *name != '\0')
-        effects[m->scene_effects.count - 1].name = kt_namer_make(&m->effects_named, name);
+        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
 }
 
 static void act(kt_mjcf *m, const kt_element *e, double control) {
@@ -442,12 +432,12 @@ static void act(kt_mjcf *m, const kt_element *e, double control) {
         kt_unknown_count(&m->forces, "actuator of negative stiffness or damping", e);
         return;
     }
-    const int before = m->scene_effects.count;
+    const int before = m->draft.effects.count;
     if (c[1] == 0.0 && c[2] == 0.0)
         add_motor(m, &l, c[0], gear, force, is_limited);
     else
         add_servo(m, &l, c, gear, force, is_limited);
-    if (m->scene_effects.count > before)
+    if (m->draft.effects.count > before)
         name_effect(m, e);
 }
 

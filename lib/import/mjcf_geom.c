@@ -1,23 +1,17 @@
-/* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms.
- *
- * Of a solid of uniform density, with half sizes a, b, c, radius r and half length h:
- *   sphere     V = 4/3 pi r^3           I/m = 2/5 r^2
- *   box        V = 8 a b c              Ix/m = (b^2 + c^2) / 3
- *   ellipsoid  V = 4/3 pi a b c         Ix/m = (b^2 + c^2) / 5
- *   cylinder   V = 2 pi r^2 h           Ix/m = (3 r^2 + 4 h^2) / 12, Iz/m = r^2 / 2
- *   capsule    a cylinder, and two half spheres whose centroids lie 3/8 r beyond its ends
- */
+/* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
 #include "import/mjcf.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
-
 typedef enum geom_type { PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF } geom_type;
 static const char *const geom_words[] = {"plane",    "hfield", "sphere", "capsule", "ellipsoid",
                                          "cylinder", "box",    "mesh",   "sdf",     NULL};
+static const kt_solid solids[] = {
+    [PLANE] = KT_SOLID_NONE,      [HFIELD] = KT_SOLID_NONE,         [SPHERE] = KT_SOLID_SPHERE,
+    [CAPSULE] = KT_SOLID_CAPSULE, [ELLIPSOID] = KT_SOLID_ELLIPSOID, [CYLINDER] = KT_SOLID_CYLINDER,
+    [BOX] = KT_SOLID_BOX,         [MESH] = KT_SOLID_NONE,           [SDF] = KT_SOLID_NONE};
 
 /* A geom: its solid, where it stands in the body, and what it weighs. */
 typedef struct geom {
@@ -63,48 +57,9 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
 }
 
 static double volume_of(const geom *g) {
-    const double a = g->size[0], b = g->size[1], c = g->size[2];
-    switch (g->type) {
-    case SPHERE:
-        return 4.0 / 3.0 * pi * a * a * a;
-    case CAPSULE:
-        return 2.0 * pi * a * a * b + 4.0 / 3.0 * pi * a * a * a;
-    case ELLIPSOID:
-        return 4.0 / 3.0 * pi * a * b * c;
-    case CYLINDER:
-        return 2.0 * pi * a * a * b;
-    case BOX:
-        return 8.0 * a * b * c;
-    default:
+    if (g->type == MESH)
         return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
-    }
-}
-
-/* The moments of a capsule of mass 1. Of its two half spheres: 2/5 m r^2 about the axis, and across it, with the
- * centroids at h + 3/8 r, 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
-static kt_vec3 capsule_moments(double r, double h) {
-    const double ends = 2.0 * r / (2.0 * r + 3.0 * h), barrel = 1.0 - ends;
-    const double across = barrel * (3.0 * r * r + 4.0 * h * h) / 12.0 + ends * (0.4 * r * r + h * h + 0.75 * h * r);
-    return kt_vec3_make(across, across, barrel * r * r / 2.0 + ends * 0.4 * r * r);
-}
-
-static kt_vec3 moments_of(const geom *g) {
-    const double a = g->size[0], b = g->size[1], c = g->size[2];
-    const double across = (3.0 * a * a + 4.0 * b * b) / 12.0;
-    switch (g->type) {
-    case SPHERE:
-        return kt_vec3_make(0.4 * a * a, 0.4 * a * a, 0.4 * a * a);
-    case CAPSULE:
-        return capsule_moments(a, b);
-    case ELLIPSOID:
-        return kt_vec3_make((b * b + c * c) / 5.0, (a * a + c * c) / 5.0, (a * a + b * b) / 5.0);
-    case CYLINDER:
-        return kt_vec3_make(across, across, 0.5 * a * a);
-    case BOX:
-        return kt_vec3_make((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0);
-    default:
-        return kt_vec3_make(0.0, 0.0, 0.0);
-    }
+    return kt_solid_volume(solids[g->type], g->size);
 }
 
 /* ---- geoms ------------------------------------------------------------------------------------------------------- */
@@ -116,7 +71,7 @@ static bool counts(kt_mjcf *m, const kt_element *e) {
 }
 
 static void set_moments(geom *g, double volume) {
-    const kt_vec3 moments = kt_vec3_scale(g->mass, moments_of(g));
+    const kt_vec3 moments = kt_vec3_scale(g->mass, kt_solid_moments(solids[g->type], g->size));
     g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
     if (g->mesh == NULL)
         return;

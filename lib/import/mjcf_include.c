@@ -1,45 +1,16 @@
 /* Files that a model in MJCF includes, and replicates.
  *
- * Files are looked for in the folder of the model alone: a path that leads out of it, by its words or by links of the
- * file system, is refused. A file is included once, so that there are no circles. Copies of replicates are counted, so
- * that a small file cannot stand for a large one. */
-#define _XOPEN_SOURCE 700 /* realpath */
+ * A file is included once, so that there are no circles. Copies of replicates are counted, so that a small file cannot
+ * stand for a large one. */
 #include "import/mjcf.h"
-#include "scene/file.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { ELEMENTS_MOST = 1 << 20 /* copies included */ };
 
 /* ---- include ----------------------------------------------------------------------------------------------------- */
-
-/* Whether a path is relative and has no '..' in it. */
-static bool is_inner(const char *path) {
-    if (path[0] == '/' || path[0] == '\0' || strchr(path, '\\') != NULL)
-        return false;
-    for (const char *part = path; part != NULL; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == '\0'))
-            return false;
-    }
-    return true;
-}
-
-/* Whether a file lies in a folder, links of the file system followed. One that does not exist does: reading says so. */
-static bool lies_in(const char *path, const char *folder) {
-    char *file = realpath(path, NULL), *base = realpath(folder, NULL);
-    const size_t length = base != NULL ? strlen(base) : 0;
-    const bool is_root = length == 1; /* "/" */
-    const bool lies =
-        file == NULL || (base != NULL && strncmp(file, base, length) == 0 && (is_root || file[length] == '/'));
-    free(file);
-    free(base);
-    return lies;
-}
 
 /* Whether a file has been included before; adds it. */
 static bool is_repeated(kt_mjcf *m, const char *path) {
@@ -53,62 +24,23 @@ static bool is_repeated(kt_mjcf *m, const char *path) {
     return false;
 }
 
-/* The root element of an included file; NULL after reporting why not. */
-static kt_element *read_file(kt_mjcf *m, const kt_element *e, const char *path) {
-    char *text = NULL;
-    size_t size = 0;
-    kt_error error = {0};
-    kt_element *root = NULL;
-    const kt_status status = kt_file_read(path, &text, &size, &error);
-    if (status == KT_ERROR_MEMORY)
-        (void)kt_reader_out_of_memory(m->r);
-    else if (status != KT_OK)
-        (void)kt_mjcf_fault(m, e, "%s", error.message);
-    if (status != KT_OK)
-        return NULL;
-    m->included_bytes += size;
-    const bool is_small = m->included_bytes <= KT_FILE_SIZE_MAX;
-    if (!is_small)
-        (void)kt_mjcf_fault(m, e, "the included files have more than %d MB", KT_FILE_SIZE_MAX >> 20);
-    if (is_small && kt_xml_parse_included(m->r, text, size, path, e, &root)) {
-        const bool is_part = strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0;
-        if (!is_part)
-            (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path,
-                                root->name);
-        root = is_part ? root : NULL;
-    } else {
-        root = NULL;
-    }
-    free(text);
-    return root;
-}
-
 static kt_element *include(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "file");
-    if (name == NULL || !is_inner(name)) {
-        (void)kt_mjcf_fault(m, e, "%s",
-                            name == NULL ? "the attribute 'file' is missing"
-                                         : "a file is included from the model's folder alone, by a path "
-                                           "without '..' at the beginning or within");
+    if (name == NULL) {
+        (void)kt_mjcf_fault(m, e, "the attribute 'file' is missing");
         return NULL;
     }
-    if (m->source->folder == NULL) {
-        (void)kt_mjcf_fault(m, e, "a model that is no file, but text, cannot include files");
+    const char *path = kt_include_path(m->r, m->source, e, name);
+    if (path == NULL)
         return NULL;
-    }
-    const size_t room = strlen(m->source->folder) + strlen(name) + 2;
-    char *path = kt_pool_take(&m->r->keep, room, 1);
-    if (path == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
-        return NULL;
-    }
-    (void)snprintf(path, room, "%s/%s", m->source->folder, name);
-    if (!lies_in(path, m->source->folder))
-        (void)kt_mjcf_fault(m, e, "the file lies outside of the model's folder, by a link");
-    else if (is_repeated(m, path))
+    if (is_repeated(m, path)) {
         (void)kt_mjcf_fault(m, e, "the file has been included before; each is included once");
-    else
-        return read_file(m, e, path);
+        return NULL;
+    }
+    kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
+    if (root == NULL || strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0)
+        return root;
+    (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path, root->name);
     return NULL;
 }
 

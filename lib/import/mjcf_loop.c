@@ -13,15 +13,7 @@
 
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name) {
     const char *name = kt_xml_attribute(e, "name");
-    kt_loop *loop = kt_list_add(m->r, &m->r->keep, &m->scene_loops, sizeof *loop);
-    const kt_element **from = kt_list_add(m->r, &m->r->scratch, &m->loop_elements, sizeof *from);
-    if (loop == NULL || from == NULL)
-        return NULL;
-    *loop = kt_loop_default();
-    loop->type = type;
-    loop->name = kt_namer_make(&m->loops_named, name != NULL && *name != '\0' ? name : standard_name);
-    *from = e;
-    return loop;
+    return kt_draft_loop(&m->draft, e, type, name != NULL && *name != '\0' ? name : standard_name);
 }
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
@@ -182,14 +174,14 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
 void kt_mjcf_equalities(kt_mjcf *m) {
     for (const kt_element *e = kt_mjcf_section(m, "equality", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "equality", e)) {
-        const int before = m->scene_loops.count;
+        const int before = m->draft.loops.count;
         if (!kt_mjcf_flag(m, e, "equality", "active", true))
             kt_left_count(&m->inactive, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
             join(m, e, strcmp(e->name, "weld") == 0);
         else if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "tendon") == 0)
             couple(m, e, strcmp(e->name, "tendon") == 0);
-        if (m->scene_loops.count > before)
+        if (m->draft.loops.count > before)
             kt_left_count(&m->soft, e);
     }
 }

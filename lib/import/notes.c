@@ -30,6 +30,31 @@ void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase) {
         kt_phrase_add(phrase, "%s%s (%d)", i > 0 ? ", " : "", unknown->left[i].what, unknown->left[i].count);
 }
 
+static bool has_word(const char *words, const char *word) {
+    const size_t length = strlen(word);
+    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+void kt_unknown_search(kt_unknown *unknown, const kt_known_list *list, const kt_element *e) {
+    size_t i = 0;
+    if (has_word(list->read, e->name))
+        return;
+    while (i < list->count && strcmp(list->known[i].name, e->name) != 0)
+        i++;
+    if (i == list->count || has_word(list->apart, e->name)) {
+        kt_unknown_count(unknown, e->name, e);
+        return;
+    }
+    for (const char *const *a = e->attributes; *a != NULL; a += 2)
+        if (!has_word(list->known[i].attributes, *a))
+            kt_unknown_count(unknown, *a, e);
+    for (const kt_element *child = e->first; child != NULL && !has_word(list->closed, e->name); child = child->next)
+        kt_unknown_search(unknown, list, child);
+}
+
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
     *notes = (kt_notes){.r = r, .path = path};
     notes->notes = kt_pool_take(&r->keep, KT_NOTES_MOST, sizeof *notes->notes);
@@ -55,6 +80,31 @@ void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) 
         return;
     }
     (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+/* "joint 'elbow': limit: ", from below the root inwards. */
+static void add_context(kt_phrase *phrase, const kt_element *e) {
+    if (e->parent == NULL)
+        return;
+    add_context(phrase, e->parent);
+    kt_phrase_add(phrase, "%s", e->name);
+    const char *name = e->first != NULL || e->parent->parent == NULL ? kt_xml_attribute(e, "name") : NULL;
+    if (name != NULL)
+        kt_phrase_add(phrase, " %s", kt_name_quote(name).text);
+    kt_phrase_add(phrase, ": ");
+}
+
+bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
+    kt_phrase where = {.length = 0};
+    char what[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    add_context(&where, e);
+    return kt_xml_fault(r, e, "%s%s", where.text, what);
 }
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */

@@ -27,6 +27,22 @@ typedef struct kt_unknown {
 
 void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e);
 
+/* What a format has: elements, each with its attributes, between blanks. */
+typedef struct kt_known {
+    const char *name, *attributes;
+} kt_known;
+
+typedef struct kt_known_list {
+    const kt_known *known;
+    size_t count;
+    const char *apart;  /* elements that are counted as a whole, though they are known */
+    const char *closed; /* elements in which nothing is searched */
+    const char *read;   /* elements of which nothing is to be counted */
+} kt_known_list;
+
+/* Counts elements and attributes of an element, and in it, that are not known, so that a misspelt one is told. */
+void kt_unknown_search(kt_unknown *unknown, const kt_known_list *list, const kt_element *e);
+
 /* Adds the names with their numbers: "camera (2), light (1)". */
 void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase);
 
@@ -44,6 +60,11 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 
 /* Adds a note at the first place where something was counted, if it was. */
 void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+/* Reports a fault at an element: "joint 'elbow': limit: " and the format. Returns false. */
+bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */
 
@@ -90,6 +111,62 @@ static inline kt_sym3 kt_sym3_scaled(double s, kt_sym3 a) {
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,
                    const kt_element *const *loops);
 
+/* ---- draft.c: the scene that is being made ----------------------------------------------------------------------- */
+
+typedef struct kt_draft {
+    kt_reader *r;
+    const kt_element *root;                                /* of the file */
+    kt_list bodies, loops, effects;                        /* kt_body ..., in r->keep */
+    kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: what each stands for */
+    kt_namer loop_names;
+} kt_draft;
+
+/* New items, with defaults; of a loop with a name of its own that is like `name`. NULL: no memory. */
+kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
+kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
+kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
+
+/* Whether faults have been reported, or memory is insufficient. */
+bool kt_draft_is_wrong(const kt_draft *d);
+
+/* Makes the scene of it, checks it and marks its items; returns false after reporting. `name` may be NULL. */
+bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene);
+
+/* ---- inertia.c: inertias that no body has ------------------------------------------------------------------------ */
+
+typedef struct kt_judge {
+    kt_reader *r;
+    const kt_robot_options *options;
+    kt_body *bodies;
+    const int *parents;                        /* of bodies; -1: the world */
+    const kt_element *const *elements;         /* of bodies: their links, with <inertial> and <inertia> in it */
+    int count;                                 /* of bodies */
+    kt_inertia_limit limit;                    /* the result, for the description */
+    kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
+    double worst_excess;                       /* of the first */
+} kt_judge;
+
+/* Judges the inertias of the rigid parts, as the options say. */
+void kt_judge_inertias(kt_judge *judge);
+void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
+
+/* ---- solid.c: what uniform solids weigh -------------------------------------------------------------------------- */
+
+typedef enum kt_solid {
+    KT_SOLID_NONE,
+    KT_SOLID_SPHERE,
+    KT_SOLID_CAPSULE,
+    KT_SOLID_ELLIPSOID,
+    KT_SOLID_CYLINDER,
+    KT_SOLID_CONE, /* its point is on the side of z */
+    KT_SOLID_BOX
+} kt_solid;
+
+/* Volume, and principal moments of a mass of 1 about the centre of mass; `size` is half sizes, or radius and half
+ * length along z. */
+double kt_solid_volume(kt_solid solid, const double size[3]);
+kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
+
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_robot_source {
@@ -99,6 +176,17 @@ typedef struct kt_robot_source {
     const kt_element *root;
     kt_xml_late late;
 } kt_robot_source;
+
+/* ---- include.c --------------------------------------------------------------------------------------------------- */
+
+/* The path of a file that an element names, within the robot's folder; NULL after reporting why not. */
+const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
+
+/* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
+ * whose sum is limited. */
+kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes);
+
+/* ---- readers ----------------------------------------------------------------------------------------------------- */
 
 /* Reads the robot below the root element into the scene. */
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);

@@ -47,20 +47,6 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
                        error->where[0] != '\0' ? ": " : "", error->message);
 }
 
-static void note_odd_inertias(kt_notes *n, const kt_urdf *u) {
-    kt_phrase by = {.length = 0};
-    if (isinf(u->worst_excess))
-        kt_phrase_add(&by, "a principal moment being negative, or none beside it");
-    else
-        kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
-                      100.0 * u->worst_excess);
-    kt_note_put(
-        n, &u->odd_inertias,
-        "inertias that no body has are computed with, %s: %d; where such a part moves, accelerations may be wrong or "
-        "not exist",
-        by.text, u->odd_inertias.count);
-}
-
 static void note_links(kt_notes *n, const kt_urdf *u, int root) {
     const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
     kt_note_put(n, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
@@ -100,12 +86,7 @@ static void note_joints(kt_notes *n, const kt_urdf *u) {
 static void note_masses(kt_notes *n, const kt_urdf *u) {
     kt_note_put(n, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
                 u->sizeless.count);
-    kt_note_put(n, &u->nothings, "inertias that are nothing but rounding, taken for zero: %d", u->nothings.count);
-    kt_note_put(n, &u->odd_links,
-                "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
-                "'inertia_check: accept'): %d",
-                u->odd_links.count);
-    note_odd_inertias(n, u);
+    kt_judge_notes(n, &u->judge);
     kt_note_put(n, &u->by_density,
                 "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
                 u->by_density.count);
@@ -145,6 +126,30 @@ static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
     scene->note_count = n.count;
 }
 
+static void judge_inertias(kt_urdf *u) {
+    const int count = u->description->body_count;
+    int *parents = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *parents);
+    int *body_of = kt_pool_take(&u->r->scratch, (size_t)u->link_count + 1, sizeof *body_of);
+    const kt_element **links = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *links);
+    if (parents == NULL || body_of == NULL || links == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    for (int i = 0; i < u->link_count; i++)
+        body_of[i] = -1;
+    for (int b = 0; b < count; b++)
+        body_of[u->body_links[b]] = b;
+    for (int b = 0; b < count; b++) {
+        const kt_urdf_link *link = &u->links[u->body_links[b]];
+        links[b] = link->element;
+        parents[b] = link->carrier >= 0 ? body_of[u->joints[link->carrier].parent] : -1;
+    }
+    u->judge = (kt_judge){
+        .r = u->r, .options = u->options, .bodies = u->bodies, .parents = parents, .elements = links, .count = count};
+    kt_judge_inertias(&u->judge);
+    u->description->inertia_check = u->judge.limit;
+}
+
 static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_error error;
     if (!kt_urdf_collect(u))
@@ -158,7 +163,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     scene->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     if (u->r->out_of_memory || u->r->fault_count > 0)
         return;
-    kt_urdf_judge_inertias(u);
+    judge_inertias(u);
     kt_urdf_given_masses(u);
     const char *name = kt_xml_attribute(u->robot, "name");
     if (name != NULL) {

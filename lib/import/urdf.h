@@ -46,11 +46,10 @@ typedef struct kt_urdf {
     kt_left sizeless, disordered;            /* shapes; limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */
-    kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
-    double worst_excess;                       /* of the first */
-    kt_left geared, ungeared, massless;        /* transmissions with and without armature; a robot without masses */
-    kt_left by_density;                        /* links with a mass by density */
-    kt_left undeclared, freed;                 /* the link `world`; links on it that move freely */
+    kt_judge judge;
+    kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
+    kt_left by_density;                 /* links with a mass by density */
+    kt_left undeclared, freed;          /* the link `world`; links on it that move freely */
     kt_xml_late late;
     kt_body *bodies;
     kt_loop *loops;
@@ -60,10 +59,7 @@ typedef struct kt_urdf {
     kt_description *description;
 } kt_urdf;
 
-/* ---- urdf_attribute.c: faults, counts, numbers ------------------------------------------------------------------- */
-
-/* Reports a fault at an element: "joint 'elbow': limit: " and the format. Returns false. */
-bool kt_urdf_fault(kt_reader *r, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
+/* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
 
 /* Reads an attribute of one or three numbers; without it, or where e is NULL, values stay as they are. Returns whether
  * there were numbers; what is no number is reported. */
@@ -96,11 +92,6 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
 
 /* Gives each link the name of its body, or NULL where it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);
-
-/* ---- urdf_inertia.c: inertias that no body has ------------------------------------------------------------------- */
-
-/* Judges the inertias of the rigid parts, as the options say; the bodies have been made. Sets inertia_check. */
-void kt_urdf_judge_inertias(kt_urdf *u);
 
 /* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
 

@@ -1,34 +1,7 @@
 /* Attributes of URDF: numbers, and what to say where they are none. */
 #include "import/urdf.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
-
-/* ---- faults and notes -------------------------------------------------------------------------------------------- */
-
-/* "joint 'elbow': limit: ", from the outermost link or joint inwards. */
-static void add_context(kt_phrase *phrase, const kt_element *e) {
-    if (e->parent == NULL)
-        return;
-    add_context(phrase, e->parent);
-    kt_phrase_add(phrase, "%s", e->name);
-    const char *name = e->parent->parent == NULL ? kt_xml_attribute(e, "name") : NULL;
-    if (name != NULL)
-        kt_phrase_add(phrase, " %s", kt_name_quote(name).text);
-    kt_phrase_add(phrase, ": ");
-}
-
-bool kt_urdf_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
-    kt_phrase where = {.length = 0};
-    char what[KT_MESSAGE_SIZE];
-    va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(what, sizeof what, format, arguments);
-    va_end(arguments);
-    add_context(&where, e);
-    return kt_fault_put(r, KT_ERROR_SCENE, e->line, e->column, "%s%s", where.text, what);
-}
 
 /* ---- attributes -------------------------------------------------------------------------------------------------- */
 
@@ -39,15 +12,15 @@ bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int co
     if (text == NULL)
         return false;
     if (kt_parse_numbers(text, count, read) != count)
-        return kt_urdf_fault(r, e, "%s: expected %s, found '%.60s'", name, count == 1 ? "a number" : "three numbers",
-                             text);
+        return kt_robot_fault(r, e, "%s: expected %s, found '%.60s'", name, count == 1 ? "a number" : "three numbers",
+                              text);
     memcpy(values, read, (size_t)count * sizeof *values);
     return true;
 }
 
 void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value) {
     if (kt_xml_attribute(e, name) == NULL)
-        (void)kt_urdf_fault(r, e, "the attribute '%s' is missing", name);
+        (void)kt_robot_fault(r, e, "the attribute '%s' is missing", name);
     else
         (void)kt_urdf_numbers(r, e, name, 1, value);
 }

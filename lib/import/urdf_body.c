@@ -32,7 +32,7 @@ static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
     kt_urdf_origin(r, e, &body->com, &rpy);
     const kt_element *mass = kt_xml_child(e, "mass"), *inertia = kt_xml_child(e, "inertia");
     if (mass == NULL || inertia == NULL) {
-        (void)kt_urdf_fault(r, e, "<%s/> is missing", mass == NULL ? "mass" : "inertia");
+        (void)kt_robot_fault(r, e, "<%s/> is missing", mass == NULL ? "mass" : "inertia");
         return;
     }
     kt_urdf_need_number(r, mass, "value", &body->mass);

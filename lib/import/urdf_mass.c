@@ -15,7 +15,7 @@ static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
     if (text == NULL)
         return false;
     if (kt_parse_numbers(text, 1, value) != 1)
-        return kt_urdf_fault(u->r, e, "expected a number, found '%.60s'", text);
+        return kt_robot_fault(u->r, e, "expected a number, found '%.60s'", text);
     return true;
 }
 
@@ -73,7 +73,7 @@ static void give(kt_urdf *u, const char *text) {
     }
     const int index = kt_names_find(&u->names, LINKS, link);
     if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
-        (void)kt_urdf_fault(u->r, u->robot, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
+        (void)kt_robot_fault(u->r, u->robot, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
         return;
     }
     for (int b = 0; b < u->description->body_count && index >= 0; b++)
@@ -81,7 +81,7 @@ static void give(kt_urdf *u, const char *text) {
             give_mass(&u->bodies[b], mass);
             return;
         }
-    (void)kt_urdf_fault(u->r, u->robot, "mass '%.60s': there is no link of this name", text);
+    (void)kt_robot_fault(u->r, u->robot, "mass '%.60s': there is no link of this name", text);
 }
 
 /* Without any mass there are places and pictures, but no accelerations. */

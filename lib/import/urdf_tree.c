@@ -11,7 +11,7 @@ static const kt_urdf_kind kinds[] = {
 };
 
 /* The attributes that elements have; of those that are not here nothing is read. */
-static const char *const known[][2] = {
+static const kt_known known[] = {
     {"link", " name "},
     {"joint", " name type "},
     {"origin", " xyz rpy "},
@@ -34,40 +34,16 @@ static const char *const known[][2] = {
     {"material", " name "},
 };
 
-static bool has_word(const char *words, const char *word) {
-    const size_t length = strlen(word);
-    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
-        if (at > words && at[-1] == ' ' && at[length] == ' ')
-            return true;
-    return false;
-}
-
-/* Counts attributes and elements that are not known, so that a misspelt one is told. */
-static void count_strange(kt_urdf *u, const kt_element *e) {
-    size_t i = 0;
-    if (strcmp(e->name, "transmission") == 0)
-        return; /* of which all that concerns the motion is read */
-    const size_t most = sizeof known / sizeof *known;
-    while (i < most && strcmp(known[i][0], e->name) != 0)
-        i++;
-    if (i == most) {
-        kt_unknown_count(&u->unknown, e->name, e);
-        return;
-    }
-    for (const char *const *a = e->attributes; *a != NULL; a += 2)
-        if (!has_word(known[i][1], *a))
-            kt_unknown_count(&u->unknown, *a, e);
-    if (strcmp(e->name, "material") != 0)
-        for (const kt_element *child = e->first; child != NULL; child = child->next)
-            count_strange(u, child);
-}
+/* Of a transmission all that concerns the motion is read. */
+static const kt_known_list all_known = {known, sizeof known / sizeof *known, .apart = " ", .closed = " material ",
+                                        .read = " transmission "};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 
 static const char *name_of(kt_reader *r, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "name");
     if (name == NULL || *name == '\0')
-        (void)kt_urdf_fault(r, e, "the attribute 'name' is missing");
+        (void)kt_robot_fault(r, e, "the attribute 'name' is missing");
     return name != NULL && *name != '\0' ? name : NULL;
 }
 
@@ -76,9 +52,9 @@ static void add_name(kt_urdf *u, int scope, const kt_element *e, int index) {
     const char *name = name_of(u->r, e);
     const int other = name != NULL ? kt_names_add(&u->names, scope, name, index) : -1;
     if (other >= 0)
-        (void)kt_urdf_fault(u->r, e, "the name is that of the %s in line %u, too; each needs one of its own",
-                            scope == LINKS ? "link" : "joint",
-                            (unsigned)(scope == LINKS ? u->links[other].element : u->joints[other].element)->line);
+        (void)kt_robot_fault(u->r, e, "the name is that of the %s in line %u, too; each needs one of its own",
+                             scope == LINKS ? "link" : "joint",
+                             (unsigned)(scope == LINKS ? u->links[other].element : u->joints[other].element)->line);
 }
 
 /* A link or joint that an attribute of a child element names; -1 after reporting. */
@@ -86,7 +62,7 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
     const kt_element *e = kt_xml_child(joint, child);
     const char *name = e != NULL ? kt_xml_attribute(e, attribute) : NULL;
     if (name == NULL) {
-        (void)kt_urdf_fault(u->r, e != NULL ? e : joint, "<%s %s=\"...\"/> is missing", child, attribute);
+        (void)kt_robot_fault(u->r, e != NULL ? e : joint, "<%s %s=\"...\"/> is missing", child, attribute);
         return -1;
     }
     const int found = kt_names_find(&u->names, scope, name);
@@ -98,22 +74,22 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
         if (!kt_nearest_try(&nearest,
                             kt_xml_attribute(scope == LINKS ? u->links[i].element : u->joints[i].element, "name")))
             break;
-    (void)kt_urdf_fault(u->r, e, "%s %s does not exist%s%s%s", attribute, kt_name_quote(name).text,
-                        nearest.best != NULL ? "; did you mean " : "",
-                        nearest.best != NULL ? kt_name_quote(nearest.best).text : "", nearest.best != NULL ? "?" : "");
+    (void)kt_robot_fault(u->r, e, "%s %s does not exist%s%s%s", attribute, kt_name_quote(name).text,
+                         nearest.best != NULL ? "; did you mean " : "",
+                         nearest.best != NULL ? kt_name_quote(nearest.best).text : "", nearest.best != NULL ? "?" : "");
     return -1;
 }
 
 static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
     const char *type = kt_xml_attribute(e, "type");
     if (type == NULL) {
-        (void)kt_urdf_fault(u->r, e, "the attribute 'type' is missing");
+        (void)kt_robot_fault(u->r, e, "the attribute 'type' is missing");
         return NULL;
     }
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i].name, type) == 0)
             return &kinds[i];
-    (void)kt_urdf_fault(
+    (void)kt_robot_fault(
         u->r, e, "there is no type '%.40s'; it is revolute, continuous, prismatic, fixed, floating or planar", type);
     return NULL;
 }
@@ -136,8 +112,8 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     if (!j->kind->is_limited || is_faulty || (!has_lower && !has_upper))
         return;
     if (lower > upper && u->options->stop_stiffness != 0.0)
-        (void)kt_urdf_fault(u->r, limit, "lower, %g, is above upper, %g; exchange them, or leave --stops out", lower,
-                            upper);
+        (void)kt_robot_fault(u->r, limit, "lower, %g, is above upper, %g; exchange them, or leave --stops out", lower,
+                             upper);
     if (lower > upper) {
         kt_left_count(&u->disordered, limit);
         return;
@@ -159,7 +135,7 @@ static void read_joint(kt_urdf *u, int index) {
         return;
     kt_urdf_link *child = &u->links[j->child];
     if (child->carrier >= 0)
-        (void)kt_urdf_fault(
+        (void)kt_robot_fault(
             u->r, j->element,
             "link %s is the child of the joint in line %u, too; a link has one joint to its parent: close loops "
             "in the scene, by 'loops'",
@@ -186,7 +162,7 @@ static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
     if (j->kind->type == KT_JOINT_FIXED || kind->type == KT_JOINT_FIXED)
         kt_left_count(&u->fixed_mimics, e);
     else if (!j->kind->is_scalar || !kind->is_scalar)
-        (void)kt_urdf_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
+        (void)kt_robot_fault(u->r, e, "only revolute, continuous and prismatic joints can be coupled");
     else
         j->master = other;
 }
@@ -216,8 +192,8 @@ void kt_urdf_follow(kt_urdf *u) {
         }
         for (int k = 0; k < count && at >= 0; k++) /* met on this path again: a circle, of which nothing is a master */
             if (path[k] == at) {
-                (void)kt_urdf_fault(u->r, kt_xml_child(u->joints[at].element, "mimic"),
-                                    "joints follow each other in a circle; let one of them follow none");
+                (void)kt_robot_fault(u->r, kt_xml_child(u->joints[at].element, "mimic"),
+                                     "joints follow each other in a circle; let one of them follow none");
                 u->joints[path[count - 1]].master = -1;
             }
         while (count-- > 0) {
@@ -259,7 +235,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         u->link_count += strcmp(e->name, "link") == 0;
         u->joint_count += strcmp(e->name, "joint") == 0;
-        count_strange(u, e);
+        kt_unknown_search(&u->unknown, &all_known, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
     const size_t names = links + joints + 1;
@@ -296,13 +272,13 @@ int kt_urdf_root(kt_urdf *u) {
         if (root < 0)
             root = i;
         else
-            (void)kt_urdf_fault(u->r, u->links[i].element,
-                                "no joint has this link as child, nor the one in line %u; only one can be the root",
-                                (unsigned)u->links[root].element->line);
+            (void)kt_robot_fault(u->r, u->links[i].element,
+                                 "no joint has this link as child, nor the one in line %u; only one can be the root",
+                                 (unsigned)u->links[root].element->line);
     }
     if (root < 0)
-        (void)kt_urdf_fault(u->r, u->robot,
-                            u->link_count == 0 ? "there is no link" : "no link is the root: each is a child");
+        (void)kt_robot_fault(u->r, u->robot,
+                             u->link_count == 0 ? "there is no link" : "no link is the root: each is a child");
     return root;
 }
 

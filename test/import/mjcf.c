@@ -1,7 +1,7 @@
 /* Models in MJCF: what each element becomes, files that are included, copies, what is told, and faults at their places.
  * Numbers of trees, forces and equalities are held against MuJoCo in mjcf_mujoco.c. */
-#include "../scene/collect.h"
-#include "check.h"
+#define ROBOT "m.xml"
+#include "robot.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -13,30 +13,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-static kt_collected faults;
-
-static kt_status parse(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    (void)snprintf(faults.path, sizeof faults.path, "m.xml");
-    return kt_robot_parse("m.xml", text, strlen(text), options, scene, kt_collect, &faults, &error);
-}
-
-static bool parse_right(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    const kt_status status = parse(text, options, scene);
-    if (status != KT_OK)
-        kt_note("%s", faults.text);
-    return status == KT_OK || kt_check_true("it is read", false);
-}
-
-static const kt_body *find_body(const kt_scene *scene, const char *name) {
-    for (int i = 0; i < scene->description.body_count; i++)
-        if (strcmp(scene->description.bodies[i].name, name) == 0)
-            return &scene->description.bodies[i];
-    (void)kt_check_true(name, false);
-    return &scene->description.bodies[0];
-}
 
 #define BALL "<geom size='0.1'/>"
 #define WORLD(within) "<mujoco><worldbody>" within "</worldbody></mujoco>"
@@ -252,7 +228,7 @@ KT_TEST(faults_are_told_at_their_places) {
          "1:9: compiler: coordinate: there is no 'global'; it is one of local\n"},
         {"<mujoco><equality><joint joint1='j'/></equality></mujoco>", "1:19: joint: joint1 'j' does not exist\n"},
         {"<mujoco><include file='b.xml'/></mujoco>",
-         "1:9: include: a model that is no file, but text, cannot include files\n"},
+         "1:9: include: a robot that is no file, but text, cannot include files\n"},
         {WORLD("<replicate count='1e6'><replicate count='1e6'><body/></replicate></replicate>"),
          "1:43: replicate: copies make more than 1048576 elements of the model\n"},
         {WORLD("<replicate count='0.5'/>"), "1:20: replicate: count: expected a whole number from 1 to 1048576\n"},

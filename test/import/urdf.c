@@ -1,6 +1,6 @@
 /* Robots in URDF: what each element becomes, what is left out and told, and faults at their places. */
-#include "../scene/collect.h"
-#include "check.h"
+#define ROBOT "r.urdf"
+#include "robot.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -13,31 +13,6 @@
 #include <time.h>
 
 #define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
-
-static kt_collected faults;
-
-/* Reads a text that begins with a <robot>. */
-static kt_status parse(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    (void)snprintf(faults.path, sizeof faults.path, "r.urdf");
-    return kt_robot_parse("r.urdf", text, strlen(text), options, scene, kt_collect, &faults, &error);
-}
-
-static bool parse_right(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    const kt_status status = parse(text, options, scene);
-    if (status != KT_OK)
-        kt_note("%s", faults.text);
-    return status == KT_OK || kt_check_true("it is read", false);
-}
-
-static const kt_body *find_body(const kt_scene *scene, const char *name) {
-    for (int i = 0; i < scene->description.body_count; i++)
-        if (strcmp(scene->description.bodies[i].name, name) == 0)
-            return &scene->description.bodies[i];
-    (void)kt_check_true(name, false);
-    return &scene->description.bodies[0];
-}
 
 /* ---- the mechanism ----------------------------------------------------------------------------------------------- */
 
