@@ -224,8 +224,10 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
         w->right[at] = -x.bias;
         count++;
     }
-    if (in_space)
-        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, w, loop, flat, slot, end, t, rows + count);
+    if (in_space) {
+        const kt_group_work work = *w; /* a copy, so that for all other loops *w need not be in memory */
+        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, loop, flat, slot, end, t, rows + count);
+    }
     return count;
 }
 

@@ -76,11 +76,10 @@ static kt_front_motion motion_of_parent(const kt_front *f, bool planar) {
     return (kt_front_motion){.point = none - origin_of(f, planar), .velocity = none, .alpha = none, .linear = none};
 }
 
-static void move_links(const kt_front *f, bool planar, bool moving, const double *v) {
-    const kt_front_motion parent = motion_of_parent(f, planar);
+static void move_links(const kt_front *f, const kt_front_motion *parent, bool planar, bool moving, const double *v) {
     for (int l = 0; l < f->group->link_count; l++) {
         const int32_t i = f->model->group_link[f->group->link + l], up = f->model->link[i].parent;
-        const kt_front_motion *from = up == f->group->parent ? &parent : motion_of(f, up);
+        const kt_front_motion *from = up == f->group->parent ? parent : motion_of(f, up);
         if (planar)
             move_planar(f, from, i, moving, v, motion_of(f, i));
         else
@@ -188,8 +187,8 @@ void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bo
     data->front_planar[g] = planar;
     kt_front_find(model, data, g, KT_ROWS_ALL, &f);
     memset(data->front_fixed + f.group->v, 0, (size_t)f.group->v_count * sizeof *data->front_fixed);
-    move_links(&f, planar, moving, v);
     const kt_front_motion parent = motion_of_parent(&f, planar);
+    move_links(&f, &parent, planar, moving, v);
     for (int i = 0; i < f.group->loop_count; i++) {
         const int32_t index = model->group_loop[f.group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
