@@ -83,6 +83,7 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
     X(double, mass, s->v * s->v, "M")                                                                                  \
+    X(double, other_state, s->n * s->n, "matrix by exact derivatives, next to a singular position")                    \
     X(double, input_derivative, s->v * s->inputs, "da/dtau of the inputs")                                             \
     X(double, input_derivative_error, s->v * s->inputs, "its errors")                                                  \
     X(char, work, s->work, "of the derivatives")                                                                       \

@@ -27,6 +27,8 @@
 #include <math.h>
 #include <string.h>
 
+/* How many times the estimated errors two derivatives may differ by that are both right. */
+#define ERRORS_MOST 4.0
 #define FIRST 0.1 /* first step in units: radians, lengths, or these per characteristic time of the motion */
 
 /* ---- derivatives along the manifold ------------------------------------------------------------------------------ */
@@ -365,6 +367,57 @@ static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear
     system->unit = l->unit;
 }
 
+/* Computes all matrices by exact derivatives or by differences. */
+static kt_status fill(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system, bool exact,
+                      kt_error *error) {
+    kt_status status =
+        exact ? differentiate_exactly(l, out, system, error) : differentiate_numerically(l, out, system, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    system->exact = exact;
+    write_state(l, out, system);
+    add_overlap_errors(l, out, system);
+    write_output(l, out, system);
+    describe(l, out, system);
+    return KT_OK;
+}
+
+/* Whether two estimates of the matrix differ by more than the errors of both explain. The errors are relative to the
+ * largest entry, as describe() has them. */
+static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                      double error) {
+    const size_t n = (size_t)system->states;
+    double whole = 0.0, apart = 0.0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            const double unit =
+                l->unit[place_of(l, out, system, j) % l->size.v] / l->unit[place_of(l, out, system, i) % l->size.v];
+            whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
+            apart = fmax(apart, fabs(out->state[j * n + i] - l->other_state[j * n + i]) * unit);
+        }
+    return apart > ERRORS_MOST * (error + system->error) * whole;
+}
+
+/* Next to a singular position exact derivatives have an error that grows as it comes nearer, while differences reach
+ * states that are farther from it. These see nothing of a path that bends within their steps; then both are apart by
+ * more than their errors, and the exact ones hold. Otherwise those with the smaller error are taken, as for the
+ * accelerations themselves (mechanism/singular_crossing.c). */
+static kt_status differentiate(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
+                               kt_error *error) {
+    const kt_status status = kt_exact_is_possible(l) ? fill(l, out, system, true, error) : KT_ERROR_SINGULAR;
+    if (status == KT_ERROR_SINGULAR)
+        return fill(l, out, system, false, error);
+    if (status != KT_OK || !system->near_singular)
+        return status;
+    const double exact = system->error;
+    memcpy(l->other_state, out->state, (size_t)system->states * (size_t)system->states * sizeof *l->other_state);
+    if (fill(l, out, system, false, NULL) == KT_OK && system->error < exact && !are_apart(l, out, system, exact))
+        return KT_OK;
+    return fill(l, out, system, true, error);
+}
+
 kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                  kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v;
@@ -405,20 +458,9 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     if (status != KT_OK)
         return status;
     kt_probe_floor(l);
-    system.exact = kt_exact_is_possible(l);
-    if (system.exact)
-        status = differentiate_exactly(l, out, &system, error);
-    system.exact = system.exact && status != KT_ERROR_SINGULAR;
-    if (!system.exact)
-        status = differentiate_numerically(l, out, &system, error);
-    if (status == KT_OK)
-        status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
+    status = differentiate(l, out, &system, error);
     if (status != KT_OK)
         return status;
-    write_state(l, out, &system);
-    add_overlap_errors(l, out, &system);
-    write_output(l, out, &system);
-    describe(l, out, &system);
     l->system = system;
     l->next = 1 - l->next;
     return KT_OK;

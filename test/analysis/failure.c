@@ -46,8 +46,7 @@ KT_TEST(singular_position_is_refused_and_its_neighbours_are_not) {
         kt_check_near("still right to its estimate", observed, expected,
                       4.0 * small_at(s.system->state_error, 2, 1, 0));
         kt_check_near("and right", observed, expected, 1e-10);
-        /* next to singular positions an error of accelerations that is not measured counts as 2e-8 */
-        kt_check_below("which is small", s.system->error, 1e-7);
+        kt_check_below("which is small", s.system->error, 1e-10);
     }
     small_free(&s);
     linkage_free(&l);
