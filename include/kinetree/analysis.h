@@ -113,7 +113,7 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
  * error. A model with a kink at the state itself (a stop that just touches, a spring of zero length) has no derivative
  * there; the estimated error is then large.
  *
- * With a caller's own effects, and near singular positions of loops, central differences along the manifold are used
+ * With a caller's own effects that give no derivatives, and near singular positions of loops, central differences along the manifold are used
  * (the system's `exact` is then false), extrapolated from a sequence of halved steps (Ridders 1982, Advances in
  * Engineering Software 4, 75-76). Each number is taken from the steps that suit it best; its estimated error is the
  * disagreement of the last extrapolation steps plus rounding. The first step moves angles by 0.1 rad and lengths by 0.1

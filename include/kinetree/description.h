@@ -366,6 +366,7 @@ typedef enum kt_effect_type {
 
 typedef struct kt_effect_end kt_effect_end;
 typedef struct kt_effect_balance kt_effect_balance;
+typedef struct kt_effect_derivatives kt_effect_derivatives;
 
 /* The callback of a caller's own effect: it writes a wrench at each of its ends (moment about the end's point, world
  * axes), or the force in a joint of one coordinate with position q and velocity v. Outputs are zeros when it is called;
@@ -374,6 +375,13 @@ typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end 
                                       kt_effect_balance *balance);
 typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,
                                            kt_effect_balance *balance);
+
+/* The callback of its derivatives, which are zeros when it is called: of the wrenches by the motion of the ends and by
+ * time (effect.h); or of the joint force by q, v and t, in this order. What it returns means the same. Without it they
+ * are found by differences, which are coarse where the force changes fast (kt_data_difference_error). */
+typedef int kt_effect_wrench_derivatives_callback(void *user, double t, const kt_effect_end *ends,
+                                                  kt_effect_derivatives *derivatives);
+typedef int kt_effect_joint_force_derivatives_callback(void *user, double t, double q, double v, double derivatives[3]);
 
 /* A query for the corners of a caller's own force: returns the first time after t at which the force, or a derivative
  * of it, jumps, or at which it begins or ends to act; HUGE_VAL (or any time that is not after t) if there is none.
@@ -444,8 +452,10 @@ typedef struct kt_effect {
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
     int end_count;                               /* custom: 1 or 2; expression: 0 in a joint, 1 on a body, 2 between */
     kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */
-    kt_corner_callback *corner;                  /* custom: when its force has corners; NULL: never */
-    void *user;                                  /* custom: handed to the callback; must outlive the model */
+    kt_effect_wrench_derivatives_callback *wrench_derivatives;           /* custom: of `wrench`; NULL: differences */
+    kt_effect_joint_force_derivatives_callback *joint_force_derivatives; /* custom: of `joint_force`; NULL: likewise */
+    kt_corner_callback *corner; /* custom: when its force has corners; NULL: never */
+    void *user;                 /* custom: handed to the callback; must outlive the model */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

@@ -28,6 +28,21 @@
  *
  * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
+ * Derivatives (kt_acceleration_derivatives, steps and their gradients, linear systems, implicit methods) are exact where
+ * the effect gives its own, here
+ *
+ *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends, kt_effect_derivatives *derivatives) {
+ *         const double k = *(const double *)user;
+ *         (void)t, (void)ends;
+ *         for (int i = 0; i < 2; i++)
+ *             for (int j = 0; j < 2; j++)
+ *                 derivatives->wrench[i][j].by_pose[1][1] = kt_mat3_scale(i == j ? -k : k, kt_mat3_identity());
+ *         return 0;
+ *     }
+ *
+ * and effect.wrench_derivatives = pull_derivatives, or effect.joint_force_derivatives in a joint. Otherwise they are
+ * found by differences, whose error kt_data_difference_error tells.
+ *
  * A callback is a function of its arguments alone: the same arguments must give the same result, at any time and in any
  * order of calls, and from several threads if these share the model. It is called at every stage of every step, also of
  * steps that are not accepted. It returns
@@ -60,6 +75,20 @@ struct kt_effect_balance {
     double energy;     /* potential energy, J */
     double dissipated; /* power turned into heat, W */
     double supplied;   /* power that comes from outside, W */
+};
+
+/* How a wrench changes with the motion of an end. Row 0 of each is its moment, row 1 its force, in world axes, the moment
+ * about the point of its own end, wherever this moves. */
+typedef struct kt_wrench_derivatives {
+    kt_mat3 by_pose[2]
+                   [2]; /* by a rotation of the end's axes (rad, about world axes), and a displacement of its point */
+    kt_mat3 by_twist[2][2]; /* by the angular velocity of the end, and the velocity of its point */
+} kt_wrench_derivatives;
+
+/* The derivatives of an effect with ends; of one end only [0][0] and [0] are read. */
+struct kt_effect_derivatives {
+    kt_wrench_derivatives wrench[2][2]; /* [i][j]: of wrenches[i] by the motion of ends[j] */
+    kt_wrench by_time[2];               /* of wrenches[i], while the ends rest: per second */
 };
 
 #ifdef __cplusplus

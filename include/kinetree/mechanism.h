@@ -60,6 +60,10 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
 
+/* Whether derivatives of a model are taken by differences in part: an effect of the caller's own gives none. O(effects).
+ * false without a model. */
+KT_API bool kt_model_is_differenced(const kt_model *model);
+
 /* Computes the derivatives of these accelerations with respect to positions (along q (+) e_j), velocities and joint
  * forces: nv x nv, column-major; da_dtau may be NULL. External wrenches are constant in the world frame, and t is
  * constant. work: memory of the caller of work_size >= kt_acceleration_work_size bytes, aligned to KT_ALIGNMENT, used
@@ -68,9 +72,10 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  * The reduced equations are differentiated at the accelerations and multipliers of the motion. The tree's part is
  * analytic (kt_dynamics_inverse_derivatives), the library's effects are differentiated in closed form, and the loops'
  * equations exactly, by dual numbers (at a kink of an effect the derivatives are one-sided). Only a caller's own
- * effects are differentiated numerically, by central differences of order eight with steps of 0.002, up to 0.008, rad
- * or m and of their rates: their part is accurate to some 1e-9 if they are smooth on that scale, but not if they jump
- * or have a kink within it. A single column is the derivative along a direction that may violate the loops. If some of
+ * effects that give no derivatives (effect.h) are differentiated numerically, by central differences of order eight with
+ * steps of 0.002, up to 0.008, rad or m and of their rates, and shorter ones where two orders disagree by more than 1e-6:
+ * their part is accurate to some 1e-9 if they are smooth on that scale, but not if they jump or have a kink within it;
+ * kt_data_difference_error tells how coarse it was. A single column is the derivative along a direction that may violate the loops. If some of
  * their equations depend on others, only sums of columns along motions that the loops allow are meaningful: in other
  * directions dependent equations contradict each other, and the result depends on the choice of the independent ones.
  *
@@ -79,7 +84,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
  * derivatives uncertain by more than 1e-3 of the largest. The outputs are then untouched. Near them the error is
  * estimated by one more evaluation of the acceleration. Cost: kt_stiffness_evaluate, one
  * factorisation, two solutions a column and another for da_dtau: O(nv^2 depth); two evaluations of a loop's equations
- * for each coordinate that moves it, and the square of their number; and 16 nv evaluations of a caller's effects. With
+ * for each coordinate that moves it, and the square of their number; and 16 nv evaluations of a caller's effects
+ * without derivatives, at most 64 nv. With
  * loops solutions take O(bodies) each where groups are small or follow each other (rows of windows, ropes), otherwise
  * O(nv^2). For models without loops and effects, kt_dynamics_forward_derivatives is faster. */
 KT_API size_t kt_acceleration_work_size(const kt_model *model);

@@ -236,6 +236,13 @@ typedef struct kt_crossings {
 /* Since the data were initialised or this was last called. */
 KT_API kt_crossings kt_data_crossings(kt_data *data);
 
+/* How coarse derivatives were that had to be found by differences, those of a caller's own effects that give none
+ * (kt_model_is_differenced), since the data were initialised or this was last called: the largest estimated error of a
+ * column, relative to the largest number of it. 0: they were exact to rounding. Above 1e-6 no step was good enough: the
+ * force jumps, has a kink, or changes within 1e-5 rad or m or of their rates; give its derivatives (effect.h). NaN
+ * without data. */
+KT_API double kt_data_difference_error(kt_data *data);
+
 /* ---- parameters ---------------------------------------------------------------------------------------------------
  *
  * Numbers of a mechanism that may change while a program runs: payloads, gravity, springs, dampers, friction, rotors,

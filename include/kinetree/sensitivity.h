@@ -77,8 +77,8 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
                                              double *next_v, kt_error *error);
 
 /* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and
- * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects see
- * kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
+ * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that
+ * give no derivatives see kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
  * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each
  * stage, and 6 nv^3 multiplications at most for each. */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,

@@ -34,7 +34,7 @@
 
 bool kt_exact_is_possible(const kt_linearization *l) {
     for (size_t i = 0; i < l->model->n.effect; i++)
-        if (l->model->effect[i].type == KT_EFFECT_CUSTOM)
+        if (kt_effect_is_differenced(&l->model->effect[i]))
             return false;
     return !l->differences;
 }

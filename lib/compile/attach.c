@@ -236,6 +236,8 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         r->in_body = effect->frame == KT_FRAME_BODY;
         r->wrench = effect->wrench;
         r->joint_force = effect->joint_force;
+        r->wrench_derivatives = KT_IF_JACOBIAN(effect->wrench_derivatives);
+        r->joint_force_derivatives = KT_IF_JACOBIAN(effect->joint_force_derivatives);
         r->corner = effect->corner;
         r->user = effect->user;
         if (effect->name) {

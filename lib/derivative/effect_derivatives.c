@@ -24,6 +24,7 @@
 
 #include "derivative/dual_effect.h"
 #include "effect/effect.h"
+#include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
 
 #include <string.h>
@@ -344,6 +345,94 @@ static void subtract_formulas(const state *s, const kt_effect_record *effect, do
     }
 }
 
+/* ---- a caller's own ---------------------------------------------------------------------------------------------- */
+
+/* The wrench on each end depends on the motion of both, and they need not add up to nothing. So each end is as the only
+ * one of an effect, W_e, and the motion of the other adds columns without the terms of W_e itself:
+ *     dtau_i = sum_e [S_i (e) . (sum_f dW_e/d(motion of f)) + dS_i (e) . W_e]
+ * With k on the path of f, and for f != e with W = 0 in g, these are find_columns' of the matrices by end f. */
+static void subtract_own_column(const state *s, const kt_effect_dof *k, int32_t end, size_t count, const columns *c,
+                                double *d_q, double *d_v) {
+    const size_t column = k->v * s->model->n.v;
+    for (size_t a = 0; a < count; a++) {
+        const kt_effect_dof *i = &s->path[a];
+        if (i->end != end)
+            continue;
+        const pair *by = i->index >= k->first ? &c->carried : &c->others;
+        d_q[column + i->v] -= kt_v4_dot2(i->s[0], by->a, i->s[1], by->b);
+        d_v[column + i->v] -= kt_v4_dot2(i->s[0], c->rate.a, i->s[1], c->rate.b);
+    }
+}
+
+/* Finds the ends in world coordinates, and the path from the ground to each of them. */
+static size_t find_own_ends(const state *s, const kt_effect_record *effect, ends *e) {
+    size_t count = 0;
+    e->last = effect->ends - 1;
+    for (int k = 0; k <= e->last; k++) {
+        e->base[k] = base_of(s, effect->link[k]);
+        find_end(s, effect, k, e->base[k], kt_v4_splat(0.0), &e->motion[k], &e->end[k]);
+        count = follow(s, 0, effect->link[k], k, e->motion[k].origin, e->motion[k].point, count);
+    }
+    return count;
+}
+
+/* All that is read of an effect's wrenches and their derivatives. */
+static bool are_finite(const kt_effect_record *effect, const kt_wrench wrench[2], const kt_effect_derivatives *of) {
+    bool finite = kt_all_finite((const double *)wrench, 2 * sizeof *wrench / sizeof(double));
+    for (int i = 0; i < effect->ends; i++)
+        for (int j = 0; j < effect->ends; j++)
+            finite =
+                finite && kt_all_finite((const double *)&of->wrench[i][j], sizeof of->wrench[i][j] / sizeof(double));
+    return finite;
+}
+
+static kt_status subtract_own_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
+                                     kt_error *error) {
+    kt_effect_derivatives of;
+    kt_wrench wrench[2];
+    ends e;
+    const size_t count = find_own_ends(s, effect, &e);
+    memset(&of, 0, sizeof of);
+    memset(wrench, 0, sizeof wrench);
+    int code = effect->wrench(effect->user, s->t, e.end, wrench, NULL);
+    if (code == 0)
+        code = effect->wrench_derivatives(effect->user, s->t, e.end, &of);
+    if (code != 0 || !are_finite(effect, wrench, &of))
+        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+    for (int end = 0; end <= e.last; end++)
+        for (size_t b = 0; b < count; b++) {
+            const kt_effect_dof *k = &s->path[b];
+            const end_motion *moved = &e.motion[k->end];
+            const kt_wrench_derivatives *by = &of.wrench[end][k->end];
+            kt_effect_jacobian jacobian = {.at_point = false};
+            columns c;
+            memcpy(jacobian.stiffness, by->by_pose, sizeof jacobian.stiffness);
+            memcpy(jacobian.damping, by->by_twist, sizeof jacobian.damping);
+            if (k->end == end) {
+                jacobian.moment = wrench[end].moment;
+                jacobian.force = wrench[end].force;
+            }
+            find_columns(&jacobian, moved->omega, moved->velocity - e.base[k->end].b, k, true, &c);
+            subtract_own_column(s, k, end, count, &c, d_q, d_v);
+        }
+    return KT_OK;
+}
+
+static kt_status subtract_own_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
+                                          kt_error *error) {
+    const kt_link *link = &s->model->link[effect->link[0]];
+    const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
+    double derivatives[3] = {0.0, 0.0, 0.0};
+    const int code = effect->joint_force_derivatives(effect->user, s->t, s->q[link->q], s->v[link->v], derivatives);
+    if (code != 0 || !kt_all_finite(derivatives, 2))
+        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+    d_q[diagonal] -= derivatives[0];
+    d_v[diagonal] -= derivatives[1];
+    return KT_OK;
+}
+
+/* ---- all --------------------------------------------------------------------------------------------------------- */
+
 static void subtract_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &s->model->link[effect->link[0]];
@@ -356,18 +445,24 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     d_v[diagonal] -= derivative[1];
 }
 
-void kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
-                              const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v) {
+kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
+                                   const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v,
+                                   kt_error *error) {
     const state s = {.model = model, .data = data, .x = x, .t = t, .q = q, .v = v, .path = path};
-    for (size_t i = 0; i < model->n.effect; i++) {
+    kt_status status = KT_OK;
+    for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        if (effect->type == KT_EFFECT_CUSTOM)
+        if (kt_effect_is_differenced(effect))
             continue;
-        if (effect->type == KT_EFFECT_EXPRESSION)
+        if (effect->type == KT_EFFECT_CUSTOM)
+            status = effect->ends ? subtract_own_wrench(&s, effect, d_q, d_v, error)
+                                  : subtract_own_joint_force(&s, effect, d_q, d_v, error);
+        else if (effect->type == KT_EFFECT_EXPRESSION)
             subtract_formulas(&s, effect, d_q, d_v);
         else if (effect->ends)
             subtract_wrench(&s, effect, d_q, d_v);
         else
             subtract_joint_force(&s, effect, d_q, d_v);
     }
+    return status;
 }

@@ -14,9 +14,21 @@ typedef struct kt_effect_dof {
     int32_t end;
 } kt_effect_dof;
 
-/* Subtracts the derivatives of the joint forces of all effects but a caller's own from d_q and d_v (nv x nv). x: the
- * terms of the tree at this state, whose poses are in data; path: scratch for nv. */
-void kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
-                              const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v);
+/* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from d_q and
+ * d_v (nv x nv). x: the terms of the tree at this state, whose poses are in data; path: scratch for kt_effect_path_size.
+ * Errors: of a caller's own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
+KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x,
+                                              double t, const double *q, const double *v, kt_effect_dof *path,
+                                              double *d_q, double *d_v, kt_error *error);
+
+/* The most degrees of freedom between the ends of one effect, to the ground from each end where these move its wrenches
+ * each by itself, or of its ends and of a variable of its formulas. */
+static inline size_t kt_effect_path_size(const kt_model *model) {
+    size_t count = model->n.variable ? 2 : 1;
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_CUSTOM)
+            count = 2;
+    return count * model->n.v;
+}
 
 #endif

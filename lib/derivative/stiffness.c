@@ -17,8 +17,7 @@
  * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E,
  * the least solution of A w = E: all three along the tree, in O(bodies) a column (kkt.h). M and d(tau_tree)/dx are
  * analytic, and the terms of the loops and of the library's effects are exact (support.h). Only the forces of a
- * caller's own effects are differentiated numerically, by central differences of order eight with the step h = KT_STEP:
- * the truncation error is h^8 / 630 times the ninth derivative, and rounding errors are some eps / h of the forces.
+ * caller's own effects that give no derivatives are differentiated numerically (effect_differences.c).
  */
 #include "derivative/stiffness.h"
 
@@ -27,13 +26,10 @@
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
-#include "kinetree/joint.h"
 #include "linear/cholesky.h"
 
 #include <math.h>
 #include <string.h>
-
-#define KT_STEP 0.002 /* rad or m, and of their rates */
 
 KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t l,
                 size_t m, size_t k)
@@ -61,61 +57,6 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
     if (KT_HAS_LOOPS && memory && w->dense)
         (void)kt_jacobian_qr_init(&w->qr, w->factors, n, p);
     return bytes;
-}
-
-static bool has_own_effects(const kt_model *model) {
-    for (size_t i = 0; i < model->n.batch; i++)
-        if (model->batch[i].type == KT_EFFECT_CUSTOM)
-            return true;
-    return false;
-}
-
-/* ---- numerical differences --------------------------------------------------------------------------------------- */
-
-/* Computes f (n): the joint forces of all effects, or if `own` of a caller's own alone, including J' times their
- * wrenches. */
-static kt_status sum_effects(kt_linearized *w, const double *q, const double *v, bool own, double *f, kt_error *error) {
-    const double *tau = NULL;
-    const kt_wrench *external = NULL;
-    memset(f, 0, w->n * sizeof *f);
-    if (!w->model->n.effect)
-        return KT_OK;
-    kt_status status = own ? kt_effects_apply_own(w->model, w->data, w->t, q, v, &tau, &external, error)
-                           : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
-    for (size_t i = 0; i < w->n && tau; i++)
-        f[i] += tau[i];
-    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
-        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
-        for (size_t i = 0; i < w->n && status == KT_OK; i++)
-            f[i] -= with ? w->weight[i] : -w->weight[i];
-    }
-    return status;
-}
-
-/* Subtracts df from column j of D. */
-static kt_status difference(kt_linearized *w, const double *q, const double *v, size_t j, bool rate, double *d,
-                            kt_error *error) {
-    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
-    const size_t n = w->n;
-    memset(w->change, 0, n * sizeof *w->change);
-    for (int k = -4; k <= 4; k++) {
-        if (k == 0)
-            continue;
-        const double c = (k < 0 ? -weight[-k - 1] : weight[k - 1]) / KT_STEP;
-        memset(w->v, 0, n * sizeof *w->v);
-        w->v[j] = rate ? 0.0 : k * KT_STEP;
-        kt_position_add(w->model, q, w->v, w->q);
-        memcpy(w->v, v, n * sizeof *w->v);
-        w->v[j] += rate ? k * KT_STEP : 0.0;
-        const kt_status status = sum_effects(w, w->q, w->v, true, w->force, error);
-        if (status != KT_OK)
-            return status;
-        for (size_t i = 0; i < n; i++)
-            w->change[i] += c * w->force[i];
-    }
-    for (size_t i = 0; i < n; i++)
-        d[j * n + i] -= w->change[i];
-    return KT_OK;
 }
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
@@ -189,21 +130,10 @@ static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, c
     return status;
 }
 
-/* The part of D of a caller's own effects. */
-static kt_status fill_own_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
-    kt_status status = KT_OK;
-    for (size_t j = 0; j < w->n && status == KT_OK && has_own_effects(w->model); j++) {
-        status = difference(w, q, v, j, false, w->d_q, error);
-        if (status == KT_OK)
-            status = difference(w, q, v, j, true, w->d_v, error);
-    }
-    return status;
-}
-
 /* A, its factors, lambda, the loops' part of D, and E. */
 static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, const double *tau,
                             const kt_wrench *external, kt_error *error) {
-    kt_status status = sum_effects(w, q, v, false, w->force, error);
+    kt_status status = kt_linearized_sum_effects(w, q, v, false, w->force, error);
     if (status == KT_OK && w->dense)
         status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK && w->dense)
@@ -240,10 +170,10 @@ kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v,
     if (status == KT_OK)
         status = fill_tree(w, q, v, external, error);
     if (status == KT_OK) /* first: what follows leaves other motions in data */
-        kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v);
+        status = kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v, error);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
         status = fill_loops(w, q, v, tau, external, error);
-    return status == KT_OK ? fill_own_effects(w, q, v, error) : status;
+    return status == KT_OK ? kt_linearized_difference_effects(w, q, v, error) : status;
 }
 
 kt_status kt_linearized_overflow(kt_error *error) {

@@ -22,11 +22,13 @@
     X(double, force, n, "joint forces of the effects")                                                                 \
     X(double, weight, n, "joint forces of external wrenches")                                                          \
     X(double, change, n, "differences, and a right-hand side")                                                         \
+    X(double, best, kt_model_is_differenced(model) ? n : 0, "the differences of the least error")                      \
+    X(double, coarse, kt_model_is_differenced(model) ? n : 0, "those of a lower order")                                \
     X(double, jacobian, m *k, "A, p x n")                                                                              \
     X(char, factors, KT_HAS_LOOPS &&m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                          \
     X(double, product, m, "a column of M Z")                                                                           \
     X(double, half, m *m, "Q' M Z, n x f")                                                                             \
-    X(kt_effect_dof, path, model->n.variable ? 2 * n : n, "of an effect, and of a variable of its formulas")           \
+    X(kt_effect_dof, path, kt_effect_path_size(model), "of an effect")                                                 \
     X(kt_support_dof, dof, l, "of a loop")                                                                             \
     X(int32_t, chain, l ? model->n.link : 0, "of a loop")                                                              \
     X(double, e_q, n *p, "E by positions, p x n")                                                                      \
@@ -58,6 +60,13 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
  * motion are evaluated. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
                                         const kt_wrench *external, const double *a, kt_error *error);
+
+/* Computes f (n): the joint forces of all effects, or if `differenced` of those alone that have no derivatives, including
+ * J' times their wrenches. And subtracts the derivatives of these from D, by differences. */
+KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const double *v, bool differenced,
+                                               double *f, kt_error *error);
+KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
+                                                      kt_error *error);
 
 /* kt_acceleration_derivatives at known accelerations a of the motion, or NULL. */
 KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,

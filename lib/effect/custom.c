@@ -13,6 +13,12 @@ static void check(kt_checker *checker, const kt_effect *effect) {
                                         : "neither wrench nor joint_force is given");
         return;
     }
+    if (KT_HAS_EFFECT_JACOBIAN &&
+        (effect->wrench_derivatives ? !effect->wrench : effect->joint_force_derivatives && !effect->joint_force))
+        kt_checker_fault(checker, effect->wrench ? "joint_force_derivatives" : "wrench_derivatives", -1,
+                         "it belongs to %s, and %s is given; leave it out, or give %s_derivatives",
+                         effect->wrench ? "joint_force" : "wrench", effect->wrench ? "wrench" : "joint_force",
+                         effect->wrench ? "wrench" : "joint_force");
     if (effect->joint_force) {
         kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
         return;

@@ -178,6 +178,12 @@ static inline const kt_effect_kind *kt_effect_kind_of(int type) {
     return type == KT_EFFECT_CUSTOM ? &KT_EFFECT(kt_effect_custom) : KT_EFFECT(kt_effect_kinds)[type];
 }
 
+/* Whether an effect is a caller's own that gives no derivatives: these are found by differences. */
+static inline bool kt_effect_is_differenced(const kt_effect_record *effect) {
+    return effect->type == KT_EFFECT_CUSTOM &&
+           (effect->ends ? !effect->wrench_derivatives : !effect->joint_force_derivatives);
+}
+
 /* Whether effects of this type have a gap. */
 static inline bool kt_effect_has_gap(int type) {
     const kt_effect_kind *kind = kt_effect_kind_of(type);

@@ -18,7 +18,7 @@ typedef struct sum {
     double t;
     const double *q, *v;
     kt_power *power;                /* NULL: powers are not summed */
-    bool own;                       /* a caller's own effects alone */
+    bool differenced;               /* a caller's own effects without derivatives alone */
     double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
     const kt_effect_record *failed; /* whose callback did not return 0 */
     int code;                       /* what it returned */
@@ -138,6 +138,8 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
         double force;
+        if (s->differenced && !kt_effect_is_differenced(effect))
+            continue;
         const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
         s->code = evaluate_joint_force(s->model, &in, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
         s->failed = effect;
@@ -160,6 +162,8 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         const kt_effect_record *effect = &s->model->effect[i];
         kt_effect_end end[2];
         kt_wrench wrench[2];
+        if (s->differenced && !kt_effect_is_differenced(effect))
+            continue;
         find_ends(s->data, effect, end);
         const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
         s->code = evaluate_wrench(s->model, &in, effect, kind, end, s->t, wrench, asked);
@@ -240,7 +244,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, const double 
         *external = data->applied;
 }
 
-/* s->power and s->own are constants where this is inlined. */
+/* s->power and s->differenced are constants where this is inlined. */
 KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
@@ -255,7 +259,7 @@ KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
     }
     kt_effects_recall(model, data, tau, external);
     for (size_t i = 0; i < model->n.batch; i++)
-        if ((!s->own || model->batch[i].type == KT_EFFECT_CUSTOM) &&
+        if ((!s->differenced || model->batch[i].type == KT_EFFECT_CUSTOM) &&
             !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
             return false;
     return true;
@@ -286,6 +290,16 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     if (s->code < 0)
         return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", s->code);
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
+}
+
+kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
+                                       kt_error *error) {
+    const sum s = {.model = model, .t = t, .failed = effect, .code = code};
+    char where[KT_WHERE_SIZE];
+    if (code != 0)
+        return refuse_code(&s, error);
+    name_effect(&s, effect, where);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
 }
 
 static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
@@ -359,6 +373,23 @@ static void differentiate_formulas(const kt_model *model, const surroundings *in
     }
 }
 
+/* The derivatives by time that a caller's own effect gives. Returns the code of its callback. */
+static int differentiate_own(sum *s, const kt_effect_record *effect) {
+    const kt_link *link = &s->model->link[effect->link[0]];
+    kt_effect_derivatives of_ends = {.by_time = {{.force = {0.0, 0.0, 0.0}}}};
+    double derivatives[3] = {0.0, 0.0, 0.0};
+    kt_effect_end end[2];
+    if (effect->ends == 0) {
+        const int code = effect->joint_force_derivatives(effect->user, s->t, s->q[link->q], s->v[link->v], derivatives);
+        s->data->tau[link->v] += derivatives[2];
+        return code;
+    }
+    find_ends(s->data, effect, end);
+    const int code = effect->wrench_derivatives(effect->user, s->t, end, &of_ends);
+    add_wrenches(s, effect, of_ends.by_time);
+    return code;
+}
+
 kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   const double **tau, const kt_wrench **external, kt_error *error) {
     sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
@@ -369,6 +400,12 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         const kt_link *link = &model->link[effect->link[0]];
         kt_effect_end end[2];
         kt_wrench wrench[2];
+        if (effect->type == KT_EFFECT_CUSTOM) {
+            const int code = differentiate_own(&s, effect);
+            if (code != 0)
+                return kt_effect_refuse_derivatives(model, effect, t, code, error);
+            continue;
+        }
         if (kind->joint_time_derivative)
             data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
         if (!kind->time_derivative && !kind->formula_wrench)
@@ -391,11 +428,11 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
 }
 #endif
 
-kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const double **tau, const kt_wrench **external, kt_error *error) {
+kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                       const double **tau, const kt_wrench **external, kt_error *error) {
     const double *given = *tau;
     const kt_wrench *given_wrenches = *external;
-    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL, .own = true};
+    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL, .differenced = true};
     if (!sum_all(&s, tau, external))
         return refuse_code(&s, error);
     return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);

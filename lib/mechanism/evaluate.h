@@ -16,22 +16,27 @@ KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *dat
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                       const double **tau, const kt_wrench **external, kt_error *error);
 
-/* Does the same, and adds the derivatives of the forces by time (per second), of all effects but a caller's own. */
+/* Does the same, and adds the derivatives of the forces by time (per second), of effects that all have them
+ * (kt_effect_is_differenced). */
 KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, const double **tau, const kt_wrench **external,
                                              kt_error *error);
 
 /* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state, of a model without driven loops and
- * without effects of the caller's own. Exact: a is linear in the forces, whose derivatives are, and so
+ * whose effects all have derivatives. Exact: a is linear in the forces, whose derivatives are, and so
  *     da/dt = a(tau + dtau/dt) - a(tau) */
 KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      const double *a, double *da_dt, kt_error *error);
 
-/* Adds the forces of a caller's own effects alone. */
-KT_CHECKED kt_status kt_effects_apply_own(const kt_model *model, kt_data *data, double t, const double *q,
-                                          const double *v, const double **tau, const kt_wrench **external,
-                                          kt_error *error);
+/* Adds the forces of a caller's own effects without derivatives alone. */
+KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, double t, const double *q,
+                                                  const double *v, const double **tau, const kt_wrench **external,
+                                                  kt_error *error);
+
+/* The error of a callback that did not give derivatives: its code, or 0 where they are not finite. */
+kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
+                                       kt_error *error);
 
 /* Does the same for all effects, and sums their powers. */
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,

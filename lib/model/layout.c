@@ -77,6 +77,14 @@ kt_iterations kt_data_iterations(kt_data *data) {
     return last;
 }
 
+double kt_data_difference_error(kt_data *data) {
+    if (!data)
+        return (double)NAN;
+    const double last = data->difference_error;
+    data->difference_error = 0.0;
+    return last;
+}
+
 kt_crossings kt_data_crossings(kt_data *data) {
     const kt_crossings none = {0, 0, 0.0, 0.0, 0.0};
     if (!data)

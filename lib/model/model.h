@@ -283,6 +283,7 @@ struct kt_data {
     kt_passage passage;
     kt_iterations iterations;   /* since the last call of kt_data_iterations */
     kt_iterations closing;      /* of the last projection alone */
+    double difference_error;    /* since the last call of kt_data_difference_error */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
     int32_t corrected_v;        /* that velocity */

@@ -216,6 +216,8 @@ typedef struct kt_effect_record {
     kt_vec3 arm[2]; /* from the bodies' frames' origins to the ends, links' axes */
     kt_effect_wrench_callback *wrench;
     kt_effect_joint_force_callback *joint_force;
+    kt_effect_wrench_derivatives_callback *wrench_derivatives;
+    kt_effect_joint_force_derivatives_callback *joint_force_derivatives;
     kt_corner_callback *corner;
     void *user;
 #define KT_EFFECT_DECLARE(member) double member;

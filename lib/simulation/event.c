@@ -161,7 +161,7 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
     *count = LOOKS;
     for (int j = 1; status == KT_OK && j + 1 < LOOKS; j++) {
         const int side = sign_of(base[j].g);
-        knot hidden;
+        knot hidden = base[j];
         bool found;
         if (side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
             continue;

@@ -444,7 +444,8 @@ static bool autonomous(void *user) {
     return !model->driven;
 }
 
-/* Exact where effects alone depend on time. Targets of loops and a caller's own effects have no such derivative. */
+/* Exact where effects alone depend on time. Targets of loops, and a caller's own effects that give no derivatives, have
+ * no such derivative. */
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;
@@ -453,9 +454,8 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     kt_error error;
     if (model->driven)
         return 1;
-    for (size_t i = 0; i < model->n.batch; i++)
-        if (model->batch[i].type == KT_EFFECT_CUSTOM)
-            return 1;
+    if (kt_model_is_differenced(model))
+        return 1;
     if (s->transformation != NULL && (tau != NULL || external != NULL))
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;

@@ -20,7 +20,7 @@ enum { MECHANISMS = 40, SQUARE = KT_TREE_NV * KT_TREE_NV };
 typedef struct stage {
     kt_tree tree;
     kt_tree_state state;
-    kt_effect effect[2 * KT_EFFECT_TYPE_COUNT];
+    kt_effect effect[2 * KT_EFFECT_TYPE_COUNT + 4];
 } stage;
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -98,6 +98,79 @@ static void add_on(stage *s, kt_random *random, int body) {
     }
 }
 
+/* A caller's own: wrenches on both ends that do not add up to nothing, and depend on all that moves. With d and u the
+ * relative position and velocity, x the first end's x axis and w_0, w_1 the angular velocities
+ *     f_0 = (0.5 + 0.1 d.d) d + 0.3 u + 0.2 x,   m_0 = 0.4 x cross d
+ *     f_1 = -0.6 d - 0.7 v_1 + sin t e_z,        m_1 = -0.8 w_1 + 0.9 w_0 cross w_1 */
+static int pull_own(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance) {
+    const kt_vec3 d = kt_vec3_sub(ends[1].point, ends[0].point);
+    const kt_vec3 u = kt_vec3_sub(ends[1].velocity, ends[0].velocity), x = ends[0].axes.x;
+    (void)user, (void)balance;
+    wrenches[0].force = kt_vec3_add(kt_vec3_scale(0.5 + 0.1 * kt_vec3_dot(d, d), d),
+                                    kt_vec3_add(kt_vec3_scale(0.3, u), kt_vec3_scale(0.2, x)));
+    wrenches[0].moment = kt_vec3_scale(0.4, kt_vec3_cross(x, d));
+    wrenches[1].force = kt_vec3_add(kt_vec3_scale(-0.6, d), kt_vec3_scale(-0.7, ends[1].velocity));
+    wrenches[1].force.z += sin(t);
+    wrenches[1].moment = kt_vec3_add(kt_vec3_scale(-0.8, ends[1].omega),
+                                     kt_vec3_scale(0.9, kt_vec3_cross(ends[0].omega, ends[1].omega)));
+    return 0;
+}
+
+static kt_mat3 diagonal(double s) { return kt_mat3_scale(s, kt_mat3_identity()); }
+
+static int differentiate_pull(void *user, double t, const kt_effect_end *ends, kt_effect_derivatives *derivatives) {
+    const kt_vec3 d = kt_vec3_sub(ends[1].point, ends[0].point), x = ends[0].axes.x;
+    const kt_mat3 turned = kt_mat3_skew(x);
+    kt_wrench_derivatives(*w)[2] = derivatives->wrench;
+    (void)user;
+    const kt_mat3 stiff =
+        kt_mat3_add(diagonal(0.5 + 0.1 * kt_vec3_dot(d, d)), kt_mat3_scale(0.2, kt_outer_product(d, d)));
+    w[0][1].by_pose[1][1] = stiff;
+    w[0][0].by_pose[1][1] = kt_mat3_scale(-1.0, stiff);
+    w[0][1].by_twist[1][1] = diagonal(0.3);
+    w[0][0].by_twist[1][1] = diagonal(-0.3);
+    w[0][0].by_pose[1][0] = kt_mat3_scale(-0.2, turned); /* dx = r cross x */
+    w[0][0].by_pose[0][0] = kt_mat3_scale(0.4, kt_mat3_multiply(kt_mat3_skew(d), turned));
+    w[0][1].by_pose[0][1] = kt_mat3_scale(0.4, turned);
+    w[0][0].by_pose[0][1] = kt_mat3_scale(-0.4, turned);
+    w[1][0].by_pose[1][1] = diagonal(0.6);
+    w[1][1].by_pose[1][1] = diagonal(-0.6);
+    w[1][1].by_twist[1][1] = diagonal(-0.7);
+    w[1][1].by_twist[0][0] = kt_mat3_add(diagonal(-0.8), kt_mat3_scale(0.9, kt_mat3_skew(ends[0].omega)));
+    w[1][0].by_twist[0][0] = kt_mat3_scale(-0.9, kt_mat3_skew(ends[1].omega));
+    derivatives->by_time[1].force.z = cos(t);
+    return 0;
+}
+
+static int drive_own(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    (void)user, (void)balance;
+    *force = sin(q) * v + 0.3 * v * v + sin(t);
+    return 0;
+}
+
+static int differentiate_drive(void *user, double t, double q, double v, double derivatives[3]) {
+    (void)user;
+    derivatives[0] = cos(q) * v;
+    derivatives[1] = sin(q) + 0.6 * v;
+    derivatives[2] = cos(t);
+    return 0;
+}
+
+static void add_own(stage *s, kt_random *random, int a, int b, const char *joint) {
+    kt_effect *e = add(s, KT_EFFECT_CUSTOM);
+    e->between[0] = end_at(s, random, a);
+    e->between[1] = end_at(s, random, b);
+    e->end_count = 2;
+    e->wrench = pull_own;
+    e->wrench_derivatives = differentiate_pull;
+    if (!joint)
+        return;
+    e = add(s, KT_EFFECT_CUSTOM);
+    e->joint = joint;
+    e->joint_force = drive_own;
+    e->joint_force_derivatives = differentiate_drive;
+}
+
 /* Every type, between bodies of one branch or of two, or of one and the world. */
 static bool grow(stage *s, const kt_tree_plan *plan, kt_random *random) {
     kt_tree_describe(&s->tree, plan, random);
@@ -114,6 +187,7 @@ static bool grow(stage *s, const kt_tree_plan *plan, kt_random *random) {
     add_between(s, random, kt_random_int(random, 0, bodies - 2), bodies - 1);
     add_on(s, random, kt_random_int(random, 0, bodies - 1));
     add_between(s, random, bodies - 2, -1);
+    add_own(s, random, kt_random_int(random, -1, bodies - 2), bodies - 1, joint);
     return kt_tree_compile(&s->tree, NULL);
 }
 
@@ -188,7 +262,7 @@ static void compare(const stage *s, const double *matrix, bool rate, kt_worst *w
 
 /* d_q, d_v: minus the derivatives of their joint forces. */
 static bool differentiate(const stage *s, double *d_q, double *d_v) {
-    static kt_effect_dof path[KT_TREE_NV];
+    static kt_effect_dof path[2 * KT_TREE_NV];
     const kt_tree *tree = &s->tree;
     kt_derivative_work terms;
     kt_error e = {0};
@@ -199,10 +273,13 @@ static bool differentiate(const stage *s, double *d_q, double *d_v) {
                                    &e);
     memset(d_q, 0, SQUARE * sizeof *d_q);
     memset(d_v, 0, SQUARE * sizeof *d_v);
-    if (fine)
-        kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v, path, d_q, d_v);
+    const bool differentiated =
+        fine && kt_tree_fine("effects",
+                             kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v,
+                                                      path, d_q, d_v, &e),
+                             &e);
     free(memory);
-    return fine;
+    return differentiated;
 }
 
 static void check_all(kt_tree_plan plan) {
@@ -210,7 +287,7 @@ static void check_all(kt_tree_plan plan) {
     static stage s;
     static double d_q[SQUARE], d_v[SQUARE];
     kt_worst by_q = kt_worst_make("df/dq"), by_v = kt_worst_make("df/dv");
-    int types[KT_EFFECT_TYPE_COUNT] = {0}, kinds = 0;
+    int types[KT_EFFECT_TYPE_COUNT] = {0}, kinds = 0, own = 0;
     for (int n = 0; n < MECHANISMS; n++) {
         if (grow(&s, &plan, &random)) {
             int draws = 0;
@@ -224,7 +301,7 @@ static void check_all(kt_tree_plan plan) {
             compare(&s, d_q, false, &by_q, n);
             compare(&s, d_v, true, &by_v, n);
             for (int i = 0; i < s.tree.description.effect_count; i++)
-                types[s.effect[i].type]++;
+                *(s.effect[i].type == KT_EFFECT_CUSTOM ? &own : &types[s.effect[i].type]) += 1;
         }
         kt_tree_free(&s.tree);
     }
@@ -233,6 +310,7 @@ static void check_all(kt_tree_plan plan) {
     for (int i = 0; i < KT_EFFECT_TYPE_COUNT; i++)
         kinds += types[i] > MECHANISMS / 2;
     kt_check_equal_int("types of effects", kinds, KT_EFFECT_TYPE_COUNT);
+    kt_check_above("a caller's own", own, 1.5 * MECHANISMS);
 }
 
 /* ---- one by one -------------------------------------------------------------------------------------------------- */
