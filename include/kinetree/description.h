@@ -5,7 +5,7 @@
  * it needs, and the description may go.
  *
  * SI units and radians. A body has one joint, which connects it with its parent, and the joint has the name of its
- * body. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
+ * body unless it is given another. The body frame is the child side of its joint: at joint position zero it is the joint frame. The world is the
  * parent of bodies that name none. Names of types and keys are those of scene files (types.md).
  */
 #ifndef KINETREE_DESCRIPTION_H
@@ -120,6 +120,14 @@ enum {
     KT_GIVEN_ANGULAR = 8,     /* the angular velocity of a free joint */
 };
 
+/* What a joint of one coordinate was built for: data for programs that command it, and what readers of robot formats
+ * find. Nothing that is computed depends on them (the effect joint_limit is a stop). Infinite where there is none. */
+typedef struct kt_joint_limits {
+    double lower, upper; /* of the position, rad or m; lower <= upper */
+    double velocity;     /* the largest speed, rad/s or m/s, >= 0 */
+    double effort;       /* the largest torque or force of its drive, N m or N, >= 0 */
+} kt_joint_limits;
+
 /* How a body moves on its parent. Coordinates, in this order:
  *   revolute, screw: angle; prismatic: length; cylindrical: angle, length; universal: angle about axis, about axis2;
  *   planar: x, y, angle (x, y along the in-plane axes of kt_triad_from_axis(axis, 2), in the joint frame);
@@ -129,6 +137,7 @@ enum {
  * An assembly moves a given part of the initial state only where it cannot close the loops by moving the other parts
  * (kt_state_assemble). A part is given if it is not zero, or if `given` names it. */
 typedef struct kt_joint {
+    const char *name;     /* as a body's; the only joint of its name; NULL: that of its body */
     kt_joint_type type;   /* default: fixed */
     kt_vec3 axis;         /* in the joint frame; any non-zero length */
     kt_vec3 axis2;        /* universal: second axis, carried along; zero: the axis after `axis` (z, x, y, z ...) */
@@ -138,8 +147,9 @@ typedef struct kt_joint {
     double position[KT_JOINT_NQ_MAX]; /* initial positions, as many as the type has, rad or m */
     double velocity[KT_JOINT_NV_MAX]; /* initial velocities, rad/s or m/s */
     double armature[KT_JOINT_NV_MAX]; /* rotor inertia at each degree of freedom, kg m^2 or kg, >= 0; default: 0 */
-    bool guess;     /* the positions say where assembly begins, and no more: they count as not given */
-    unsigned given; /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
+    bool guess;             /* the positions say where assembly begins, and no more: they count as not given */
+    unsigned given;         /* KT_GIVEN_ bits: parts that are given even where they are zero; default: none */
+    kt_joint_limits limits; /* of a joint of one coordinate; default: none */
 } kt_joint;
 
 /* The KT_GIVEN_ bits of all parts that are given: those that `given` names, and those that are not zero. A quaternion
@@ -307,7 +317,7 @@ typedef struct kt_track {
 
 /* One term of a coupling: coefficient * position of a scalar joint; of rates: coefficient * its rate. */
 typedef struct kt_term {
-    const char *joint;  /* a body whose joint has one coordinate */
+    const char *joint;  /* of one coordinate */
     double coefficient; /* of its position, rad or m, or of its rate */
 } kt_term;
 

@@ -140,6 +140,14 @@ KT_API double kt_body_mass(const kt_model *model, int body);
 /* The index of a body; -1 where there is none of that name. O(1). */
 KT_API int kt_body_find(const kt_model *model, const char *name);
 
+/* The name of the joint that carries a body: its own, or that of the body. */
+KT_API const char *kt_joint_name(const kt_model *model, int body);
+/* Writes the body that the joint of this name carries. A joint with a name of its own has that one alone.
+ * Errors: KT_ERROR_ARGUMENT (NULL; there is no such joint, and the message suggests the nearest). O(1). */
+KT_API KT_CHECKED kt_status kt_joint_find(const kt_model *model, const char *name, int *body, kt_error *error);
+/* The limits that the description gives the joint which carries a body; infinite where there are none. */
+KT_API kt_joint_limits kt_joint_limits_of(const kt_model *model, int body);
+
 /* Where a body stood in the description's array; -1 for the world. */
 KT_API int kt_body_source(const kt_model *model, int body);
 

@@ -396,7 +396,7 @@ static const char *joint_of(const kt_linearization *l, const double *x, double *
                 most = fabs(x[link->v + k]) / l->unit[link->v + k];
                 *acceleration = fabs(x[link->v + k]);
                 *unit = is_length(link, k) ? "m/s^2" : "rad/s^2";
-                name = l->model->text + l->model->body[link->body].name;
+                name = l->model->text + l->model->body[link->body].joint_name;
             }
     }
     return name;

@@ -54,7 +54,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
 }
 
 /* Returns the only link of a joint with one coordinate. */
-static int32_t joint_link(const kt_model *m, const char *joint) { return m->body[kt_body_find(m, joint)].link; }
+static int32_t joint_link(const kt_model *m, const char *joint) { return m->body[kt_joint_index(m, joint)].link; }
 
 static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
     r->term = (int32_t)n->term;
@@ -208,7 +208,7 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
     const int ends = kt_effect_end_count(effect);
     r->ends = ends;
     if (ends == 0) {
-        r->body[0] = kt_body_find(m, effect->joint);
+        r->body[0] = kt_joint_index(m, effect->joint);
         r->link[0] = m->body[r->body[0]].link;
     }
     for (int k = 0; k < ends; k++) {
@@ -335,7 +335,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_attach_fill_groups(a, m);
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
-        kt_joint_hold(m, &m->body[kt_body_find(m, d->hold[i])], true);
+        kt_joint_hold(m, &m->body[kt_joint_index(m, d->hold[i])], true);
     status = fill_effects(a, m, &number, &text, error);
     if (status != KT_OK) {
         kt_aligned_release(m);

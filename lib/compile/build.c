@@ -95,11 +95,14 @@ static void count_all(const build *b, kt_counts *n) {
         n->v += (size_t)size->nv;
         n->marker += (size_t)body->marker_count;
         n->text += strlen(body->name) + 1;
+        n->named_joint += body->joint.name != NULL;
+        n->limit += kt_joint_is_limited(&body->joint);
+        n->text += body->joint.name ? strlen(body->joint.name) + 1 : 0;
         for (int k = 0; k < body->marker_count; k++)
             n->text += strlen(body->markers[k].name) + 1;
     }
     n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
-    n->index = kt_names_size(n->body + n->marker);
+    n->index = kt_names_size(n->body + n->named_joint + n->marker);
 }
 
 /* Finds the trees that move in planes; returns the number of planes. */
@@ -164,7 +167,7 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     kt_model *m = b->model;
     const kt_description *d = b->description;
     size_t text = 0, marker = 0;
-    int32_t q = 0, v = 0;
+    int32_t q = 0, v = 0, limit = 0;
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
     m->body[0].name = keep_text(m, &text, "world");
     m->name = keep_text(m, &text, d->name ? d->name : "");
@@ -186,7 +189,12 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         r->joint.position = body->joint.at;
         keep_initial(m, &body->joint, r);
         keep_given(m, &body->joint, r);
+        if (kt_joint_is_limited(&body->joint)) {
+            m->limit[limit] = body->joint.limits;
+            r->limit = ++limit;
+        }
         r->name = keep_text(m, &text, body->name);
+        r->joint_name = body->joint.name ? keep_text(m, &text, body->joint.name) : r->name;
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
         for (int k = 0; k < body->marker_count; k++) {
@@ -406,9 +414,9 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     return status;
 }
 
-/* Names that loops refer to: of bodies, and where there are loops, of markers. */
+/* Names that loops refer to: of bodies and joints, and where there are loops, of markers. */
 static size_t name_count(const kt_description *d) {
-    size_t count = (size_t)d->body_count;
+    size_t count = 2 * (size_t)d->body_count;
     for (int i = 0; i < d->body_count && d->loop_count > 0; i++)
         count += (size_t)d->bodies[i].marker_count;
     return count;
@@ -417,6 +425,7 @@ static size_t name_count(const kt_description *d) {
 static void add_names(kt_names *names, const kt_description *d) {
     for (int i = 0; i < d->body_count; i++) {
         (void)kt_names_add(names, KT_NAMES_OF_BODIES, d->bodies[i].name, i);
+        (void)kt_names_add(names, KT_NAMES_OF_JOINTS, kt_joint_name_of(&d->bodies[i]), i);
         for (int k = 0; k < d->bodies[i].marker_count && d->loop_count > 0; k++)
             (void)kt_names_add(names, i, d->bodies[i].markers[k].name, k);
     }

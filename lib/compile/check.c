@@ -54,7 +54,7 @@ static bool check_counts(kt_checker *checker) {
 static void *place_memory(kt_checker *checker) {
     const kt_description *d = checker->description;
     const size_t bodies = (size_t)d->body_count;
-    size_t names = bodies + (size_t)d->loop_count + (size_t)d->effect_count;
+    size_t names = 2 * bodies + (size_t)d->loop_count + (size_t)d->effect_count;
     for (int i = 0; i < d->body_count; i++)
         names += (size_t)kt_checker_marker_count(&d->bodies[i]);
     const size_t table = kt_names_size(names);
@@ -77,6 +77,7 @@ static void add_names(kt_checker *checker) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count; i++) {
         add_name(checker, KT_SCOPE_BODY, d->bodies[i].name, i);
+        add_name(checker, KT_NAMES_OF_JOINTS, d->bodies[i].joint.name, i);
         for (int k = 0; k < kt_checker_marker_count(&d->bodies[i]); k++)
             add_name(checker, i, d->bodies[i].markers[k].name, k);
     }

@@ -3,15 +3,31 @@
 #include "compile/compile.h"
 #include "joint/joint.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <string.h>
+
+bool kt_joint_is_limited(const kt_joint *joint) {
+    static const kt_joint_limits none = {-(double)INFINITY, (double)INFINITY, (double)INFINITY, (double)INFINITY};
+    return memcmp(&joint->limits, &none, sizeof none) != 0;
+}
 
 static void check_joint(kt_checker *checker, const kt_joint *joint) {
-    if (kt_joint_type_name(joint->type) == NULL)
+    const kt_joint_limits l = joint->limits;
+    kt_checker_name(checker, KT_NAMES_OF_JOINTS, "the joint of bodies", joint->name, true);
+    if (kt_joint_type_name(joint->type) == NULL) {
         kt_checker_fault(checker, "joint.type", -1,
                          "joint.type is %d, and there is no joint of that number; take one of kt_joint_type",
                          (int)joint->type);
-    else
-        kt_joint_check(checker, joint);
+        return;
+    }
+    kt_joint_check(checker, joint);
+    if (kt_joint_is_limited(joint) &&
+        !(kt_joint_sizes[joint->type].nq == 1 && l.lower <= l.upper && l.velocity >= 0.0 && l.effort >= 0.0))
+        kt_checker_fault(checker, "joint.limits", -1,
+                         "joint.limits are for joints of one coordinate, with lower, %g, not above upper, %g, and "
+                         "velocity, %g, and effort, %g, not below 0",
+                         l.lower, l.upper, l.velocity, l.effort);
 }
 
 static void check_markers(kt_checker *checker, const kt_body *body) {

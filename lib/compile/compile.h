@@ -92,6 +92,8 @@ bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
  *
  * check_body.c: all rules of a body except those of its place in the tree. */
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
+/* Whether a joint has limits. */
+bool kt_joint_is_limited(const kt_joint *joint);
 /* mass.c: the rules of its mass, com, inertia and shape. */
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
 

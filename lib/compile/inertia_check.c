@@ -42,19 +42,18 @@ static void generic_positions(const kt_model *m, int variant, double *q) {
 }
 
 /* Excludes the links from that of a body to the ground from judgement. */
-static void leave_unknown(const kt_model *m, const char *body, unsigned char *verdict) {
-    const int found = body ? kt_body_find(m, body) : 0;
+static void leave_unknown(const kt_model *m, int found, unsigned char *verdict) {
     for (int32_t i = found > 0 ? m->body[found].link : 0; i > 0; i = m->link[i].parent)
         verdict[i] = KT_INERTIA_UNKNOWN;
 }
 
 static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
-    for (int i = 0; i < d->loop_count; i++) {
+    for (int i = 0; i < d->loop_count && KT_HAS_LOOPS; i++) {
         const kt_loop *loop = &d->loops[i];
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
-            leave_unknown(m, loop->between[k].body, verdict);
+            leave_unknown(m, loop->between[k].body ? kt_body_find(m, loop->between[k].body) : 0, verdict);
         for (int k = 0; k < kt_loop_term_count(loop); k++)
-            leave_unknown(m, kt_loop_term(loop, k).joint, verdict);
+            leave_unknown(m, kt_joint_index(m, kt_loop_term(loop, k).joint), verdict);
     }
 }
 
@@ -144,7 +143,7 @@ kt_status kt_tree_check(const kt_model *tree, const kt_description *description,
         for (int i = 0; i < description->body_count; i++)
             if (try.faulty[i])
                 report_inertia(&t, &description->bodies[i], i);
-        for (int i = 0; i < description->loop_count; i++) {
+        for (int i = 0; i < description->loop_count && KT_HAS_LOOPS; i++) {
             const kt_loop *loop = &description->loops[i];
             if (!kt_attach_is_relation((int32_t)loop->type) &&
                 link_of(tree, &loop->between[0]) == link_of(tree, &loop->between[1]))

@@ -29,7 +29,9 @@ static int connected_count(const kt_loop *loop) {
 }
 
 static int32_t connected(const kt_ordered *o, const kt_loop *loop, int k) {
-    return body_named(o, kt_loop_is_relation(loop->type) ? kt_loop_term(loop, k).joint : loop->between[k].body);
+    if (!kt_loop_is_relation(loop->type))
+        return body_named(o, loop->between[k].body);
+    return o->body_of[kt_names_find(o->names, KT_NAMES_OF_JOINTS, kt_loop_term(loop, k).joint)];
 }
 
 /* ---- components -------------------------------------------------------------------------------------------------- */

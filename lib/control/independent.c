@@ -101,7 +101,7 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
     kt_least_null(&w->least, w->solution);
     const int body = kt_body_of_velocity(model, most_moved(w, w->solution));
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_body_name(model, body));
+    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, body));
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "it moves most in a motion %s: %d of the %d coordinates in the list are independent at this "
                         "position, and the mechanism has %d degrees of freedom; list a coordinate that moves there",

@@ -27,7 +27,8 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
     if (!failed)
         return KT_OK;
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + model->body[model->link[failed].body].name);
+    (void)snprintf(where, sizeof where, "joint '%.100s'",
+                   model->text + model->body[model->link[failed].body].joint_name);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "what it carries has no inertia along one of its degrees of freedom at this position");
 }

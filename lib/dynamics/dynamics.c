@@ -74,7 +74,7 @@ static kt_status commit_or_blame(const kt_model *model, const kt_input *input, c
 
 static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_SIZE]) {
     const kt_body_record *body = &model->body[model->link[link].body];
-    (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->name);
+    (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->joint_name);
 }
 
 kt_status kt_forward_tree(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -24,7 +24,7 @@ static kt_status refuse(const kt_model *model, size_t body, const char *what, co
     int k = 0;
     while (k + 1 < count && isfinite(x[k]))
         k++;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_body_name(model, (int)body));
+    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, (int)body));
     if (count == 1)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s is %g; give a finite number", what, x[k]);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s[%d] is %g; give a finite number", what, k, x[k]);
@@ -42,7 +42,7 @@ static kt_status check_quaternion(const kt_model *model, size_t body, const doub
     char where[KT_WHERE_SIZE];
     if (!quaternion_is_zero(&model->body[body], q))
         return KT_OK;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_body_name(model, (int)body));
+    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, (int)body));
     return kt_error_set(error, KT_ERROR_ARGUMENT, where,
                         "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
 }

@@ -116,7 +116,7 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
         return KT_OK;
     const int body = kt_body_of_velocity(model, model->link_v[failed]);
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + model->body[body].name);
+    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + model->body[body].joint_name);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "the mass matrix is not positive definite: its pivot there is %g", factor->diagonal[failed]);
 }

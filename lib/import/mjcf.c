@@ -102,6 +102,10 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->offsets,
                 "joints beside the origin of their body, on a body of their own, which has the joint's name: %d",
                 m->offsets.count);
+    kt_note_put(n, &m->renamed_joints,
+                "names of joints that are changed, with '_' in place of what is not allowed, or a number where "
+                "another joint has the name: %d",
+                m->renamed_joints.count);
     kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
     if (m->source->options->keyframe == NULL)
         kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);
@@ -120,7 +124,7 @@ static void note_forces(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->servos, "servos, whose target is that of the control at the start (0 without --keyframe): %d",
                 m->servos.count);
     if (m->source->options->stop_stiffness == 0.0)
-        kt_note_put(n, &m->limits, "limits of position that are left out (--stops makes effects of them): %d",
+        kt_note_put(n, &m->limits, "limits of position that are data alone (--stops makes effects of them): %d",
                     m->limits.count);
     kt_note_put(n, &m->lost_limits, "limits of ball joints that are left out: %d", m->lost_limits.count);
     kt_note_put(n, &m->fluid, "forces of a medium (density, viscosity) that are left out");
@@ -163,6 +167,7 @@ static bool init_names(kt_mjcf *m) {
     kt_names_init(&m->names, count, memory);
     return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
+           kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
            kt_namer_init(&m->effects_named, m->r, m->elements + 2);
 }
 

@@ -60,9 +60,11 @@ typedef struct kt_mjcf_joint {
     kt_mjcf_motion type;
     kt_vec3 at, axis; /* body frame */
     double ref, lower, upper;
+    double effort;
     bool is_limited;
     int position, velocity; /* its first coordinates in MuJoCo's order */
     const char *carrier;    /* body of the scene that has it */
+    const char *name;       /* in the scene */
     int carrier_index;
     double start; /* initial position of a scalar joint */
 } kt_mjcf_joint;
@@ -110,7 +112,7 @@ typedef struct kt_mjcf {
     kt_mjcf_settings settings;
     kt_vec3 gravity;
     kt_names names;
-    kt_namer bodies_named, effects_named;
+    kt_namer bodies_named, joints_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
     bool geoms_have_mass;                                  /* of the body whose geoms are read */
@@ -121,8 +123,8 @@ typedef struct kt_mjcf {
     kt_draft draft;
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
-    kt_left limits, contacts, pictures, mesh_pictures, mesh_files, mesh_rules, offsets, several, mocap, soft, inactive,
-        keys, tied, lost_limits, freed;
+    kt_left limits, contacts, pictures, mesh_pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap,
+        soft, inactive, keys, tied, lost_limits, freed;
     kt_left mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos, motors,
         fixed_bodies;
 } kt_mjcf;

@@ -322,7 +322,7 @@ static const kt_known known[] = {
     {"inertial", " pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia "},
     {"joint", " name class type group pos axis stiffness range limited solreflimit solimplimit solreffriction "
               "solimpfriction margin ref springref armature damping frictionloss user joint1 joint2 polycoef active "
-              "solref solimp joint coef "},
+              "solref solimp joint coef actuatorfrcrange actuatorfrclimited "},
     {"freejoint", " name group align "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
              "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "

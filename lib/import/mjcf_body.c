@@ -38,6 +38,15 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     kt_left_count(&m->limits, j->element);
 }
 
+/* The largest force or torque of its actuators; infinite where there is none. */
+static double effort_of(kt_mjcf *m, const kt_element *e, const char *tag) {
+    double range[2] = {0.0, 0.0};
+    if (!kt_mjcf_is_limited(m, e, tag, "actuatorfrclimited", "actuatorfrcrange"))
+        return (double)INFINITY;
+    (void)kt_mjcf_numbers(m, e, tag, "actuatorfrcrange", 2, 2, range);
+    return fmax(fabs(range[0]), fabs(range[1]));
+}
+
 static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     static const char *const words[] = {"free", "ball", "slide", "hinge", NULL};
     const bool is_freejoint = strcmp(e->name, "freejoint") == 0;
@@ -56,6 +65,7 @@ static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) 
     }
     if (kt_mjcf_is_scalar(j))
         j->ref = j->start = angle_of(m, j) * kt_mjcf_number(m, e, j->tag, "ref", 0.0);
+    j->effort = kt_mjcf_is_scalar(j) ? effort_of(m, e, j->tag) : (double)INFINITY;
     read_range(m, j);
     j->position = m->nq;
     j->velocity = m->nv;
@@ -226,6 +236,11 @@ static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j
         turn = kt_mat3_multiply(turn, kt_matrix_from_euler_vector(kt_vec3_scale(-j->ref, axis)));
     joint->rotation = kt_rotation_of_matrix(turn);
     *frame = (kt_pose){.rotation = kt_mat3_identity(), .position = kt_vec3_scale(-1.0, at)};
+    if (j->is_limited) {
+        joint->limits.lower = j->lower;
+        joint->limits.upper = j->upper;
+    }
+    joint->limits.effort = j->effort;
     const int nq = j->type == KT_MJCF_BALL ? 4 : 1, nv = j->type == KT_MJCF_BALL ? 3 : 1;
     if (j->type != KT_MJCF_BALL)
         joint->position[0] = j->start;
@@ -314,8 +329,30 @@ static void make_markers(kt_mjcf *m) {
     }
 }
 
+static void name_joints(kt_mjcf *m) {
+    const int count = m->draft.bodies.count;
+    kt_body *bodies = m->draft.bodies.items;
+    const char **names = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *names);
+    if (names == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    for (int i = 0; i < m->joints.count; i++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        const char *name = kt_xml_attribute(j->element, "name");
+        names[j->carrier_index] = name != NULL && *name != '\0' ? name : NULL;
+    }
+    kt_joints_name(&m->joints_named, bodies, count, names, m->draft.body_elements.items, &m->renamed_joints);
+    for (int i = 0; i < m->joints.count; i++) {
+        kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        j->name = kt_joint_name_of(&bodies[j->carrier_index]);
+    }
+}
+
 void kt_mjcf_make_bodies(kt_mjcf *m) {
     make_markers(m);
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         make_body(m, i);
+    if (!m->r->out_of_memory)
+        name_joints(m);
 }

@@ -97,7 +97,7 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         spring_ball(m, j);
         return;
     }
-    const line l = {j->element, j->tag, j->carrier, 1.0};
+    const line l = {j->element, j->tag, j->name, 1.0};
     const double angle = j->type == KT_MJCF_HINGE ? m->settings.angle : 1.0;
     add_spring(m, &l, kt_mjcf_number(m, j->element, j->tag, "stiffness", 0.0),
                angle * kt_mjcf_number(m, j->element, j->tag, "springref", 0.0));
@@ -163,14 +163,16 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     body->joint.type = KT_JOINT_PRISMATIC;
     body->joint.position[0] = t->start;
     body->joint.armature[0] = kt_mjcf_number(m, t->element, "tendon", "armature", 0.0);
-    terms[0] = (kt_term){body->name, 1.0};
+    const char *joint = kt_namer_make(&m->joints_named, body->name);
+    body->joint.name = strcmp(joint, body->name) != 0 ? joint : NULL;
+    terms[0] = (kt_term){joint, 1.0};
     for (int i = 0; i < t->count; i++) {
         const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
-        terms[i + 1] = (kt_term){kt_mjcf_joint_at(m, term->joint)->carrier, -term->coefficient};
+        terms[i + 1] = (kt_term){kt_mjcf_joint_at(m, term->joint)->name, -term->coefficient};
     }
     loop->terms = terms;
     loop->term_count = t->count + 1;
-    t->joint = body->name;
+    t->joint = joint;
     t->coefficient = 1.0;
     kt_left_count(&m->tied, t->element);
 }
@@ -179,7 +181,7 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
 static bool find_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (t->joint == NULL && t->count == 1) {
         const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first);
-        t->joint = kt_mjcf_joint_at(m, term->joint)->carrier;
+        t->joint = kt_mjcf_joint_at(m, term->joint)->name;
         t->coefficient = term->coefficient;
     } else if (t->joint == NULL && t->count > 1) {
         make_length(m, t);
@@ -357,7 +359,7 @@ static bool find_line(kt_mjcf *m, const kt_element *e, line *l) {
         kt_unknown_count(&m->forces, "actuator of a ball or free joint", e);
     if (joint < 0 || !kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint)))
         return false;
-    l->joint = kt_mjcf_joint_at(m, joint)->carrier;
+    l->joint = kt_mjcf_joint_at(m, joint)->name;
     return true;
 }
 

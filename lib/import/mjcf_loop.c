@@ -124,7 +124,7 @@ static bool find_tendon(kt_mjcf *m, const kt_element *e, const char *attribute, 
 static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to) {
     for (int i = 0; i < s->count; i++) {
         const kt_mjcf_term *term = s->terms != NULL ? &s->terms[i] : &s->own;
-        to[i] = (kt_term){kt_mjcf_joint_at(m, term->joint)->carrier, factor * term->coefficient};
+        to[i] = (kt_term){kt_mjcf_joint_at(m, term->joint)->name, factor * term->coefficient};
     }
     return s->count;
 }

@@ -82,6 +82,11 @@ bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
 /* The name that stands for `wanted`, in r->keep; "" where there is no memory. */
 const char *kt_namer_make(kt_namer *namer, const char *wanted);
 
+/* Gives the joint of each body the name of the file (NULL: none), where that is not the body's; names of joints differ.
+ * Where one had to be changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
+void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
+                    const kt_element *const *elements, kt_left *renamed);
+
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 /* An array that grows, in a pool; what has been added moves. */

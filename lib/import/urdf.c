@@ -65,12 +65,16 @@ static void note_links(kt_notes *n, const kt_urdf *u, int root) {
     kt_note_put(n, &u->renamed,
                 "names of links that names of bodies cannot be, with '_' in place of what is not allowed: %d",
                 u->renamed.count);
+    kt_note_put(n, &u->renamed_joints,
+                "names of joints that are changed, with '_' in place of what is not allowed, or a number where "
+                "another joint has the name: %d",
+                u->renamed_joints.count);
 }
 
 static void note_joints(kt_notes *n, const kt_urdf *u) {
     kt_note_put(n, &u->starts, "joints that start at a limit, since zero is outside their limits: %d", u->starts.count);
     if (u->options->stop_stiffness == 0.0)
-        kt_note_put(n, &u->limits, "joints whose limits of position are left out (--stops makes effects of them): %d",
+        kt_note_put(n, &u->limits, "joints whose limits of position are data alone (--stops makes effects of them): %d",
                     u->limits.count);
     kt_note_put(n, &u->disordered, "joints whose limits of position are left out, since lower is above upper: %d",
                 u->disordered.count);
@@ -100,7 +104,9 @@ static void note_masses(kt_notes *n, const kt_urdf *u) {
 
 static void note_rest(kt_notes *n, const kt_urdf *u) {
     kt_phrase unknown = {.length = 0};
-    kt_note_put(n, &u->rates, "joints whose limits of effort and speed are left out: %d", u->rates.count);
+    kt_note_put(n, &u->rates,
+                "limits of effort or speed that are left out, since they are no numbers, or below zero: %d",
+                u->rates.count);
     kt_note_put(n, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
     kt_note_put(n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
                 u->shapes.count);

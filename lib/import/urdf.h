@@ -16,6 +16,8 @@ typedef struct kt_urdf_joint {
     const kt_urdf_kind *kind; /* NULL: it could not be read */
     int parent, child;        /* links; -1: not found */
     double lower, upper;      /* infinite where there are none */
+    double effort, speed;     /* likewise */
+    const char *name;         /* in the scene */
     double start;             /* initial position of a scalar joint */
     double armature;          /* by a transmission */
     int master;               /* the joint that it follows; -1: none */
@@ -42,7 +44,7 @@ typedef struct kt_urdf {
     kt_names names;
     kt_namer namer; /* of bodies */
     kt_unknown unknown;
-    kt_left meshes, shapes, contacts, limits, rates, starts, renamed;
+    kt_left meshes, shapes, contacts, limits, rates, starts, renamed, renamed_joints;
     kt_left sizeless, disordered;            /* shapes; limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */

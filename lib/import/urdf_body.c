@@ -149,6 +149,7 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
         return;
     body->joint.position[0] = j->start;
     body->joint.armature[0] = j->armature;
+    body->joint.limits = (kt_joint_limits){j->lower, j->upper, j->speed, j->effort};
 }
 
 /* ---- effects and couplings --------------------------------------------------------------------------------------- */
@@ -157,7 +158,7 @@ static kt_effect *next_effect(kt_urdf *u, kt_effect_type type, const kt_urdf_joi
     const int index = u->description->effect_count++;
     u->effects[index] = kt_effect_default();
     u->effects[index].type = type;
-    u->effects[index].joint = u->links[j->child].body;
+    u->effects[index].joint = j->name;
     u->effect_elements[index] = j->element;
     return &u->effects[index];
 }
@@ -190,14 +191,14 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     if (j->master < 0)
         return;
     kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
-    char *name = kt_pool_take(&u->r->keep, strlen(u->links[j->child].body) + 16, 1);
+    char *name = kt_pool_take(&u->r->keep, strlen(j->name) + 16, 1);
     if (terms == NULL || name == NULL) {
         (void)kt_reader_out_of_memory(u->r);
         return;
     }
-    (void)snprintf(name, strlen(u->links[j->child].body) + 16, "mimic_%s", u->links[j->child].body);
-    terms[0] = (kt_term){.joint = u->links[j->child].body, .coefficient = 1.0};
-    terms[1] = (kt_term){.joint = u->links[u->joints[j->master].child].body, .coefficient = -j->multiplier};
+    (void)snprintf(name, strlen(j->name) + 16, "mimic_%s", j->name);
+    terms[0] = (kt_term){.joint = j->name, .coefficient = 1.0};
+    terms[1] = (kt_term){.joint = u->joints[j->master].name, .coefficient = -j->multiplier};
     const int index = u->description->loop_count++;
     u->loops[index] = kt_loop_default();
     u->loops[index].name = name;
@@ -206,6 +207,27 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     u->loops[index].term_count = 2;
     u->loops[index].offset = j->offset;
     u->loop_elements[index] = kt_xml_child(j->element, "mimic");
+}
+
+/* ---- names of joints ---------------------------------------------------------------------------------------------- */
+
+static void name_joints(kt_urdf *u) {
+    const int count = u->description->body_count;
+    const char **names = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *names);
+    kt_namer joints;
+    if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count)) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    for (int b = 0; b < count; b++) {
+        const int carrier = u->links[u->body_links[b]].carrier;
+        const char *name = carrier >= 0 ? kt_xml_attribute(u->joints[carrier].element, "name") : NULL;
+        names[b] = name != NULL && *name != '\0' ? name : NULL;
+    }
+    kt_joints_name(&joints, u->bodies, count, names, u->body_elements, &u->renamed_joints);
+    for (int b = 0; b < count; b++)
+        if (u->links[u->body_links[b]].carrier >= 0)
+            u->joints[u->links[u->body_links[b]].carrier].name = kt_joint_name_of(&u->bodies[b]);
 }
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
@@ -220,8 +242,9 @@ void kt_urdf_bodies(kt_urdf *u) {
             u->links[i].carrier >= 0 ? u->joints[u->links[i].carrier].element : u->links[i].element;
         make_body(u, i, &u->bodies[d->body_count++]);
     }
+    name_joints(u);
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
-        if (u->joints[i].kind != NULL && u->joints[i].child >= 0) {
+        if (u->joints[i].kind != NULL && u->joints[i].name != NULL) {
             make_effects(u, &u->joints[i]);
             make_coupling(u, &u->joints[i]);
         }

@@ -94,17 +94,30 @@ static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
     return NULL;
 }
 
+/* A limit of effort or speed is data: what is no number of the kind is left out. */
+static double limit_of(kt_urdf *u, const kt_element *limit, const char *name) {
+    const char *text = kt_xml_attribute(limit, name);
+    double value;
+    if (text != NULL && kt_parse_numbers(text, 1, &value) == 1 && value >= 0.0)
+        return value;
+    if (text != NULL)
+        kt_left_count(&u->rates, limit);
+    return (double)INFINITY;
+}
+
 /* Limits of position, and the start: zero, or the limit nearest to it. URDF's default for one that is not given is
  * 0. */
 static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     const kt_element *limit = kt_xml_child(j->element, "limit");
     double lower = 0.0, upper = 0.0;
     j->lower = -(double)INFINITY;
-    j->upper = (double)INFINITY;
+    j->upper = j->effort = j->speed = (double)INFINITY;
     if (limit == NULL)
         return;
-    if (kt_xml_attribute(limit, "effort") != NULL || kt_xml_attribute(limit, "velocity") != NULL)
-        kt_left_count(&u->rates, limit);
+    if (j->kind->is_scalar) {
+        j->effort = limit_of(u, limit, "effort");
+        j->speed = limit_of(u, limit, "velocity");
+    }
     const bool has_lower = kt_urdf_numbers(u->r, limit, "lower", 1, &lower);
     const bool has_upper = kt_urdf_numbers(u->r, limit, "upper", 1, &upper);
     const bool is_faulty = (!has_lower && kt_xml_attribute(limit, "lower") != NULL) ||

@@ -177,12 +177,15 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
 
 static const char advice_on_model[] =
     "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
-/* A method that solves Newton's equations is not sent to another one that does. */
+/* A method that solves Newton's equations is not sent to another one that does, and nobody to one that is not built. */
+#define ADVICE_ON_MOTION "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
 static const char *advice_on_motion(const kt_integrator *it) {
-    return kt_method_needs_newton(it->method)
-               ? "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
-               : "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances; if it is "
-                 "stiff, by a strong damper or a light body on a hard spring, take radau5";
+#ifndef KT_NO_JACOBIAN
+    if (!kt_method_needs_newton(it->method))
+        return ADVICE_ON_MOTION "; if it is stiff, by a strong damper or a light body on a hard spring, take radau5";
+#endif
+    (void)it;
+    return ADVICE_ON_MOTION;
 }
 
 /* |error estimate| of a component over its tolerance, for the last try of the step h. */

@@ -280,7 +280,8 @@ static void name_effect(const sum *s, const kt_effect_record *effect, char where
                        kt_body_name(s->model, effect->body[1]));
     else
         (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
-                       kt_body_name(s->model, effect->body[0]));
+                       effect->ends ? kt_body_name(s->model, effect->body[0])
+                                    : kt_joint_name(s->model, effect->body[0]));
     (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->t);
 }
 

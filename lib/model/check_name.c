@@ -5,39 +5,59 @@
 #include <stddef.h>
 #include <string.h>
 
+/* The first of a name: joints without one of their own have that of their body. */
+static int first_of(const kt_checker *checker, int scope, const char *name) {
+    const int first = kt_names_find(&checker->names, scope, name);
+    if (scope != KT_NAMES_OF_JOINTS || (first >= 0 && first != checker->index))
+        return first;
+    const int body = kt_names_find(&checker->names, KT_SCOPE_BODY, name);
+    return body >= 0 && checker->description->bodies[body].joint.name == NULL ? body : first;
+}
+
 void kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional) {
+    const char *field = scope == KT_NAMES_OF_JOINTS ? "joint.name" : "name";
     if (name == NULL && optional)
         return;
     if (name == NULL || *name == '\0') {
-        kt_checker_fault(checker, "name", -1, "name is missing; give it one");
+        kt_checker_fault(checker, field, -1, "name is missing; give it one");
         return;
     }
-    const int first = kt_names_find(&checker->names, scope, name);
+    const int first = first_of(checker, scope, name);
     if (!kt_name_is_valid(name))
-        kt_checker_fault(checker, "name", -1,
+        kt_checker_fault(checker, field, -1,
                          "name %s is not valid; begin with a letter or _, go on with letters, digits, _ and -",
                          kt_name_quote(name).text);
-    else if (scope == KT_SCOPE_BODY && strcmp(name, "world") == 0)
-        kt_checker_fault(checker, "name", -1, "name 'world' is that of the ground; choose another");
+    else if ((scope == KT_SCOPE_BODY || scope == KT_NAMES_OF_JOINTS) && strcmp(name, "world") == 0)
+        kt_checker_fault(checker, field, -1, "name 'world' is that of the ground; choose another");
     else if (first != checker->index)
-        kt_checker_fault(checker, "name", -1, "name %s is that of %s[%d] already; choose another",
+        kt_checker_fault(checker, field, -1, "name %s is that of %s[%d] already; choose another",
                          kt_name_quote(name).text, list, first);
 }
 
-/* Returns the body's name that is nearest to one that does not exist, except that of the body being checked; NULL if
- * none is near. */
-static const char *nearest_body(kt_checker *checker, const char *name, bool or_world) {
+/* Returns the name of a body or joint that is nearest to one that does not exist, except those of the body being
+ * checked; NULL if none is near. */
+static const char *nearest_body(kt_checker *checker, const char *name, int scope) {
     const kt_description *d = checker->description;
     kt_nearest search = kt_nearest_make(name, &checker->effort);
-    if (or_world)
+    if (scope == KT_SCOPE_BODY)
         kt_nearest_try(&search, "world");
     for (int i = 0; i < d->body_count; i++) {
         if (checker->item == KT_ITEM_BODY && i == checker->index)
             continue;
-        if (!kt_nearest_try(&search, d->bodies[i].name))
+        if (!kt_nearest_try(&search, scope == KT_SCOPE_BODY ? d->bodies[i].name : kt_joint_name_of(&d->bodies[i])))
             break;
     }
     return search.best;
+}
+
+/* Reports a name that does not exist; near: NULL where none is. */
+static int refuse_name(kt_checker *checker, const char *field, int sub, const char *what, const char *name,
+                       const char *near, const char *remedy) {
+    const kt_name_text suggested = kt_name_quote(near != NULL ? near : "");
+    kt_checker_fault(checker, field, sub, "%s %s does not exist; %s%s%s", what, kt_name_quote(name).text,
+                     near != NULL ? "did you mean " : remedy, near != NULL ? suggested.text : "",
+                     near != NULL ? "?" : "");
+    return KT_BODY_UNKNOWN;
 }
 
 int kt_checker_body(kt_checker *checker, const char *field, int sub, const char *what, const char *name) {
@@ -46,16 +66,10 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
     const int body = kt_names_find(&checker->names, KT_SCOPE_BODY, name);
     if (body >= 0)
         return body;
-    if (!kt_checker_is_done(checker)) {
-        const char *near = nearest_body(checker, name, true);
-        if (near != NULL)
-            kt_checker_fault(checker, field, sub, "%s %s does not exist; did you mean %s?", what,
-                             kt_name_quote(name).text, kt_name_quote(near).text);
-        else
-            kt_checker_fault(checker, field, sub, "%s %s does not exist; name a body of the scene, or 'world'", what,
-                             kt_name_quote(name).text);
-    }
-    return KT_BODY_UNKNOWN;
+    if (kt_checker_is_done(checker))
+        return KT_BODY_UNKNOWN;
+    return refuse_name(checker, field, sub, what, name, nearest_body(checker, name, KT_SCOPE_BODY),
+                       "name a body of the scene, or 'world'");
 }
 
 int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char *name) {
@@ -63,20 +77,17 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
         kt_checker_fault(checker, field, sub, "joint is missing; name the body that it carries");
         return KT_BODY_UNKNOWN;
     }
-    const int body = kt_names_find(&checker->names, KT_SCOPE_BODY, name);
-    if (body >= 0)
+    const kt_body *bodies = checker->description->bodies;
+    const int own = kt_names_find(&checker->names, KT_NAMES_OF_JOINTS, name);
+    const int body = own < 0 ? kt_names_find(&checker->names, KT_SCOPE_BODY, name) : own;
+    if (own >= 0 || (body >= 0 && bodies[body].joint.name == NULL))
         return body;
-    if (!kt_checker_is_done(checker)) {
-        const char *near = nearest_body(checker, name, false);
-        if (strcmp(name, "world") == 0)
-            kt_checker_fault(checker, field, sub, "the world has no joint; name a body of the scene");
-        else if (near != NULL)
-            kt_checker_fault(checker, field, sub, "joint %s does not exist; did you mean %s?", kt_name_quote(name).text,
-                             kt_name_quote(near).text);
-        else
-            kt_checker_fault(checker, field, sub, "joint %s does not exist; name a body of the scene",
-                             kt_name_quote(name).text);
-    }
+    if (kt_checker_is_done(checker))
+        return KT_BODY_UNKNOWN;
+    const char *near = body >= 0 ? bodies[body].joint.name : nearest_body(checker, name, KT_NAMES_OF_JOINTS);
+    if (strcmp(name, "world") != 0)
+        return refuse_name(checker, field, sub, "joint", name, near, "name a body of the scene");
+    kt_checker_fault(checker, field, sub, "the world has no joint; name a body of the scene");
     return KT_BODY_UNKNOWN;
 }
 

@@ -7,7 +7,8 @@
 static const kt_vec3 axis_z = {0.0, 0.0, 1.0};
 
 kt_joint kt_joint_default(void) {
-    const kt_joint joint = {.type = KT_JOINT_FIXED, .axis = axis_z};
+    const double none = (double)INFINITY;
+    const kt_joint joint = {.type = KT_JOINT_FIXED, .axis = axis_z, .limits = {-none, none, none, none}};
     return joint;
 }
 

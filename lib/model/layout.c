@@ -30,10 +30,12 @@ void kt_other_data_report(kt_error *error, const char *call) {
 }
 
 void kt_model_name_all(kt_model *m) {
-    kt_names_init(&m->names, m->n.body + m->n.marker, m->index);
+    kt_names_init(&m->names, m->n.body + m->n.named_joint + m->n.marker, m->index);
     for (size_t i = 0; i < m->n.body; i++) {
         const kt_body_record *b = &m->body[i];
         (void)kt_names_add(&m->names, 0, m->text + b->name, (int)i);
+        if (b->joint_name != b->name)
+            (void)kt_names_add(&m->names, KT_NAMES_OF_JOINTS, m->text + b->joint_name, (int)i);
         for (int k = 0; k < b->marker_count; k++)
             (void)kt_names_add(&m->names, 1 + (int)i, m->text + m->marker[b->marker + k].name, k);
     }

@@ -3,8 +3,10 @@
 #define KT_MODEL_MODEL_H
 
 #include "base/arena.h"
+#include "base/inner.h"
 #include "base/names.h"
 #include "base/require.h"
+#include "model/joint_name.h"
 #include "model/planar.h"
 #include "model/record.h"
 
@@ -17,7 +19,7 @@ typedef struct kt_joint_size {
 extern const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT];
 
 typedef struct kt_counts {
-    size_t link, body, marker, q, v, angle, text, index;
+    size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable;
@@ -52,6 +54,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_planar_link, planar, n->planar, "planar links as they lie in their planes; 0: the ground")                    \
     X(kt_planar_rest, planar_rest, n->planar, "planar links back to the world")                                        \
     X(kt_body_record, body, n->body, "the caller's bodies")                                                            \
+    X(kt_joint_limits, limit, n->limit, "what joints were built for, of those that tell")                              \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
     X(double, v0, n->v, "initial velocities")                                                                          \
@@ -120,7 +123,9 @@ struct kt_model {
     bool has_armature; /* some joint has armature */
     bool placed;       /* in the caller's memory (kt_model_copy) */
     uint32_t name;     /* offset in text */
-    kt_names names;    /* bodies (scope 0) and the markers of body b (scope 1 + b); the table lies in `index` */
+    kt_names
+        names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope
+                          1 + b); the table lies in `index` */
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
 };
 
@@ -138,7 +143,10 @@ double kt_model_extent(const kt_model *model);
 /* Writes the size of a large change of each velocity coordinate (nv): a radian, or this length. O(links). */
 void kt_model_units(const kt_model *model, double *unit);
 
-/* Initialises the model's table of names with those of all bodies and markers. */
+/* The body that the joint of this name carries; -1 where there is none. */
+KT_INNER int kt_joint_index(const kt_model *model, const char *name);
+
+/* Initialises the model's table of names with those of all bodies, joints and markers. */
 void kt_model_name_all(kt_model *model);
 
 /* ---- the workspace ----------------------------------------------------------------------------------------------- */

@@ -45,6 +45,14 @@ double kt_body_mass(const kt_model *model, int body) {
 int kt_body_find(const kt_model *model, const char *name) {
     return model && name ? kt_names_find(&model->names, 0, name) : -1;
 }
+int kt_joint_index(const kt_model *model, const char *name) {
+    const int own = kt_names_find(&model->names, KT_NAMES_OF_JOINTS, name);
+    const int body = own < 0 ? kt_names_find(&model->names, 0, name) : own;
+    return body >= 0 && (own >= 0 || model->body[body].joint_name == model->body[body].name) ? body : -1;
+}
+const char *kt_joint_name(const kt_model *model, int body) {
+    return model && KT_IS_INDEX(body, model->n.body) ? model->text + model->body[body].joint_name : NULL;
+}
 int kt_body_source(const kt_model *model, int body) {
     return model && KT_IS_INDEX(body, model->n.body) ? model->body[body].source : -1;
 }

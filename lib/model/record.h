@@ -80,8 +80,10 @@ typedef struct kt_body_record {
     int32_t q, v;   /* first coordinate */
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
-    uint32_t name; /* offset in the model's text */
-    bool fixed;    /* to the world: no degree of freedom between (lib/study/absolute.c: by the joints of the tree) */
+    int32_t limit;       /* of its joint, counted from 1; 0: none */
+    uint32_t name;       /* offset in the model's text */
+    uint32_t joint_name; /* likewise; equal to `name` where the joint has none of its own */
+    bool fixed; /* to the world: no degree of freedom between (lib/study/absolute.c: by the joints of the tree) */
 } kt_body_record;
 
 typedef struct kt_marker_record {

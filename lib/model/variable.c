@@ -59,8 +59,8 @@ static int name_coordinate(const kt_body *body, const kt_variable *variable, cha
     const int k = variable->component, count = is_velocity ? size_of(body).nv : size_of(body).nq;
     if (k < 0 || k >= count)
         return 0;
-    return count == 1 ? snprintf(text, size, "%s.%s", kind, body->name)
-                      : snprintf(text, size, "%s.%s[%d]", kind, body->name, k);
+    return count == 1 ? snprintf(text, size, "%s.%s", kind, kt_joint_name_of(body))
+                      : snprintf(text, size, "%s.%s[%d]", kind, kt_joint_name_of(body), k);
 }
 
 /* "marker.crank.tip.x", "marker.crank.tip.vx" */
@@ -148,10 +148,11 @@ bool kt_variable_find(const kt_description *description, const char *name, kt_va
         const kt_body *body = &description->bodies[i];
         const kt_joint_size size = size_of(body);
         const char *text = rest;
-        if (!begins(&text, body->name))
+        const bool is_joint = is_position || is_velocity;
+        if (!begins(&text, is_joint ? kt_joint_name_of(body) : body->name))
             continue;
-        if (is_position || is_velocity ? !read_index(text, is_velocity ? size.nv : size.nq, &found.component)
-                                       : !read_marker(body, text, &found))
+        if (is_joint ? !read_index(text, is_velocity ? size.nv : size.nq, &found.component)
+                     : !read_marker(body, text, &found))
             continue;
         found.body = i;
         *variable = found;

@@ -100,7 +100,7 @@ static void list_joints(maker *m) {
                                .position = joint->at}},
             .child = kt_mat3_transpose(frame_along(kt_mat3_identity(), has_axis ? joint->axis : none)),
             .axis2 = has_axis2 ? kt_vec3_normalize(joint->axis2) : triad.x,
-            .name = kt_body_name(m->model, body)};
+            .name = kt_joint_name(m->model, body)};
     }
 }
 
@@ -130,8 +130,14 @@ static void list_loops(maker *m) {
     }
 }
 
+int kt_body_of_joint(const kt_model *model, const char *name) {
+    kt_error ignored;
+    int body;
+    return kt_joint_find(model, name, &body, &ignored) == KT_OK ? body : -1;
+}
+
 static int joint_of(const maker *m, const char *name) {
-    const int body = name != NULL ? kt_body_find(m->model, name) : -1;
+    const int body = name != NULL ? kt_body_of_joint(m->model, name) : -1;
     for (int i = 0; i < m->picture->joint_count && body > 0; i++)
         if (m->picture->joints[i].body == body)
             return i;

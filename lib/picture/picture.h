@@ -131,6 +131,9 @@ kt_status kt_picture_create(const kt_description *description, const kt_model *m
                             kt_picture **picture, kt_error *error);
 void kt_picture_free(kt_picture *picture);
 
+/* The body that the joint of this name carries; -1 where there is none. */
+int kt_body_of_joint(const kt_model *model, const char *name);
+
 /* A frame on a body in the world; a point of it. */
 kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
 

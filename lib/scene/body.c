@@ -66,12 +66,12 @@ static bool same_shape(const kt_field *field, const void *object, const void *st
     return body->shape.type == KT_SHAPE_NONE;
 }
 
-/* A joint is left out where it is fixed and does not place the body. */
+/* A joint is left out where it is fixed, does not place the body and has no name. */
 static bool same_joint(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     const kt_joint *joint = &((const kt_body *)object)->joint, *rest = &((const kt_body *)standard)->joint;
-    return joint->type == KT_JOINT_FIXED && kt_same_bits(&joint->at, &rest->at, sizeof joint->at) &&
-           kt_same_rotation(&joint->rotation, &rest->rotation);
+    return joint->type == KT_JOINT_FIXED && joint->name == NULL &&
+           kt_same_bits(&joint->at, &rest->at, sizeof joint->at) && kt_same_rotation(&joint->rotation, &rest->rotation);
 }
 
 /* Names used twice are left to kt_description_check. */

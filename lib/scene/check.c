@@ -102,7 +102,9 @@ static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt
         return false;
     memcpy(name, text->of.text, length);
     name[length] = '\0';
-    int body = kt_find_body(r, name);
+    const bool is_joint =
+        key == NULL ? place->item == KT_ITEM_HOLD : key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
+    int body = is_joint ? kt_find_joint(r, name) : kt_find_body(r, name);
     return body < 0 ? !r->names_are_known : kt_body_is_hidden(r, body);
 }
 

@@ -1,8 +1,8 @@
-/* The names of bodies and markers, which other items refer to. */
+/* The names of bodies, joints and markers, which other items refer to. */
 #include "scene/part.h"
 
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count) {
-    size_t most = (size_t)count;
+    size_t most = 2 * (size_t)count;
     for (int i = 0; i < count; i++)
         most += (size_t)bodies[i].marker_count;
     void *memory = kt_pool_take(pool, 1, kt_names_size(most));
@@ -12,6 +12,8 @@ bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int 
     for (int i = 0; i < count; i++) {
         if (bodies[i].name != NULL)
             (void)kt_names_add(names, 0, bodies[i].name, i);
+        if (bodies[i].joint.name != NULL)
+            (void)kt_names_add(names, KT_NAMES_OF_JOINTS, bodies[i].joint.name, i);
         for (int k = 0; k < bodies[i].marker_count; k++)
             if (bodies[i].markers[k].name != NULL)
                 (void)kt_names_add(names, i + 1, bodies[i].markers[k].name, k);
@@ -21,6 +23,12 @@ bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int 
 
 int kt_find_body(const kt_reader *r, const char *name) {
     return r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, 0, name);
+}
+
+int kt_find_joint(const kt_reader *r, const char *name) {
+    const int body = kt_find_body(r, name);
+    const int own = r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, KT_NAMES_OF_JOINTS, name);
+    return own >= 0 || body < 0 || r->description->bodies[body].joint.name != NULL ? own : body;
 }
 
 bool kt_body_is_hidden(const kt_reader *r, int body) {

@@ -17,7 +17,7 @@ static bool is_length(kt_joint_type type, int k) {
 }
 
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
-    int body = kt_find_body(r, joint);
+    int body = kt_find_joint(r, joint);
     if (body < 0 || kt_body_is_hidden(r, body))
         return KT_QUANTITY_ANGLE;
     kt_joint_type type = r->description->bodies[body].joint.type;
@@ -255,13 +255,51 @@ static const kt_kind *kind_of_key(const kt_key *key) {
                                           : kt_kind_of_value_key(key);
 }
 
+/* ---- limits ------------------------------------------------------------------------------------------------------- */
+
+#define LIMIT(member) .offset = offsetof(kt_joint, limits.member)
+
+static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const bool slides = is_length(((const kt_joint *)object)->type, 0);
+    const bool is_rate = field->offset == offsetof(kt_joint, limits.velocity);
+    const bool is_effort = field->offset == offsetof(kt_joint, limits.effort);
+    const kt_quantity turning = is_rate ? KT_QUANTITY_RATE : KT_QUANTITY_ANGLE;
+    return kt_read_number(r, scope, node, slides || is_effort ? KT_QUANTITY_NUMBER : turning,
+                          kt_field_in(object, field));
+}
+
+static void write_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    kt_emit_number(e, *(const double *)kt_field_of(object, field));
+}
+
+static bool same_limits(const kt_field *field, const void *object, const void *standard) {
+    const kt_joint *joint = object, *rest = standard;
+    (void)field;
+    return kt_same_bits(&joint->limits, &rest->limits, sizeof joint->limits);
+}
+
+static const kt_kind kind_limit = {read_limit, write_limit, kt_number_same};
+static const kt_field limit_fields[] = {
+    {.key = "lower", .kind = &kind_limit, LIMIT(lower)},
+    {.key = "upper", .kind = &kind_limit, LIMIT(upper)},
+    {.key = "velocity", .kind = &kind_limit, LIMIT(velocity)},
+    {.key = "effort", .kind = &kind_limit, LIMIT(effort)},
+};
+static const kt_table limits = {.fields = limit_fields,
+                                .count = KT_COUNT_OF(limit_fields),
+                                .flow = true,
+                                .example = "{lower: -1, upper: 1, velocity: 2, effort: 50}"};
+
 /* ---- the joint --------------------------------------------------------------------------------------------------- */
 
 static const kt_descriptor *describe(int type) { return kt_joint_descriptor((kt_joint_type)type); }
 
 static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
+    {.key = "name", .kind = &kt_kind_name, AT(name)},
     {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
+    {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limits, .same = same_limits},
 };
 const kt_table kt_joint_table = {
     .fields = fields, .count = KT_COUNT_OF(fields), .types = &types, .describe = describe, .kind_of = kind_of_key};

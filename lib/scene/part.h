@@ -2,6 +2,7 @@
 #ifndef KT_SCENE_PART_H
 #define KT_SCENE_PART_H
 
+#include "model/joint_name.h"
 #include "scene/value.h"
 
 extern const kt_table kt_joint_table; /* kt_joint */
@@ -19,12 +20,14 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
 
 /* The indices of a body and of its marker, once the bodies are read; -1 where there is none. O(1) on average. */
 int kt_find_body(const kt_reader *r, const char *name);
+/* The body that a joint carries, likewise. */
+int kt_find_joint(const kt_reader *r, const char *name);
 int kt_find_marker(const kt_reader *r, int body, const char *name);
 
 /* Whether markers or joint of a body could not be read: then references to them cannot be checked. */
 bool kt_body_is_hidden(const kt_reader *r, int body);
 
-/* Fills *names, in the pool, with the names of bodies (scope 0) and of the markers of body i (scope i + 1). False
+/* Fills *names, in the pool, with the names of bodies (scope 0), of joints (KT_NAMES_OF_JOINTS) and of the markers of body i (scope i + 1). False
  * where there is no memory. */
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 

@@ -91,7 +91,7 @@ static kt_status refuse_dead_point(const kt_simulation *simulation, double left,
             fastest = i;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.60s'", t,
-                   kt_body_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest)));
+                   kt_joint_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest)));
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "a dead point of what drives the loops is at t = %.9g s, %.2g s ahead: velocities grow without "
                         "bound towards it, for a direction of the loops' equations vanishes there and has %.2g of its "
@@ -150,7 +150,8 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
         return kt_error_set(error, cause->code, where,
                             "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
                             cause->message, simulation->step);
-    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected && simulation->groups > 0)
+    if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected &&
+        simulation->groups > 0)
         return kt_error_set(error, from->code, where,
                             "%s. Loops are left to drift open (unprojected), which makes accelerations uncertain near "
                             "singular positions: let them be closed after each step",
@@ -158,7 +159,7 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0) {
         (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),
-                       kt_body_name(simulation->model, blamed));
+                       kt_joint_name(simulation->model, blamed));
         return kt_error_set(error, from->code, where, "%s", from->message);
     }
     return kt_simulation_fail(simulation, from, error);

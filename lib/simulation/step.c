@@ -77,7 +77,7 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(torque[at.v + i])) {
                 char where[KT_WHERE_SIZE];
-                snprintf(where, sizeof where, "joint '%s'", kt_body_name(simulation->user_model, body));
+                snprintf(where, sizeof where, "joint '%s'", kt_joint_name(simulation->user_model, body));
                 return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
             }
     }

@@ -83,10 +83,10 @@ static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint
             note(w, &w->effect[i].joint);
 }
 
-static void count_joint(loosen *w, const char **joint) { w->counted[kt_body_find(w->tree, *joint)] = true; }
+static void count_joint(loosen *w, const char **joint) { w->counted[kt_joint_index(w->tree, *joint)] = true; }
 
 static void name_counter(loosen *w, const char **joint) {
-    *joint = w->body[w->joint[kt_body_find(w->tree, *joint)].counter - 1].name;
+    *joint = w->body[w->joint[kt_joint_index(w->tree, *joint)].counter - 1].name;
 }
 
 /* ---- joints become loops ----------------------------------------------------------------------------------------- */
@@ -141,6 +141,7 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     j->counter = add_body(w, name, &counter);
     counter->parent = body->parent;
     counter->joint = body->joint;
+    counter->joint.name = NULL;
     counter->joint.type = slides ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
     j->tie = add_loop(w, name, slides ? KT_LOOP_INPLANE : KT_LOOP_ORTHOGONAL, name, body->name, &tie);
     tie->axis = slides ? j->axes.triad.z : j->axes.triad.x;
@@ -288,7 +289,7 @@ static kt_status refuse_armature(const kt_model *tree, kt_error *error) {
         char where[KT_WHERE_SIZE];
         if (!tree->link[i].has_armature)
             continue;
-        (void)snprintf(where, sizeof where, "joint '%.100s'", tree->text + tree->body[tree->link[i].body].name);
+        (void)snprintf(where, sizeof where, "joint '%.100s'", tree->text + tree->body[tree->link[i].body].joint_name);
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                             "it has armature, which the absolute formulation cannot have: there are no joints whose "
                             "rotors could turn; take the formulation 'tree', or leave joint.armature out");

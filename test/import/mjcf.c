@@ -107,6 +107,23 @@ KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
               "<body pos='0 -1 1' quat='1 1 0 0'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"));
 }
 
+KT_TEST(joints_keep_their_names_and_limits) {
+    kt_scene scene;
+    if (!parse_right(WORLD("<body name='a'><joint name='hip' range='-90 45' limited='true' actuatorfrcrange='-20 30' "
+                           "actuatorfrclimited='true'/>" BALL "<body name='b'><joint name='a' type='slide'/>" BALL
+                           "<body name='c'><joint/>" BALL "</body></body></body>"),
+                     NULL, &scene))
+        return;
+    const kt_joint *hip = &scene.description.bodies[0].joint;
+    kt_check_text("its own", hip->name, "hip");
+    kt_check_near("lower", hip->limits.lower, -1.5707963267948966, 1e-15);
+    kt_check_near("upper", hip->limits.upper, 0.78539816339744828, 1e-15);
+    kt_check_near("effort", hip->limits.effort, 30.0, 1e-15);
+    kt_check_text("that of another body, whose joint has its own", scene.description.bodies[1].joint.name, "a");
+    kt_check_true("none: that of the body", scene.description.bodies[2].joint.name == NULL);
+    kt_scene_free(&scene);
+}
+
 KT_TEST(copies_bear_numbers) {
     kt_scene scene;
     if (!parse_right(
@@ -183,7 +200,7 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:3:1", "bodies whose mass and inertia are those of their geoms: 1"},
         {"m.xml:7:11", "soft equalities, which are exact loops in the scene: 1"},
         {"m.xml:6:30", "motors, whose torque is that of the control at the start (0 without --keyframe): 1"},
-        {"m.xml:3:18", "limits of position that are left out (--stops makes effects of them): 1"},
+        {"m.xml:3:18", "limits of position that are data alone (--stops makes effects of them): 1"},
         {"m.xml:3:58", "geoms that could touch others, left out, since contacts are effects: 1"},
         {"m.xml:5:9", "forces and equalities that are left out: spatial tendon (1), muscle (1)"},
         {"m.xml:2:12", "elements and attributes that do not concern the motion, or are not known, are left out: camera "

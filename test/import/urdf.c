@@ -141,13 +141,39 @@ KT_TEST(mimic_joint_is_a_coupling) {
         return;
     const kt_loop *loop = &scene.description.loops[0];
     if (kt_check_equal_int("loops", scene.description.loop_count, 1)) {
-        kt_check_text("name", loop->name, "mimic_c");
-        kt_check_text("joint", loop->terms[0].joint, "c");
-        kt_check_text("the other", loop->terms[1].joint, "b");
+        kt_check_text("name", loop->name, "mimic_k");
+        kt_check_text("joint", loop->terms[0].joint, "k");
+        kt_check_text("the other", loop->terms[1].joint, "j");
         kt_check_equal_bits("q - multiplier q' = offset",
                             (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
                             (const double[]){1.0, 2.0, 0.25}, 3);
     }
+    kt_scene_free(&scene);
+}
+
+/* A joint of the name of a link whose own joint has no name, the root: names of joints differ. */
+KT_TEST(joints_keep_their_names_and_limits) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_error error = {0};
+    if (!parse_right(PAIR("<limit lower='-2' upper='0.5' effort='7' velocity='3'/>",
+                          "<link name='c'>" MASS "</link><joint name='a' type='continuous'><parent link='b'/>"
+                          "<child link='c'/><limit effort='2' velocity='-1'/></joint>"),
+                     NULL, &scene))
+        return;
+    const double none = (double)INFINITY;
+    if (kt_check_equal_int("compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK)) {
+        int j = 0, c = 0;
+        kt_check_equal_int("j", kt_joint_find(model, "j", &j, &error), KT_OK);
+        kt_check_text("carries", kt_body_name(model, j), "b");
+        const kt_joint_limits limits = kt_joint_limits_of(model, j);
+        kt_check_equal_bits("limits", &limits.lower, (const double[]){-2.0, 0.5, 3.0, 7.0}, 4);
+        kt_check_equal_int("the name of the root", kt_joint_find(model, "a_2", &c, &error), KT_OK);
+        kt_check_text("carries", kt_body_name(model, c), "c");
+        const kt_joint_limits other = kt_joint_limits_of(model, c);
+        kt_check_equal_bits("a speed below zero is none", &other.lower, (const double[]){-none, none, none, 2.0}, 4);
+    }
+    kt_model_free(model);
     kt_scene_free(&scene);
 }
 
@@ -186,7 +212,12 @@ KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
         return;
     for (int i = 0; i < 4; i++)
         kt_check_text("name", scene.description.bodies[i].name, expected[i]);
-    kt_check_equal_int("notes: of the root, and of names", scene.note_count, 2);
+    kt_check_equal_int("notes: of the root, and of names of links and of joints", scene.note_count, 3);
+    kt_check_text(
+        "of joints", scene.notes[2].what,
+        "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
+        "joint has the name: 4");
+    kt_check_text("joint", scene.description.bodies[1].joint.name, "_1");
     kt_check_text("what", scene.notes[1].what,
                   "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
     kt_check_text("a name in UTF-8: a byte, a '_'", scene.description.bodies[4].name, "h__b");
@@ -221,10 +252,10 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
     static const char *const expected[][2] = {
         {"r.urdf:1:17", "link 'a' is fixed to the world (--floating lets it move); gravity is 9.81 m/s^2 along -z"},
         {"r.urdf:5:1", "joints that start at a limit, since zero is outside their limits: 1"},
-        {"r.urdf:5:1", "joints whose limits of position are left out (--stops makes effects of them): 1"},
+        {"r.urdf:5:1", "joints whose limits of position are data alone (--stops makes effects of them): 1"},
         {"r.urdf:1:1", "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density "
                        "gives masses by shapes, --mass LINK=MASS one)"},
-        {"r.urdf:5:1", "joints whose limits of effort and speed are left out: 1"},
+        {"r.urdf:5:1", "limits of effort or speed that are left out, since they are no numbers, or below zero: 1"},
         {"r.urdf:2:1", "meshes that are left out of pictures: 1"},
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
         {"r.urdf:6:1",
@@ -236,7 +267,7 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
                      "<visual><geometry><mesh filename='m.dae'/></geometry></visual></link>\n"
                      "<link name='b'><collision><geometry><sphere radius='1'/></geometry></collision></link>\n"
                      "<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n"
-                     "<limit lower='1' upper='2' effort='1' velocity='1'/>\n"
+                     "<limit lower='1' upper='2' effort='1' velocity='fast'/>\n"
                      "<origin xyz='0 0 1' ryp='1 0 0'/></joint><gazebo/><gazebo/></robot>",
                      NULL, &scene))
         return;

@@ -60,6 +60,46 @@ KT_TEST(bodies_are_found_by_name_and_named_by_index) {
 }
 
 /* Fixed bodies, which have none, stand between them, before them and behind. */
+static kt_status find(const kt_model *m, const char *name, int *body, kt_error *error) {
+    *error = (kt_error){0};
+    *body = -7;
+    return kt_joint_find(m, name, body, error);
+}
+
+KT_TEST(joints_are_found_by_their_own_names_and_have_limits) {
+    kt_tree tree;
+    if (!make(&tree))
+        return;
+    kt_tree own = tree;
+    own.body[1].joint.name = "rail";
+    own.body[1].joint.limits = (kt_joint_limits){-1.0, 2.0, 3.0, 4.0};
+    own.description.bodies = own.body;
+    own.model = NULL;
+    if (!kt_tree_compile(&own, NULL))
+        return;
+    kt_error error;
+    int body;
+    kt_check_equal_int("of its body", find(tree.model, "cart", &body, &error), KT_OK);
+    kt_check_equal_int("body", body, 1);
+    kt_check_equal_int("its own", find(own.model, "rail", &body, &error), KT_OK);
+    kt_check_equal_int("body", body, 1);
+    kt_check_equal_int("the other has that of its body", find(own.model, "pendulum", &body, &error), KT_OK);
+    kt_check_text("name", kt_joint_name(own.model, 1), "rail");
+    kt_check_text("name", kt_joint_name(own.model, 2), "pendulum");
+    kt_check_true("none", kt_joint_name(own.model, 3) == NULL);
+    kt_check_equal_int("no longer that of its body", find(own.model, "cart", &body, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "that of body 'cart' is named 'rail'");
+    kt_check_equal_int("untouched", body, -7);
+    kt_check_equal_int("misspelt", find(own.model, "rial", &body, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "did you mean 'rail'?");
+    kt_check_equal_int("the world has none", find(own.model, "world", &body, &error), KT_ERROR_ARGUMENT);
+    const kt_joint_limits limits = kt_joint_limits_of(own.model, 1), none = kt_joint_limits_of(own.model, 2);
+    kt_check_equal_bits("limits", &limits.lower, (const double[]){-1.0, 2.0, 3.0, 4.0}, 4);
+    kt_check_true("none", none.lower == -(double)INFINITY && none.effort == (double)INFINITY);
+    kt_tree_free(&own);
+    kt_tree_free(&tree);
+}
+
 KT_TEST(velocities_know_their_bodies) {
     kt_random random = kt_random_of_test();
     long coordinates = 0, fixed = 0, wrong = 0;

@@ -2,6 +2,7 @@
 #include "advice/penetration.h"
 
 #include "kinetree/descriptor.h"
+#include "picture/picture.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -54,7 +55,7 @@ kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, con
         penetration.depth = effect->radius - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
-        const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, effect->joint));
+        const kt_coordinates at = kt_body_coordinates(model, kt_body_of_joint(model, effect->joint));
         penetration.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
         penetration.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
         penetration.is_below = q[at.q] < effect->lower;
@@ -96,7 +97,7 @@ static bool is_moving(const kt_description *d, const kt_body *body) {
  * from it, N m. */
 static double moment_of_weights(const start *s, const char *joint) {
     const kt_description *d = &s->scene->description;
-    const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_find(s->model, joint)).position;
+    const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_of_joint(s->model, joint)).position;
     double sum = 0.0;
     for (int i = 0; i < d->body_count; i++) {
         const kt_body *body = &d->bodies[i];

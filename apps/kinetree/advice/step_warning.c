@@ -292,7 +292,7 @@ void kt_warn_of_correction(kt_outcome *outcome) {
                 "velocities after steps of %g s do not fit the loops: the projection has changed that of joint '%s' by "
                 "up to %.2g times the fastest in the loops, and more than %g times from t = %.9g s on: the steps are "
                 "much too long there%s",
-                outcome->run->step, kt_body_name(outcome->model, correction.body), correction.share,
+                outcome->run->step, kt_joint_name(outcome->model, correction.body), correction.share,
                 KT_CORRECTION_ERROR, outcome->corrected_since,
                 driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");
 }

@@ -204,7 +204,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION: {
         const kt_coordinates at = kt_body_coordinates(model, c->index);
-        return name_numbered(text, size, kinds[c->source - KT_COLUMN_POSITION], kt_body_name(model, c->index), "",
+        return name_numbered(text, size, kinds[c->source - KT_COLUMN_POSITION], kt_joint_name(model, c->index), "",
                              c->component, c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
     }
     case KT_COLUMN_MARKER:
@@ -224,7 +224,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_RESIDUAL:
         return snprintf(text, size, "constraint.%s", kinds[c->component]);
     case KT_COLUMN_REACTION:
-        return snprintf(text, size, "reaction.%s.%s", kt_body_name(model, c->index), wrench[c->component]);
+        return snprintf(text, size, "reaction.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_LOOP_REACTION:
         return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_MULTIPLIER:

@@ -1,5 +1,6 @@
 /* Reads the state of a result, joint by joint. */
 #include "scene/from.h"
+#include "picture/picture.h"
 #include "records/table.h"
 #include "scene/start.h"
 #include "text/json.h"
@@ -138,7 +139,7 @@ static int read_state(const source *s, const kt_model *model, double *q, double 
     size_t used = 0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
-        const char *joint = kt_body_name(model, body);
+        const char *joint = kt_joint_name(model, body);
         double x[KT_JOINT_NQ_MAX], y[KT_JOINT_NQ_MAX] = {0.0};
         const int has = at.nq > 0 ? read_part(s, "position", joint, at.nq, x) : 0;
         if (at.nq == 0)
@@ -170,11 +171,11 @@ static void say_unknown(const source *s, const kt_model *model) {
     const char *name;
     json_t *value;
     json_object_foreach(json_object_get(s->root, "position"), name, value) {
-        if (kt_body_find(model, name) > 0)
+        if (kt_body_of_joint(model, name) > 0)
             continue;
         kt_nearest nearest = kt_nearest_make(name, NULL);
         for (int body = 1; body < kt_model_body_count(model); body++)
-            (void)kt_nearest_try(&nearest, kt_body_name(model, body));
+            (void)kt_nearest_try(&nearest, kt_joint_name(model, body));
         kt_say("%s has a joint '%s', which the scene does not have%s", s->path, name, kt_ask(&nearest, "").text);
     }
 }

@@ -129,7 +129,7 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
     const int body = body_of(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
-    snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_body_name(model, body), at.nv > 1 ? " " : "",
+    snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
              at.nv > 1 ? name_component(at.type, coordinate - at.v).text : "");
     return name;
 }
@@ -139,9 +139,9 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     if (at.nv > 1)
-        snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_body_name(model, body), coordinate - at.v);
+        snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_joint_name(model, body), coordinate - at.v);
     else
-        snprintf(name.text, sizeof name.text, "%.80s", kt_body_name(model, body));
+        snprintf(name.text, sizeof name.text, "%.80s", kt_joint_name(model, body));
     return name;
 }
 

@@ -3,6 +3,7 @@
 
 #include "advice/advice.h"
 #include "kinetree/descriptor.h"
+#include "picture/picture.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -92,9 +93,9 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
             continue;
         last = changes[i].body;
         tried++;
-        if (!kt_closes_holding(scene, -1, kt_body_name(model, last)))
+        if (!kt_closes_holding(scene, -1, kt_joint_name(model, last)))
             continue;
-        fprintf(stderr, "%s%s", before, kt_body_name(model, last));
+        fprintf(stderr, "%s%s", before, kt_joint_name(model, last));
         before = " or ";
     }
 }
@@ -105,7 +106,7 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
     const kt_description *d = &scene->description;
     double *given = d->hold_count > 0 ? given_state(model) : NULL;
     for (int i = 0; i < d->hold_count && given != NULL; i++) {
-        const int body = kt_body_find(model, d->hold[i]), source = kt_body_source(model, body);
+        const int body = kt_body_of_joint(model, d->hold[i]), source = kt_body_source(model, body);
         const kt_coordinates at = kt_body_coordinates(model, body);
         const unsigned parts = kt_joint_given(&d->bodies[source].joint) & (KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION);
         if (at.type != KT_JOINT_FREE || (parts != KT_GIVEN_POSITION && parts != KT_GIVEN_ORIENTATION))
@@ -141,7 +142,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
         const int body = changes[i].body;
         const part_name part = name_part(kt_body_coordinates(model, body).type, changes[i].part);
         const double *from = part.of_velocity ? given + kt_model_nq(model) : given, *to = part.of_velocity ? v : q;
-        fprintf(stderr, "  %s: %s from %s to %s\n", kt_body_name(model, body), part.name,
+        fprintf(stderr, "  %s: %s from %s to %s\n", kt_joint_name(model, body), part.name,
                 show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
     }
     if (given != NULL && count > LISTED_MAX)
@@ -165,7 +166,7 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) 
         const double *from = (part.of_velocity ? given + kt_model_nq(model) : given) + first;
         const double *to = (part.of_velocity ? v : q) + first;
         json_t *one = json_object();
-        json_object_set_new(one, "joint", json_string(kt_body_name(model, changes[i].body)));
+        json_object_set_new(one, "joint", json_string(kt_joint_name(model, changes[i].body)));
         json_object_set_new(one, "part", json_string(part.name));
         json_object_set_new(one, "from", numbers == 1 ? kt_json_number(*from) : kt_json_numbers(from, numbers));
         json_object_set_new(one, "to", numbers == 1 ? kt_json_number(*to) : kt_json_numbers(to, numbers));

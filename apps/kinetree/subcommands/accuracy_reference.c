@@ -45,7 +45,7 @@ static int fill(const char *path, const kt_table *table, size_t count, const kt_
     int code = -1;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
-        const char *name = kt_body_name(model, body);
+        const char *name = kt_joint_name(model, body);
         for (int k = 0; k < at.nq && code < 0; k++)
             code = take(path, table, count, "position", name, k, at.nq == 1, q + at.q + k, nq);
         for (int k = 0; k < at.nv && code < 0; k++)

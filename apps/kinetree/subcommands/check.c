@@ -7,6 +7,7 @@
 #include "view/view.h"
 
 #include "kinetree/descriptor.h"
+#include "picture/picture.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -138,7 +139,7 @@ static void check_joint_angles(check *c, const kt_body *body) {
 }
 
 static bool turns(const check *c, const char *joint) {
-    const int body = joint != NULL ? kt_body_find(c->model, joint) : -1;
+    const int body = joint != NULL ? kt_body_of_joint(c->model, joint) : -1;
     return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
 }
 

@@ -118,7 +118,7 @@ static int print_text(const kt_small_motion *motion) {
         const kt_coordinates at = kt_body_coordinates(motion->model, body);
         if (at.nq == 0)
             continue;
-        printf("%s: {position: ", kt_body_name(motion->model, body));
+        printf("%s: {position: ", kt_joint_name(motion->model, body));
         print_position(at, motion->q);
         puts("}");
     }

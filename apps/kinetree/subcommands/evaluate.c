@@ -162,8 +162,8 @@ static json_t *list_coordinates(const kt_model *model) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         kt_coordinates at = kt_body_coordinates(model, body);
         for (int k = 0; k < at.nv; k++)
-            json_array_append_new(list, at.nv == 1 ? json_string(kt_body_name(model, body))
-                                                   : json_sprintf("%s[%d]", kt_body_name(model, body), k));
+            json_array_append_new(list, at.nv == 1 ? json_string(kt_joint_name(model, body))
+                                                   : json_sprintf("%s[%d]", kt_joint_name(model, body), k));
     }
     return list;
 }

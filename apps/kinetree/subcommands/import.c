@@ -46,10 +46,10 @@ const kt_usage kt_usage_import = {
         "Reads a robot in URDF, or in MJCF (the XML of MuJoCo), and writes it as a scene, to which loops, effects and\n"
         "settings are then added. Every subcommand that reads a SCENE takes such a file itself, too, as without "
         "options\n"
-        "here. A body has the name of its link, and so has its joint. What a scene does not have is left out, and "
+        "here. A body has the name of its link, and a joint keeps its own. What a scene does not have is left out, and "
         "said\n"
-        "on standard error, each kind once, with the number and the first place: meshes, contacts, limits of effort\n"
-        "and speed, transmissions, actuators with a state of their own.\n",
+        "on standard error, each kind once, with the number and the first place: meshes, contacts,\n"
+        "transmissions without a rotor, actuators with a state of their own.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

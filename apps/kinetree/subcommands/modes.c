@@ -371,7 +371,7 @@ static json_t *describe_shape(const kt_model *model, const double *shape) {
         for (int k = at.v; k < at.v + at.nv; k++)
             json_array_append_new(list, kt_json_numbers(shape + 2 * k, 2));
         if (at.nv > 0)
-            json_object_set_new(object, kt_body_name(model, body), list);
+            json_object_set_new(object, kt_joint_name(model, body), list);
         else
             json_decref(list);
     }

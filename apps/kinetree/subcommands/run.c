@@ -3,6 +3,7 @@
 
 #include "advice/advice.h"
 #include "advice/penetration.h"
+#include "picture/picture.h"
 #include "plot/run.h"
 #include "view/glb.h"
 #include "view/view.h"
@@ -446,7 +447,7 @@ static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion->fastest * gap > half_turn)
         kt_warn(&outcome->warnings, &spin,
                 "'%s' turns by %.2g turns from frame to frame of the view, which shows it slower or backwards",
-                kt_body_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
+                kt_joint_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
 }
 
 /* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
@@ -485,8 +486,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
 /* Joints and loops share the column names of reactions, so that their names must differ. */
 static int check_columns(const char *command, const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
-        if (kt_body_find(model, kt_loop_name(model, i)) > 0) {
-            kt_say("%s: loop '%s' has the name of a body, and with 'reaction' recorded both would have the same "
+        if (kt_body_of_joint(model, kt_loop_name(model, i)) > 0) {
+            kt_say("%s: loop '%s' has the name of a joint, and with 'reaction' recorded both would have the same "
                    "columns; rename one of them",
                    command, kt_loop_name(model, i));
             return KT_EXIT_SCENE;

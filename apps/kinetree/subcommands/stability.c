@@ -180,7 +180,7 @@ static json_t *describe_movers(const kt_model *model, const double *moves) {
         for (int i = 0; i < at.nv; i++)
             most = fmax(most, moves[at.v + i]);
         if (most >= 1e-3)
-            json_object_set_new(object, kt_body_name(model, body), kt_json_number(most));
+            json_object_set_new(object, kt_joint_name(model, body), kt_json_number(most));
     }
     return object;
 }

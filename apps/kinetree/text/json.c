@@ -52,7 +52,7 @@ json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocit
         json_t *value = x == NULL    ? json_null()
                         : count == 1 ? kt_json_number(x[first])
                                      : kt_json_numbers(x + first, count);
-        json_object_set_new(object, kt_body_name(model, body), value);
+        json_object_set_new(object, kt_joint_name(model, body), value);
     }
     return object;
 }

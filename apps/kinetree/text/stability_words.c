@@ -41,7 +41,7 @@ void kt_write_movers(const kt_model *model, const double *moves, char *text, siz
         }
         if (best == 0 || most < 0.1)
             break;
-        used += (size_t)snprintf(text + used, size - used, "%s%s", n > 0 ? ", " : "", kt_body_name(model, best));
+        used += (size_t)snprintf(text + used, size - used, "%s%s", n > 0 ? ", " : "", kt_joint_name(model, best));
         before = most;
         last = best;
     }

@@ -55,6 +55,8 @@ static void show_body(kt_drawing *d, const char *glyph, int body) {
     kt_coordinates at = kt_body_coordinates(d->model, body);
     double mass = kt_body_mass(d->model, body);
     printf("%.*s%s%s  %s", (int)d->used, d->indent, glyph, kt_body_name(d->model, body), kt_joint_type_name(at.type));
+    if (strcmp(kt_joint_name(d->model, body), kt_body_name(d->model, body)) != 0)
+        printf(" '%s'", kt_joint_name(d->model, body));
     if (at.nv > 0)
         printf(", %d dof", at.nv);
     if (mass > 0.0)

@@ -273,7 +273,7 @@ static bool is_named(const kt_error *error, const char *name) {
 }
 
 static void put_found(kt_json_writer *out, const kt_model *model, const char *name) {
-    const int body = name != NULL ? kt_body_find(model, name) : -1;
+    const int body = name != NULL ? kt_body_of_joint(model, name) : -1;
     if (body > 0)
         kt_put_integer(out, NULL, body);
 }
@@ -299,7 +299,7 @@ static void put_failure(kt_json_writer *out, const kt_motion *motion, const kt_e
     kt_put_text(out, "message", message);
     kt_put_open(out, "bodies", '[');
     for (int body = 1; body < picture->body_count; body++)
-        if (is_named(error, kt_body_name(motion->model, body)))
+        if (is_named(error, kt_body_name(motion->model, body)) || is_named(error, kt_joint_name(motion->model, body)))
             kt_put_integer(out, NULL, body);
     put_related(out, motion, error);
     kt_put_close(out, ']');

@@ -1,0 +1,15 @@
+/* Joints have the names of their bodies, or names of their own. */
+#ifndef KT_MODEL_JOINT_NAME_H
+#define KT_MODEL_JOINT_NAME_H
+
+#include "kinetree/description.h"
+
+/* The scope of joints with names of their own, in tables of names. */
+enum { KT_NAMES_OF_JOINTS = -4 };
+
+/* The name of the joint of a body: its own, or the body's. */
+static inline const char *kt_joint_name_of(const kt_body *body) {
+    return body->joint.name ? body->joint.name : body->name;
+}
+
+#endif
