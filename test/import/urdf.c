@@ -151,7 +151,6 @@ KT_TEST(mimic_joint_is_a_coupling) {
     kt_scene_free(&scene);
 }
 
-/* A joint of the name of a link whose own joint has no name, the root: names of joints differ. */
 KT_TEST(joints_keep_their_names_and_limits) {
     kt_scene scene;
     kt_model *model = NULL;
@@ -161,7 +160,6 @@ KT_TEST(joints_keep_their_names_and_limits) {
                           "<child link='c'/><limit effort='2' velocity='-1'/></joint>"),
                      NULL, &scene))
         return;
-    const double none = (double)INFINITY;
     if (kt_check_equal_int("compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK)) {
         int j = 0, c = 0;
         kt_check_equal_int("j", kt_joint_find(model, "j", &j, &error), KT_OK);
@@ -169,9 +167,9 @@ KT_TEST(joints_keep_their_names_and_limits) {
         const kt_joint_limits limits = kt_joint_limits_of(model, j);
         kt_check_equal_bits("limits", &limits.lower, (const double[]){-2.0, 0.5, 3.0, 7.0}, 4);
         kt_check_equal_int("the name of the root", kt_joint_find(model, "a_2", &c, &error), KT_OK);
-        kt_check_text("carries", kt_body_name(model, c), "c");
         const kt_joint_limits other = kt_joint_limits_of(model, c);
-        kt_check_equal_bits("a speed below zero is none", &other.lower, (const double[]){-none, none, none, 2.0}, 4);
+        kt_check_equal_bits("a speed below zero is none", &other.lower,
+                            (const double[]){-HUGE_VAL, HUGE_VAL, HUGE_VAL, 2.0}, 4);
     }
     kt_model_free(model);
     kt_scene_free(&scene);
