@@ -24,6 +24,11 @@
  * has four numbers at the stages, accelerations depend on its rotation xi = 2 vec(p^-1 o dp) alone, and so does the
  * quaternion that is made a unit again after the step.
  *
+ * Implicit methods (implicit-euler, crank-nicolson, radau5): a_ij couples stages forward, too, and the same equations
+ * for dK_i are linear ones, by the implicit function theorem at the solved stages:
+ *     dK_i - h F_i sum_j a_ij dK_j = F_i dx + f_tau dtau,   F_i = df/dx at stage i
+ * They are exact, whatever iteration found the stages (Hairer, Norsett, Wanner I, II.7; HW II, IV.8).
+ *
  * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection,
  *     q+ = q (+) x,   W x = J' lambda,   J x = -phi(q),   W = 1 or M (kt_metric)
  * is differentiated as it is, with the terms in dJ and dM, which are of the size of the correction x and would be lost
@@ -55,7 +60,8 @@ extern "C" {
 
 /* A fixed step from t to t + h, and what is held constant during it. Clear the struct and fill in what there is. */
 typedef struct kt_step {
-    const kt_method *method;   /* an explicit Runge-Kutta method: its stages are used, not its error estimate */
+    const kt_method *method;   /* an explicit Runge-Kutta method, implicit-euler, crank-nicolson or radau5: its stages
+                                * are used, not its error estimate */
     double t, h;               /* s; h is finite, and may be negative */
     const double *tau;         /* nv joint forces; NULL: none */
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
@@ -63,15 +69,18 @@ typedef struct kt_step {
 } kt_step;
 
 /* Returns the number of bytes that the calls of this header need as work memory, aligned to KT_ALIGNMENT, the caller's,
- * needed during the call alone; 0 if the method is not explicit, which the calls then report. About
- * 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
+ * needed during the call alone; 0 if a step of the method is no function of a state, which the calls then report.
+ * About 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
 KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
 /* Takes the step: from q (nq), v (nv) to next_q, next_v, which may be the same arrays. The bits are those of a
- * simulation's fixed step from there (kt_simulation_step). Errors: KT_ERROR_ARGUMENT if the method is not explicit
- * (stabilised methods choose their stages by what they remember of earlier steps, and implicit ones iterate), or h is
- * not finite; KT_ERROR_MEMORY; as kt_acceleration_evaluate and kt_state_project. Outputs are then untouched. Cost: as
- * many evaluations as the method has stages (one less with fsal), and the projection. */
+ * simulation's fixed step from there (kt_simulation_step); of an implicit method they are its own, since a simulation's
+ * iteration begins with what it remembers, and differ by rounding. Errors: KT_ERROR_ARGUMENT if the method is another
+ * one (stabilised and multistep methods depend on earlier steps, and Rosenbrock methods on their Jacobian), or h is not
+ * finite; KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; as kt_acceleration_evaluate and
+ * kt_state_project, and of implicit methods kt_acceleration_derivatives. Outputs are then untouched. Cost: as many
+ * evaluations as the method has stages (one less with fsal), and the projection; of implicit ones a Jacobian and some
+ * four evaluations for each solved stage. */
 KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                              const kt_step *step, const double *q, const double *v, double *next_q,
                                              double *next_v, kt_error *error);
@@ -80,7 +89,8 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
  * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that
  * give no derivatives see kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
  * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each
- * stage, and 6 nv^3 multiplications at most for each. */
+ * stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense factors besides. Of the
+ * governor, over a step of a simulation: implicit-euler 1.4, radau5 2.3 (meson test plan/implicit). */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
@@ -106,7 +116,7 @@ KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model,
  * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost, with effects in joints
  * alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
  * inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
- * projection likewise. With effects between bodies and a caller's own, the derivatives at each stage. */
+ * projection likewise. With effects between bodies and a caller's own, and of implicit methods, the derivatives at each stage. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
                                             const double *by_next, double *by_state, double *by_tau, kt_error *error);
@@ -138,7 +148,7 @@ typedef struct kt_cost_point {
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
 /* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, with s stages some 8 (2 nq +
- * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or the method is not explicit. */
+ * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes a sum of costs over a motion from q, v, its gradient by_start (2 nv) with respect to the state at the start,

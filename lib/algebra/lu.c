@@ -54,6 +54,20 @@ void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b) {
     }
 }
 
+/* A' = U' L' P: forward with U', backward with L', and the exchanges in reverse. */
+void kt_lu_solve_transposed(const double *a, size_t n, const int *pivot, double *b) {
+    for (size_t k = 0; k < n; k++) {
+        for (size_t i = 0; i < k; i++)
+            b[k] -= a[k * n + i] * b[i];
+        b[k] *= a[k * n + k];
+    }
+    for (size_t k = n; k-- > 0;)
+        for (size_t i = k + 1; i < n; i++)
+            b[k] -= a[k * n + i] * b[i];
+    for (size_t k = n; k-- > 0;)
+        exchange(&b[k], &b[pivot[k]]);
+}
+
 /* ---- complex ----------------------------------------------------------------------------------------------------- */
 
 /* |re| + |im|, as LAPACK chooses pivots. */

@@ -20,6 +20,8 @@ bool kt_lu_factor_complex(double *re, double *im, size_t n, int *pivot);
 
 /* b becomes A^-1 b. O(2 n^2). */
 KT_INNER void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b);
+/* b becomes A'^-1 b. */
+void kt_lu_solve_transposed(const double *a, size_t n, const int *pivot, double *b);
 void kt_lu_solve_complex(const double *re, const double *im, size_t n, const int *pivot, double *b_re, double *b_im);
 
 #endif

@@ -17,7 +17,7 @@
 
 #define KT_ROLLOUT_FIELDS(X)                                                                                           \
     X(double, state, c *N, "checkpoints: states at the start of steps")                                                \
-    X(double, slope, c *s *n, "accelerations of the stages of the steps from these, where they have been taken")       \
+    X(double, slope, c *s *kept, "of the slopes of the stages of the steps from these, where they have been taken")    \
     X(double, next, c *N, "states after these steps")                                                                  \
     X(uint32_t, iterations, c, "of the positions, by their projections")                                               \
     X(bool, taken, c, "whether they have been taken")                                                                  \
@@ -41,7 +41,7 @@ typedef struct rollout_work {
 } rollout_work;
 
 KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
-                size_t N, size_t n, size_t s, size_t c, size_t steps)
+                size_t N, size_t n, size_t kept, size_t s, size_t c, size_t steps)
 
 static int checkpoints_of(const kt_rollout *rollout) {
     return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
@@ -49,7 +49,8 @@ static int checkpoints_of(const kt_rollout *rollout) {
 
 static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
     return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v,
-                        kt_step_stages_of(rollout->method), (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
+                        kt_step_kept(model, rollout->method), kt_step_stages_of(rollout->method),
+                        (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
 }
 
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
@@ -108,7 +109,8 @@ static kt_status advance(rollout_work *w, int k, double *state, kt_error *error)
     if (status != KT_OK)
         return status;
     if (k == w->index[last] && !w->taken[last]) {
-        kt_adjoint_keep(&s, w->slope + last * s.stages * w->model->n.v, w->next + last * N, &w->iterations[last]);
+        kt_adjoint_keep(&s, w->slope + last * s.stages * kt_step_kept(w->model, step.method), w->next + last * N,
+                        &w->iterations[last]);
         w->taken[last] = true;
     }
     memcpy(state, s.next, N * sizeof *state);
@@ -126,8 +128,8 @@ static kt_status reverse(rollout_work *w, int k, int kept, const double *state, 
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
     if (status == KT_OK && kept >= 0 && w->taken[at])
-        status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * n, w->next + at * (nq + n),
-                                   w->iterations[at], error);
+        status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * kt_step_kept(model, step.method),
+                                   w->next + at * (nq + n), w->iterations[at], error);
     else if (status == KT_OK)
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status == KT_OK && k == w->rollout->steps - 1) {

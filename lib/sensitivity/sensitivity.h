@@ -1,10 +1,13 @@
 /* What the files of this folder share.
  *
+ *     stage.c              its start, and derivatives of accelerations at a stage
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
  *     step_parameter.c     the same by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
  *     difference.c         those of the equations of motion and of the loops, by differences
+ *     implicit.c           the stages of implicit methods, solved
+ *     implicit_changes.c   their tangents and their adjoint
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     stage_loops.c        what loops add to it
@@ -213,7 +216,8 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
-/* Every array: type, name, count, meaning; N numbers of a state, n velocities, s stages that count, c columns. */
+/* Every array: type, name, count, meaning; N numbers of a state, n velocities, s stages that count, c columns, of which
+ * at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
     X(double, stage, s *N, "states of the stages")                                                                     \
@@ -228,9 +232,21 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, rate_v, s *kt_padded(n) * c, "of v'")                                                                    \
     X(double, xi, kt_is_plain(model) ? 0 : kt_padded(n) * c, "rotations of a stage, if they are not dq")               \
     X(double, end, 2 * n * c, "dx+, tangent")                                                                          \
-    X(double, by_q, n *n, "a_q")                                                                                       \
-    X(double, by_v, n *n, "a_v")                                                                                       \
+    X(double, by_q, g *n *n, "a_q, of each stage")                                                                     \
+    X(double, by_v, g *n *n, "a_v")                                                                                    \
     X(double, by_tau, n *n, "a_tau")                                                                                   \
+    X(double, by_held, u ? g *n *p : 0, "a_tau or a_p, of each stage")                                                 \
+    X(double, matrix, u *u, "of the stages that are solved together, factored")                                        \
+    X(int, pivot, u, "of its factors")                                                                                 \
+    X(double, correction, u, "residual and correction, or a right-hand side and its solution")                         \
+    X(double, mass, u && !model->n.group ? g * n * n : 0, "of each stage")                                             \
+    X(double, taken, u, "the correction that is damped")                                                               \
+    X(double, from, u, "the slopes where it begins")                                                                   \
+    X(double, guess, u, "the slopes at first")                                                                         \
+    X(double, reached, u ? g *n : 0, "accelerations at the stages")                                                    \
+    X(double, outside, u ? g * model->n.q : 0, "changes of positions by other stages")                                 \
+    X(double, seed, u ? g *N : 0, "gradients by the slopes")                                                           \
+    X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
     X(double, tiles, 2 * KT_LANES * n, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
@@ -251,8 +267,13 @@ typedef struct kt_step_work {
     const kt_model *model;
     kt_data *data;
     const kt_step *step;
-    size_t stages;                /* that count: without the last one of an fsal method */
+    size_t stages;                /* that count: without the last one of an explicit fsal method */
     size_t states;                /* columns of the state: 2 n, or none */
+    bool coupled;                 /* the method is implicit */
+    size_t unknowns;              /* of each stage: n, or with quaternions N; 0 of explicit methods */
+    size_t held_most;             /* columns of by_held */
+    bool one_derivative;          /* by_q and by_v are those of one stage, for all */
+    size_t derivative_at;         /* of this one */
     kt_parameter_work *parameter; /* NULL: what is held is tau */
     kt_projection_work projection;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
@@ -274,8 +295,25 @@ void kt_step_finish(kt_step_work *w);
 /* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
 void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
-/* The stages that count: without the last one of an fsal method. */
+/* The stages that count: without the last one of an explicit fsal method. */
 size_t kt_step_stages_of(const kt_method *method);
+
+/* Numbers of the slope of a stage from which all stages follow again: those of the accelerations, or of implicit methods
+ * all. */
+size_t kt_step_kept(const kt_model *model, const kt_method *method);
+
+/* Whether a method is implicit and its steps are functions of a state that have derivatives; the most stages that it
+ * solves together. */
+bool kt_method_is_coupled(const kt_method *method);
+size_t kt_coupled_most(const kt_method *method);
+
+/* kt_step_stages, the tangents dK of all stages (change_v, rate_q, rate_v), and the adjoint from by_end to by_stage and
+ * by_force, of implicit methods; and the stages again from their slopes. */
+KT_CHECKED kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+KT_CHECKED kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
+                                         kt_error *error);
+KT_CHECKED kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error);
+void kt_coupled_recall(kt_step_work *w);
 
 /* Row i of the table's matrix. */
 static inline const double *kt_step_row(const kt_method *method, size_t i) { return method->a + i * (i - (i > 0)) / 2; }
@@ -286,8 +324,11 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
     return c == 1.0 ? step->t + step->h : step->t + c * step->h;
 }
 
-/* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. */
+/* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. And the
+ * same where the accelerations are known; by_tau may be NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
+KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, size_t i, const double *a, double *by_q, double *by_v,
+                                              double *by_tau, kt_error *error);
 
 /* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
@@ -301,10 +342,10 @@ KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, size_t i, kt_error *err
 KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 
-/* What kt_adjoint_run has computed: the accelerations of all stages (stages x nv), the state after the step, and the
+/* What kt_adjoint_run has computed: of the slopes of all stages what is kept (stages x kt_step_kept), the state after the step, and the
  * iterations of its projection; and the same as kt_adjoint_run from them. */
-void kt_adjoint_keep(const kt_step_work *w, double *accelerations, double *next, uint32_t *iterations);
-KT_CHECKED kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *accelerations,
+void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations);
+KT_CHECKED kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *slopes,
                                        const double *next, uint32_t iterations, kt_error *error);
 
 /* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau; the three are in

@@ -11,19 +11,35 @@
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-size_t kt_step_stages_of(const kt_method *method) { return (size_t)(method->stages - (method->fsal ? 1 : 0)); }
-
-static bool is_explicit(const kt_method *method) {
-    return method && kt_method_family_of(method) == &kt_family_explicit;
+size_t kt_step_stages_of(const kt_method *method) {
+    return (size_t)(method->stages - (method->fsal && !kt_method_is_coupled(method) ? 1 : 0));
 }
 
+size_t kt_step_kept(const kt_model *model, const kt_method *method) {
+    return model->n.v + (kt_method_is_coupled(method) ? model->n.q : 0);
+}
+
+/* Whether a step of the method is a function of a state. */
+static bool is_function(const kt_method *method) {
+    return method && (kt_method_family_of(method) == &kt_family_explicit || kt_method_is_coupled(method));
+}
+
+static size_t unknowns_of(const kt_model *model, const kt_method *method) {
+    if (!kt_method_is_coupled(method))
+        return 0;
+    return model->n.v + (kt_is_plain(model) ? 0 : model->n.q);
+}
+
+static size_t held_most(const kt_model *model) { return model->n.v > KT_PARAMETER_MAX ? model->n.v : KT_PARAMETER_MAX; }
+
 KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t s,
-                size_t c)
+                size_t c, size_t p, size_t g, size_t u)
 
 static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
-    const size_t n = model->n.v;
-    const size_t used = place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method),
-                                     n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX);
+    const size_t n = model->n.v, unknowns = unknowns_of(model, method), g = unknowns ? kt_coupled_most(method) : 1;
+    const size_t used =
+        place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method),
+                     n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX, held_most(model), g, g * unknowns);
     if (!KT_HAS_LOOPS)
         return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
@@ -32,16 +48,17 @@ static size_t place(kt_step_work *w, void *memory, const kt_model *model, const 
 size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
     if (!model || !method)
         return 0;
-    return is_explicit(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
+    return is_function(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
 }
 
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                         const kt_step *step, kt_error *error) {
-    if (!is_explicit(step->method))
+    if (!is_function(step->method))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "step",
-            "'%s' is not an explicit Runge-Kutta method, of which alone a single step is a function that "
-            "has derivatives here: take rk4, dopri5 or another one of that family",
+            "'%s' is not a Runge-Kutta method that is explicit, diagonally implicit or Radau's, of which alone a "
+            "single "
+            "step is a function that has derivatives here: take rk4, dopri5, implicit-euler, crank-nicolson or radau5",
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
@@ -55,7 +72,10 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .data = data,
                         .step = step,
                         .stages = kt_step_stages_of(step->method),
-                        .states = 2 * model->n.v};
+                        .states = 2 * model->n.v,
+                        .coupled = kt_method_is_coupled(step->method),
+                        .unknowns = unknowns_of(model, step->method),
+                        .held_most = held_most(model)};
     (void)place(w, memory, model, step->method);
     w->projection.data = data;
     w->projection.t = step->t + step->h;
@@ -76,11 +96,6 @@ void kt_step_combine(double *out, const double *y, double h, const double *weigh
     kt_combine(out, y, h, terms, used, rows, n);
 }
 
-void kt_step_start(kt_step_work *w, const double *q, const double *v) {
-    kt_copy(w->y, q, w->model->n.q * sizeof *q);
-    memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
-}
-
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
     const size_t nq = w->model->n.q, N = nq + w->model->n.v;
     double *y = w->stage + i * N, *k = w->slope + i * N;
@@ -96,6 +111,8 @@ void kt_step_finish(kt_step_work *w) {
 
 kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const kt_model *model = w->model;
+    if (w->coupled)
+        return kt_coupled_stages(w, q, v, error);
     kt_step_start(w, q, v);
     for (size_t i = 0; i < w->stages; i++) {
         double *a;

@@ -21,24 +21,34 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
 }
 
-void kt_adjoint_keep(const kt_step_work *w, double *accelerations, double *next, uint32_t *iterations) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
+void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations) {
+    const size_t N = w->model->n.q + w->model->n.v, kept = kt_step_kept(w->model, w->step->method);
     for (size_t i = 0; i < w->stages; i++)
-        memcpy(accelerations + i * n, w->slope + i * N + nq, n * sizeof *accelerations);
+        memcpy(slopes + i * kept, w->slope + (i + 1) * N - kept, kept * sizeof *slopes);
     memcpy(next, w->next, N * sizeof *next);
     *iterations = w->projection.iterations;
 }
 
-kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *accelerations,
-                            const double *next, uint32_t iterations, kt_error *error) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
-    kt_step_start(w, q, v);
+/* Stages and the state after them, from what is kept of their slopes. */
+static void recall_stages(kt_step_work *w, const double *slopes) {
+    const size_t n = w->model->n.v;
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         (void)kt_step_stage(w, i, &a);
-        memcpy(a, accelerations + i * n, n * sizeof *a);
+        memcpy(a, slopes + i * n, n * sizeof *a);
     }
     kt_step_finish(w);
+}
+
+kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *slopes, const double *next,
+                            uint32_t iterations, kt_error *error) {
+    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    kt_step_start(w, q, v);
+    if (w->coupled) {
+        memcpy(w->slope, slopes, w->stages * N * sizeof *slopes);
+        kt_coupled_recall(w);
+    } else
+        recall_stages(w, slopes);
     memcpy(w->raw, w->next, N * sizeof *w->raw);
     memcpy(w->next, next, N * sizeof *next);
     w->projection.iterations = iterations;
@@ -91,14 +101,18 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
     kt_tangent_drop_transposed(model, w->raw, w->by_next, w->by_end);
     memcpy(w->by_start, w->by_end, N * sizeof *w->by_start);
     memset(w->by_force, 0, n * sizeof *w->by_force);
-    for (size_t i = w->stages; i-- > 0;) {
-        gather(w, i);
-        status = pull(w, i, error);
-        if (status != KT_OK)
-            return status;
+    if (w->coupled)
+        status = kt_coupled_adjoint(w, error);
+    for (size_t i = w->stages; i-- > 0 && status == KT_OK;) {
+        if (!w->coupled) {
+            gather(w, i);
+            status = pull(w, i, error);
+        }
         for (size_t l = 0; l < N; l++)
             w->by_start[l] += w->by_stage[i * N + l];
     }
+    if (status != KT_OK)
+        return status;
     kt_tangent_lift_transposed(model, w->y, w->by_start, w->by_next);
     memcpy(w->by_next + n, w->by_start + nq, n * sizeof *w->by_next);
     if (kt_all_finite(w->by_next, 2 * n) && kt_all_finite(w->by_force, n))

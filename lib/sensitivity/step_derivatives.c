@@ -1,7 +1,5 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
  * change, of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
-#include "derivative/stiffness.h"
-#include "dynamics/dynamics.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -34,24 +32,6 @@ static void begin(kt_step_work *w, size_t columns) {
         kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
         w->start_v[(n + j) * V + j] = 1.0;
     }
-}
-
-kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
-    const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const double *q = w->stage + i * (model->n.q + model->n.v), *v = q + model->n.q;
-    const double t = kt_step_time(step, i), *known = w->slope + i * (model->n.q + model->n.v) + model->n.q;
-    double *by_tau = inputs ? w->by_tau : NULL;
-    if (!model->n.group && !model->n.effect)
-        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
-                                           step->external, a, w->by_q, w->by_v, by_tau, error);
-    if (a) {
-        const kt_status status = kt_acceleration_evaluate(model, w->data, t, q, v, step->tau, step->external, a, error);
-        if (status != KT_OK)
-            return status;
-    }
-    return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
-                                          step->tau, step->external, known, w->by_q, w->by_v, by_tau, error);
 }
 
 /* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start
@@ -102,12 +82,10 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
 
-kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const kt_method *method = w->step->method;
-    const kt_products products = products_of(w->model);
-    const size_t n = w->model->n.v, columns = w->states + held, V = kt_padded(n) * columns;
-    kt_step_start(w, q, v);
-    begin(w, columns);
+/* Stages and their tangents, one after the other. */
+static kt_status differentiate_stages(kt_step_work *w, const kt_products *products, size_t held, size_t columns,
+                                      kt_error *error) {
+    const size_t V = kt_padded(w->model->n.v) * columns;
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         (void)kt_step_stage(w, i, &a);
@@ -116,12 +94,26 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
             status = kt_parameter_stage(w, i, error);
         if (status != KT_OK)
             return status;
-        combine(w, &products, kt_step_row(method, i), i, columns, w->change_v + i * V);
-        propagate(w, &products, i, columns);
+        const double *row = kt_step_row(w->step->method, i);
+        combine(w, products, row, i, columns, w->change_v + i * V);
+        propagate(w, products, i, columns);
     }
     kt_step_finish(w);
+    return KT_OK;
+}
+
+kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+    const kt_method *method = w->step->method;
+    const kt_products products = products_of(w->model);
+    const size_t n = w->model->n.v, columns = w->states + held;
+    kt_step_start(w, q, v);
+    begin(w, columns);
+    kt_status status = w->coupled ? kt_coupled_tangents(w, q, v, held, error)
+                                  : differentiate_stages(w, &products, held, columns, error);
+    if (status != KT_OK)
+        return status;
     combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
-    const kt_status status = close(w, w->rate_v, columns, error);
+    status = close(w, w->rate_v, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                             "they overflow: look for a step that is far too long, or for a force that is huge");

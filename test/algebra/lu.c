@@ -73,6 +73,28 @@ KT_TEST(solutions_have_residuals_of_rounding) {
     kt_check_worst(&complex);
 }
 
+KT_TEST(transposed_solutions_have_residuals_of_rounding) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("transposed");
+    for (size_t n = 1; n <= MOST; n++) {
+        double a[MOST * MOST], t[MOST * MOST], f[MOST * MOST], b[MOST], x[MOST];
+        const double zero[MOST * MOST] = {0.0};
+        int pivot[MOST];
+        random_values(&random, a, n * n);
+        random_values(&random, b, n);
+        if (n > 1)
+            a[0] = 0.0;
+        for (size_t i = 0; i < n * n; i++)
+            t[i % n * n + i / n] = a[i];
+        memcpy(f, a, sizeof f);
+        memcpy(x, b, sizeof x);
+        kt_check_true("regular", kt_lu_factor(f, n, pivot));
+        kt_lu_solve_transposed(f, n, pivot, x);
+        kt_worst_below(&worst, backward_error(t, zero, n, x, zero, b, zero), 4.0, "n = %zu", n);
+    }
+    kt_check_worst(&worst);
+}
+
 KT_TEST(singular_matrices_are_told) {
     double a[4] = {1.0, 2.0, 2.0, 4.0}, re[4] = {1.0, 0.0, 0.0, 1.0}, im[4] = {0.0, 1.0, -1.0, 0.0};
     double bad[1] = {(double)NAN}, zero[1] = {0.0};

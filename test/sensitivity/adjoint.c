@@ -15,6 +15,9 @@ static void *take(size_t bytes) { return aligned_alloc(64, (bytes + 63) / 64 * 6
  * the bound is 1e-10 of the largest term of a number: measured over forty seeds, 0.06 of it at most. With loops it is
  * 1e-10 of the largest number: 0.64 of it, by the matrices, which differ as much from themselves where positions change
  * by 1e-16. */
+/* Explicit and implicit methods in turn. */
+static const kt_method *any_method(int n) { return n % 14 < 11 ? explicit_method(n % 14) : implicit_method(n % 14); }
+
 static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst *worst, const char *name) {
     const int n = kt_model_nv(c->model), rows = 2 * n;
     const size_t size = kt_step_work_size(c->model, c->step.method);
@@ -51,7 +54,7 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
     int taken = 0;
     for (int n = 0; n < 44; n++) {
         static grown g;
-        const kt_method *method = explicit_method(n % 11);
+        const kt_method *method = any_method(n);
         if (grown_make(&g, n, &random)) {
             const kt_step step = {
                 .method = method, .t = 0.1, .h = 0.01, .tau = g.state.tau, .external = g.state.external};
@@ -76,8 +79,7 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
         plan.loops = 1 + n % 2;
         plan.options.metric = n % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         if (tangle_grow(&g, &plan, &random)) {
-            const kt_step step = {
-                .method = explicit_method(n % 11), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
+            const kt_step step = {.method = any_method(n), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
             const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
             taken += compare(&c, true, &random, &worst, step.method->name);
         }
@@ -220,26 +222,31 @@ KT_TEST(gradient_over_many_steps_is_the_product_of_their_matrices) {
                               .data = g.tree.data,
                               .q = g.state.q,
                               .v = g.state.v,
-                              .rollout = {.method = kt_method_find(n == 5 ? "dopri5" : "rk4"), .t = 0.1, .h = 0.002},
+                              .rollout = {.method = kt_method_find((const char *[]){"rk4", "dopri5", "radau5"}[n - 4]),
+                                          .t = 0.1,
+                                          .h = 0.002},
                               .costs = {.nq = g.tree.nq, .nv = g.tree.nv}};
             check_rollout(&c, &random, "gradient of a tree");
         }
         kt_tree_free(&g.tree);
     }
-    static linkage l;
-    four_bar f = four_bar_default();
-    f.rate = 3.0;
-    linkage_four_bar(&l, &f);
-    if (linkage_build(&l, 0.0)) {
-        rollout_case c = {.model = l.model,
-                          .data = l.data,
-                          .q = l.q,
-                          .v = l.v,
-                          .rollout = {.method = kt_method_find("rk4"), .h = 0.01},
-                          .costs = {.nq = l.nq, .nv = l.nv}};
+    for (int k = 0; k < 3; k++) {
+        static linkage l;
+        four_bar f = four_bar_default();
+        f.rate = 3.0;
+        linkage_four_bar(&l, &f);
+        if (!linkage_build(&l, 0.0))
+            continue;
+        rollout_case c = {
+            .model = l.model,
+            .data = l.data,
+            .q = l.q,
+            .v = l.v,
+            .rollout = {.method = kt_method_find((const char *[]){"rk4", "implicit-euler", "radau5"}[k]), .h = 0.01},
+            .costs = {.nq = l.nq, .nv = l.nv}};
         check_rollout(&c, &random, "gradient of a four-bar");
+        linkage_free(&l);
     }
-    linkage_free(&l);
 }
 
 static int stop(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {

@@ -10,6 +10,9 @@
 /* The explicit methods among the built-in ones: the n-th, or NULL. */
 const kt_method *explicit_method(int n);
 
+/* The implicit ones whose steps have derivatives. */
+const kt_method *implicit_method(int n);
+
 /* A mechanism at a state, and the step from there. */
 typedef struct step_case {
     const kt_model *model;

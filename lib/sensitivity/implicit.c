@@ -1,0 +1,423 @@
+/* The stages of an implicit method, solved to rounding, and the linear equations that they share with their changes.
+ *
+ * With the slopes K_i = f(t + c_i h, Y_i) as unknowns, f = (E(q) v, a),
+ *     Y_i = y + h sum_j a_ij K_j,   K_i = f_i(Y_i),   y+ = Y_s
+ * Newton's corrections, and the changes dK_i that follow from those of y and of what is held (the implicit function
+ * theorem), solve
+ *     dK_i - h F_i sum_j a_ij dK_j = r_i,   F_i = f_y(Y_i),   sum over the stages that are solved together
+ * with r_i = f(Y_i) - K_i, or F_i dY_i + f_p dp of the changes that come from outside. Stages are solved together where
+ * a_ij couples them forward: one after the other in diagonally implicit methods, all three of Radau IIA. Where positions
+ * are plain numbers their slopes V_i = v + h sum a_ij A_j are put in, and A_i = dv/dt alone is unknown:
+ *     dA_i - h F^v_i sum_j a_ij dA_j - h^2 F^q_i sum_j (a^2)_ij dA_j = r_i
+ * With quaternions unknowns are the slopes of all N numbers, and F has the terms of E and of the rotation xi that dp is
+ * (tangent.c).
+ *
+ * The iteration. F is that of one stage as it is guessed, for all of them, as long as corrections shrink. Where they do not, as
+ * where a contact closes within the step, F is computed at the stages themselves at every iteration, and corrections are
+ * damped, as in integrator/dirk.c: with the largest lambda = 1, 1/2, .. for which the correction that follows with the
+ * same factors is shorter than (1 - lambda / 4) of this one. Corrections are judged by rounding of the state, as those
+ * of a simulation with fixed steps (integrator/newton.c).
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8; P. Deuflhard, Newton
+ * Methods for Nonlinear Problems, 2004, section 3.3.
+ */
+#include "sensitivity/implicit.h"
+#include "algebra/lu.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { ITERATIONS = 50, HALVINGS = 20 };
+#define SLOW 0.25       /* corrections that shrink less ask for another F */
+#define SMALL_PART 1e-3 /* components count as at least this part of the largest one */
+#define ROUNDED 1e4     /* roundings: corrections below that may stop shrinking */
+
+/* ---- tables ------------------------------------------------------------------------------------------------------ */
+
+bool kt_method_is_coupled(const kt_method *method) {
+    const kt_method_family *family = kt_method_family_of(method);
+    return family->implicit && !family->exact && method->steps == 0;
+}
+
+static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
+
+static bool counts(const kt_method *method, size_t i) {
+    const size_t s = (size_t)method->stages;
+    bool any = i + 1 == s;
+    for (size_t j = i + 1; j < s; j++)
+        any = any || entry(method, j, i) != 0.0;
+    return any;
+}
+
+kt_coupled kt_coupled_at(const kt_method *method, size_t first) {
+    kt_coupled c = {first, first + 1};
+    for (size_t i = first; i < c.end; i++)
+        for (size_t j = c.end; j < (size_t)method->stages; j++)
+            if (entry(method, i, j) != 0.0)
+                c.end = j + 1;
+    return c;
+}
+
+bool kt_coupled_counts(const kt_method *method, kt_coupled c) { return c.end - c.first > 1 || counts(method, c.first); }
+
+size_t kt_coupled_most(const kt_method *method) {
+    size_t most = 0;
+    for (kt_coupled c = {0, 0}; c.end < (size_t)method->stages;) {
+        c = kt_coupled_at(method, c.end);
+        most = c.end - c.first > most ? c.end - c.first : most;
+    }
+    return most;
+}
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
+
+static size_t numbers_of(const kt_step_work *w) { return w->model->n.q + w->model->n.v; }
+
+/* y + h sum_{j < end} a_ij k_j, of `count` numbers from the `from`-th on. */
+static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
+    const size_t N = numbers_of(w);
+    memcpy(out, w->y + from, count * sizeof *out);
+    for (size_t j = 0; j < end; j++) {
+        const double weight = w->step->h * entry(w->step->method, i, j);
+        const double *k = w->slope + j * N + from;
+        for (size_t l = 0; l < count && weight != 0.0; l++)
+            out[l] += weight * k[l];
+    }
+}
+
+void kt_coupled_form(kt_step_work *w, kt_coupled c) {
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
+    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
+        combine(w, i, c.end, nq, n, w->stage + i * N + nq);
+        memcpy(w->slope + i * N, w->stage + i * N + nq, n * sizeof *w->slope);
+    }
+    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++)
+        combine(w, i, c.end, 0, nq, w->stage + i * N);
+    for (size_t i = c.first; i < c.end && !kt_is_plain(w->model); i++)
+        combine(w, i, c.end, 0, N, w->stage + i * N);
+}
+
+/* ---- the linear equations ---------------------------------------------------------------------------------------- */
+
+bool kt_coupled_has_mass(const kt_step_work *w) { return !w->model->n.group && !w->parameter; }
+
+/* to += factor F_i e of all unit vectors e, with quaternions. */
+static void add_whole(const kt_step_work *w, size_t i, const double *by_q, const double *by_v, double factor, size_t m,
+                      double *to) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    const double *q = w->stage + i * N, *v = q + nq;
+    double *unit = w->unit_state, *rate = unit + N, *xi = rate + nq, *acceleration = xi + n;
+    memset(unit, 0, N * sizeof *unit);
+    for (size_t j = 0; j < N; j++) {
+        unit[j] = 1.0;
+        kt_tangent_rate(model, q, v, unit, unit + nq, rate);
+        kt_tangent_drop(model, q, unit, xi);
+        kt_dense_apply(by_q, (int)n, (int)n, xi, acceleration);
+        for (size_t l = 0; l < nq; l++)
+            to[j * m + l] += factor * rate[l];
+        for (size_t l = 0; l < n; l++)
+            to[j * m + nq + l] += factor * (acceleration[l] + (j < nq ? 0.0 : by_v[(j - nq) * n + l]));
+        unit[j] = 0.0;
+    }
+}
+
+/* sum_l a_il a_lj over the stages of c */
+static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j) {
+    double sum = 0.0;
+    for (size_t l = c.first; l < c.end; l++)
+        sum += entry(method, i, l) * entry(method, l, j);
+    return sum;
+}
+
+/* Block (i, j) of the matrix, whose columns have m numbers. */
+static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
+    const size_t n = w->model->n.v, at = w->one_derivative ? 0 : i - c.first;
+    const double h = w->step->h, a = h * entry(w->step->method, i, j);
+    const double *by_q = w->by_q + at * n * n, *by_v = w->by_v + at * n * n;
+    const size_t rates = w->unknowns - n;
+    for (size_t l = 0; l < w->unknowns && i == j; l++)
+        to[l * m + l] += l < rates || !kt_coupled_has_mass(w) ? 1.0 : 0.0;
+    for (size_t k = 0; k < n && i == j && kt_coupled_has_mass(w); k++)
+        for (size_t l = 0; l < n; l++)
+            to[(rates + k) * m + rates + l] += w->mass[(at * n + k) * n + l];
+    if (!kt_is_plain(w->model)) {
+        if (a != 0.0)
+            add_whole(w, w->one_derivative ? w->derivative_at : i, by_q, by_v, -a, m, to);
+        return;
+    }
+    const double twice = h * h * squared(w->step->method, c, i, j);
+    for (size_t k = 0; k < n && (a != 0.0 || twice != 0.0); k++)
+        for (size_t l = 0; l < n; l++)
+            to[k * m + l] -= a * by_v[k * n + l] + twice * by_q[k * n + l];
+}
+
+kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const size_t count = c.end - c.first, m = w->unknowns, whole = count * m;
+    memset(w->matrix, 0, whole * whole * sizeof *w->matrix);
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < count; j++)
+            add_block(w, c, c.first + i, c.first + j, whole, w->matrix + j * m * whole + i * m);
+    if (kt_lu_factor(w->matrix, whole, w->pivot))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_STEP, "step",
+                        "the matrix of the implicit stages is singular at h = %g s; take a smaller step", w->step->h);
+}
+
+void kt_coupled_solve(const kt_step_work *w, kt_coupled c, double *x) {
+    kt_lu_solve(w->matrix, (c.end - c.first) * w->unknowns, w->pivot, x);
+}
+
+void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x) {
+    kt_lu_solve_transposed(w->matrix, (c.end - c.first) * w->unknowns, w->pivot, x);
+}
+
+/* Newton's correction, from the residual in its place. */
+static void correct(const kt_step_work *w, kt_coupled c) {
+    const size_t n = w->model->n.v;
+    for (size_t i = c.first; i < c.end && kt_coupled_has_mass(w); i++) {
+        const size_t at = w->one_derivative ? 0 : i - c.first;
+        double *r = w->correction + (i - c.first + 1) * w->unknowns - n;
+        kt_dense_apply(w->mass + at * n * n, (int)n, (int)n, r, w->unit_state);
+        memcpy(r, w->unit_state, n * sizeof *r);
+    }
+    kt_coupled_solve(w, c, w->correction);
+}
+
+/* F at a stage, into the place of a stage of those that are solved together; a: its accelerations. Of trees M F, and M
+ * (kt_stiffness_evaluate). */
+static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, const double *a, bool inputs,
+                               kt_error *error) {
+    const kt_model *model = w->model;
+    const kt_step *step = w->step;
+    const size_t n = model->n.v;
+    double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
+    if (kt_coupled_has_mass(w)) {
+        const double *q = w->stage + stage * numbers_of(w);
+        const kt_status status = kt_stiffness_evaluate(
+            model, w->data, w->derivative, kt_acceleration_work_size(model), kt_step_time(step, stage), q,
+            q + model->n.q, step->tau, step->external, a, NULL, w->mass + place * n * n, by_q, by_v, error);
+        for (size_t l = 0; l < n * n && status == KT_OK; l++) {
+            by_q[l] = -by_q[l];
+            by_v[l] = -by_v[l];
+        }
+        return status;
+    }
+    return kt_step_differentiate_at(w, stage, a, by_q, by_v, inputs ? w->by_tau : NULL, error);
+}
+
+kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error) {
+    const size_t n = w->model->n.v, N = numbers_of(w);
+    kt_status status = KT_OK;
+    w->one_derivative = false;
+    for (size_t i = c.first; i < c.end && status == KT_OK; i++) {
+        status = differentiate(w, i, i - c.first, w->slope + i * N + w->model->n.q, held > 0, error);
+        if (status == KT_OK && w->parameter)
+            status = kt_parameter_stage(w, i, error);
+        double *by_held = w->by_held + (i - c.first) * n * w->held_most;
+        if (status == KT_OK && held > 0 && !kt_coupled_has_mass(w))
+            memcpy(by_held, w->parameter ? w->parameter->by_parameter : w->by_tau, n * held * sizeof *by_held);
+        for (size_t l = 0; l < n * held && kt_coupled_has_mass(w); l++)
+            by_held[l] = l % (n + 1) == 0 ? 1.0 : 0.0;
+    }
+    return status == KT_OK ? kt_coupled_factor(w, c, error) : status;
+}
+
+/* ---- the iteration ----------------------------------------------------------------------------------------------- */
+
+/* r_i = f(Y_i) - K_i at the present slopes; accelerations into w->reached. */
+static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const kt_model *model = w->model;
+    const kt_step *step = w->step;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n, rates = w->unknowns - n;
+    kt_coupled_form(w, c);
+    for (size_t i = c.first; i < c.end; i++) {
+        const double *y = w->stage + i * N, *k = w->slope + i * N;
+        double *a = w->reached + (i - c.first) * n, *r = w->correction + (i - c.first) * w->unknowns;
+        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(step, i), y, y + nq, step->tau,
+                                                          step->external, a, error);
+        if (status != KT_OK)
+            return status;
+        if (rates)
+            kt_position_rate(model, y, y + nq, r);
+        for (size_t l = 0; l < rates; l++)
+            r[l] -= k[l];
+        for (size_t l = 0; l < n; l++)
+            r[rates + l] = a[l] - k[nq + l];
+    }
+    return KT_OK;
+}
+
+/* The weighted norm of a correction: h dK over some roundings of the state. */
+static double size_of(const kt_step_work *w, kt_coupled c, const double *correction) {
+    const size_t N = numbers_of(w), m = w->unknowns;
+    double most = 0.0, sum = 0.0;
+    for (size_t l = 0; l < N; l++)
+        most = fmax(most, fmax(fabs(w->y[l]), fabs(w->step->h * w->slope[(c.end - 1) * N + l])));
+    most = most > 0.0 ? most : 1.0;
+    for (size_t l = 0; l < (c.end - c.first) * m; l++) {
+        const double y = w->y[N - m + l % m];
+        const double scale = 4.0 * DBL_EPSILON * (fabs(y) + SMALL_PART * most) + DBL_MIN / DBL_EPSILON;
+        const double x = w->step->h * correction[l] / scale;
+        sum += x * x;
+    }
+    return sqrt(sum / (double)((c.end - c.first) * m));
+}
+
+/* The slopes become `from` + lambda times the correction x. */
+static void move(kt_step_work *w, kt_coupled c, double lambda, const double *from, const double *x) {
+    const size_t N = numbers_of(w), m = w->unknowns;
+    for (size_t i = c.first; i < c.end; i++)
+        for (size_t l = 0; l < m; l++) {
+            const size_t at = (i - c.first) * m + l;
+            w->slope[i * N + N - m + l] = from[at] + lambda * x[at];
+        }
+}
+
+static void keep(const kt_step_work *w, kt_coupled c, double *to) {
+    const size_t N = numbers_of(w), m = w->unknowns;
+    for (size_t i = c.first; i < c.end; i++)
+        memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
+}
+
+/* F at the stages as they are, and the correction with it from the residual that was found there. */
+static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
+    kt_status status = KT_OK;
+    w->one_derivative = false;
+    for (size_t i = c.first; i < c.end && status == KT_OK; i++)
+        status = differentiate(w, i, i - c.first, w->reached + (i - c.first) * w->model->n.v, false, error);
+    if (status == KT_OK)
+        status = kt_coupled_factor(w, c, error);
+    if (status == KT_OK)
+        correct(w, c);
+    return status;
+}
+
+static kt_status diverged(const kt_step_work *w, double size, kt_error *error) {
+    return kt_error_set(error, KT_ERROR_STEP, "step",
+                        "the stages of '%s' could not be solved over h = %g s: no part of a correction of %.3g of the "
+                        "state's size brings them nearer; take a smaller step",
+                        w->step->method->name, w->step->h, 4.0 * DBL_EPSILON * size);
+}
+
+/* Newton's iteration with F at every iterate, damped, from the slopes as they are. */
+static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const size_t bytes = (c.end - c.first) * w->unknowns * sizeof(double);
+    double size = HUGE_VAL;
+    for (int k = 0; k < ITERATIONS; k++) {
+        kt_status status = find_residual(w, c, error);
+        if (status == KT_OK)
+            status = relinearize(w, c, error);
+        if (status != KT_OK)
+            return status;
+        size = size_of(w, c, w->correction);
+        bool nearer = false;
+        keep(w, c, w->from);
+        memcpy(w->taken, w->correction, bytes);
+        for (int halved = 0; halved <= HALVINGS && !nearer && size > 1.0; halved++) {
+            const double lambda = ldexp(1.0, -halved);
+            move(w, c, lambda, w->from, w->taken);
+            status = find_residual(w, c, error);
+            if (status == KT_ERROR_CALLBACK)
+                return status;
+            if (status != KT_OK)
+                continue;
+            correct(w, c);
+            nearer = size_of(w, c, w->correction) <= (1.0 - 0.25 * lambda) * size;
+        }
+        if (nearer)
+            continue;
+        move(w, c, 1.0, w->from, w->taken);
+        kt_coupled_form(w, c);
+        return size <= ROUNDED ? KT_OK : diverged(w, size, error);
+    }
+    return diverged(w, size, error);
+}
+
+/* F at the middle one of the stages as they are guessed, for all of them: closer to the solution than at the start. */
+static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const size_t middle = (c.end - c.first) / 2;
+    kt_status status = find_residual(w, c, error);
+    if (status == KT_OK)
+        status = differentiate(w, c.first + middle, 0, w->reached + middle * w->model->n.v, false, error);
+    w->one_derivative = true;
+    w->derivative_at = c.first + middle;
+    return status == KT_OK ? kt_coupled_factor(w, c, error) : status;
+}
+
+/* The simplified iteration, from the residual of the guess. What is missing after a correction is theta / (1 - theta) of
+ * it, theta being its size over that of the last one. *slow: it does not converge well, and the slopes are as at the
+ * beginning. */
+static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_error *error) {
+    double last = HUGE_VAL;
+    keep(w, c, w->guess);
+    *slow = false;
+    for (int k = 0; k < ITERATIONS; k++) {
+        const kt_status status = k ? find_residual(w, c, error) : KT_OK;
+        if (status == KT_ERROR_CALLBACK)
+            return status;
+        correct(w, c);
+        const double size = status == KT_OK ? size_of(w, c, w->correction) : HUGE_VAL, theta = size / last;
+        const bool shrinks = theta <= SLOW;
+        if (!(shrinks || size <= ROUNDED))
+            break;
+        keep(w, c, w->from);
+        move(w, c, 1.0, w->from, w->correction);
+        if (k > 0 && (!shrinks || theta / (1.0 - theta) * size <= 1.0)) {
+            kt_coupled_form(w, c);
+            return KT_OK;
+        }
+        last = size;
+    }
+    *slow = true;
+    move(w, c, 0.0, w->guess, w->guess);
+    return KT_OK;
+}
+
+/* ---- all stages -------------------------------------------------------------------------------------------------- */
+
+/* Stage 0 is the start itself; its slope is the guess of all. */
+static kt_status begin(kt_step_work *w, kt_error *error) {
+    const kt_model *model = w->model;
+    const kt_step *step = w->step;
+    const size_t nq = model->n.q, N = nq + model->n.v;
+    memcpy(w->stage, w->y, N * sizeof *w->stage);
+    kt_position_rate(model, w->y, w->y + nq, w->slope);
+    return kt_acceleration_evaluate(model, w->data, step->t, w->y, w->y + nq, step->tau, step->external, w->slope + nq,
+                                    error);
+}
+
+static kt_status solve(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const size_t N = numbers_of(w);
+    bool slow = false;
+    for (size_t i = c.first; i < c.end; i++)
+        memcpy(w->slope + i * N, w->slope + (c.first - 1) * N, N * sizeof *w->slope);
+    kt_status status = linearize(w, c, error);
+    if (status == KT_OK)
+        status = solve_simplified(w, c, &slow, error);
+    return status == KT_OK && slow ? solve_damped(w, c, error) : status;
+}
+
+kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
+    const kt_method *method = w->step->method;
+    const size_t N = numbers_of(w), last = (size_t)method->stages - 1;
+    kt_step_start(w, q, v);
+    kt_status status = begin(w, error); /* stage 0, which is the start itself */
+    for (kt_coupled c = {0, 1}; c.end <= last && status == KT_OK;) {
+        c = kt_coupled_at(method, c.end);
+        status = solve(w, c, error);
+    }
+    memcpy(w->next, w->stage + last * N, N * sizeof *w->next);
+    return status;
+}
+
+void kt_coupled_recall(kt_step_work *w) {
+    const kt_method *method = w->step->method;
+    const size_t N = numbers_of(w), last = (size_t)method->stages - 1;
+    for (kt_coupled c = {0, 0}; c.end <= last;) {
+        c = kt_coupled_at(method, c.end);
+        kt_coupled_form(w, c);
+    }
+    memcpy(w->next, w->stage + last * N, N * sizeof *w->next);
+}

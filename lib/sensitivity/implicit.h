@@ -1,0 +1,32 @@
+/* Stages of implicit methods that are solved together (implicit.c), and their changes (implicit_changes.c). */
+#ifndef KT_SENSITIVITY_IMPLICIT_H
+#define KT_SENSITIVITY_IMPLICIT_H
+
+#include "integrator/integrator.h"
+#include "kinetree/joint.h"
+#include "linear/cholesky.h"
+#include "sensitivity/sensitivity.h"
+
+/* Stages first .. end - 1, which are solved together. */
+typedef struct kt_coupled {
+    size_t first, end;
+} kt_coupled;
+
+/* Those from stage `first` on; whether anything depends on them. */
+kt_coupled kt_coupled_at(const kt_method *method, size_t first);
+bool kt_coupled_counts(const kt_method *method, kt_coupled c);
+
+/* Forms the states Y_i of these stages from all slopes known. */
+void kt_coupled_form(kt_step_work *w, kt_coupled c);
+
+/* F of each stage (w->by_q, w->by_v), and with `held` columns f_p (w->by_held), at the solved stages; and the factors.
+ * Rows of accelerations are multiplied by M where that takes no solution: of trees, unless a parameter is asked for. */
+bool kt_coupled_has_mass(const kt_step_work *w);
+KT_CHECKED kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error);
+KT_CHECKED kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error);
+
+/* x becomes the solution of the equations, or of the transposed ones: w->unknowns numbers of each stage. */
+void kt_coupled_solve(const kt_step_work *w, kt_coupled c, double *x);
+void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x);
+
+#endif

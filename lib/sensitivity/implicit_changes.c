@@ -1,0 +1,200 @@
+/* What the stages of an implicit method change by, by the implicit function theorem at the solved stages, and the
+ * adjoint of that. With the stages of c solved together, and all sums but the first over them alone,
+ *     dP_i = dy + h sum_{j before c} a_ij dK_j
+ *     dK_i - h F_i sum_j a_ij dK_j = F_i dP_i + f_p dp          dY_i = dP_i + h sum_j a_ij dK_j
+ * and y+ = Y_s. Of a gradient y+ with respect to the state after the step, with x_i that with respect to Y_i,
+ *     s_i = h (b_i y+ + sum_{j after c} a_ji x_j)
+ *     k_i - h sum_j a_ji F_j' k_j = s_i,   x_i = F_i' k_i,   y = y+ + sum x_i,   p = sum f_p' k_i
+ * Where positions are plain numbers dK of positions is dV, and k of positions s^q_i + h sum_j a_ji x^q_j: the equations
+ * for accelerations alone have the matrix of implicit.c, transposed. */
+#include "sensitivity/implicit.h"
+
+#include <string.h>
+
+static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
+
+/* to += factor x */
+static void add(double *to, double factor, const double *x, size_t n) {
+    for (size_t l = 0; l < n && factor != 0.0; l++)
+        to[l] += factor * x[l];
+}
+
+/* The arrays of one column: changes at the start, of the slopes of stage j, and of V_i. */
+typedef struct column {
+    const double *start_q, *start_v;
+    double *rate_q, *rate_v, *change_v;
+    size_t next_q, next_v; /* from one stage to the next */
+} column;
+
+static column column_of(const kt_step_work *w, size_t columns, size_t k) {
+    const size_t Q = kt_padded(w->model->n.q), V = kt_padded(w->model->n.v);
+    const bool plain = kt_is_plain(w->model);
+    return (column){.start_q = w->start_q + k * Q,
+                    .start_v = w->start_v + k * V,
+                    .rate_q = (plain ? w->change_v : w->rate_q) + k * (plain ? V : Q),
+                    .rate_v = w->rate_v + k * V,
+                    .change_v = w->change_v + k * V,
+                    .next_q = columns * Q,
+                    .next_v = columns * V};
+}
+
+/* dP_i: positions into w->outside, velocities into change_v. */
+static void gather(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
+    const size_t nq = w->model->n.q, n = w->model->n.v;
+    const double h = w->step->h;
+    double *dq = w->outside + (i - c.first) * nq, *dv = k->change_v + i * k->next_v;
+    memcpy(dq, k->start_q, nq * sizeof *dq);
+    memcpy(dv, k->start_v, n * sizeof *dv);
+    for (size_t j = 0; j < c.first; j++) {
+        const double a = h * entry(w->step->method, i, j);
+        add(dq, a, k->rate_q + j * k->next_q, nq);
+        add(dv, a, k->rate_v + j * k->next_v, n);
+    }
+}
+
+/* The right-hand side of stage i. */
+static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k, const double *held) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, at = i - c.first, rates = w->unknowns - n;
+    const double *q = w->stage + i * (nq + n), *dv = k->change_v + i * k->next_v;
+    const double *by_q = w->by_q + at * n * n, *by_v = w->by_v + at * n * n;
+    double *dq = w->outside + at * nq, *right = w->correction + at * w->unknowns, *moved = w->unit_state, *xi = moved;
+    if (rates) {
+        kt_tangent_rate(model, q, q + nq, dq, dv, right);
+        kt_tangent_drop(model, q, dq, xi);
+    } else {
+        memcpy(xi, dq, n * sizeof *xi);
+        for (size_t j = c.first; j < c.end; j++)
+            add(xi, w->step->h * entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
+    }
+    memset(right + rates, 0, n * sizeof *right);
+    for (size_t l = 0; l < n; l++) { /* most columns begin as unit vectors */
+        add(right + rates, xi[l], by_q + l * n, n);
+        add(right + rates, dv[l], by_v + l * n, n);
+    }
+    if (held)
+        add(right + rates, 1.0, held + at * n * w->held_most, n);
+}
+
+/* dK of one column, and where positions are plain dV. */
+static void solve_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
+    const size_t n = w->model->n.v, rates = w->unknowns - n;
+    for (size_t i = c.first; i < c.end; i++)
+        gather(w, c, i, k);
+    for (size_t i = c.first; i < c.end; i++)
+        form_right(w, c, i, k, held);
+    kt_coupled_solve(w, c, w->correction);
+    for (size_t i = c.first; i < c.end; i++) {
+        const double *x = w->correction + (i - c.first) * w->unknowns;
+        if (rates)
+            memcpy(k->rate_q + i * k->next_q, x, rates * sizeof *x);
+        memcpy(k->rate_v + i * k->next_v, x + rates, n * sizeof *x);
+    }
+    for (size_t i = c.first; i < c.end && !rates; i++)
+        for (size_t j = c.first; j < c.end; j++)
+            add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, n);
+}
+
+kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+    const kt_method *method = w->step->method;
+    const size_t columns = w->states + held, n = w->model->n.v;
+    kt_status status = kt_coupled_stages(w, q, v, error);
+    for (kt_coupled c = {0, 0}; c.end < w->stages && status == KT_OK;) {
+        c = kt_coupled_at(method, c.end);
+        if (!kt_coupled_counts(method, c))
+            continue;
+        status = kt_coupled_differentiate(w, c, held, error);
+        for (size_t j = 0; j < columns && status == KT_OK; j++) {
+            const column k = column_of(w, columns, j);
+            solve_column(w, c, &k, j < w->states ? NULL : w->by_held + (j - w->states) * n);
+        }
+    }
+    return status;
+}
+
+/* ---- the adjoint ------------------------------------------------------------------------------------------------- */
+
+/* s_i */
+static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double *s) {
+    const kt_method *method = w->step->method;
+    const size_t N = w->model->n.q + w->model->n.v;
+    const double h = w->step->h;
+    memset(s, 0, N * sizeof *s);
+    add(s, h * entry(method, w->stages - 1, i), w->by_end, N);
+    for (size_t j = c.end; j < w->stages; j++)
+        add(s, h * entry(method, j, i), w->by_stage + j * N, N);
+}
+
+/* y += A' x */
+static void add_transposed(const double *a, size_t n, const double *x, double *y) {
+    for (size_t j = 0; j < n; j++)
+        y[j] += kt_dense_dot(a + j * n, x, (int)n);
+}
+
+/* x^q_i of plain positions: they are part of the right-hand side and of the result. */
+static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
+    const kt_method *method = w->step->method;
+    const size_t n = w->model->n.v, N = 2 * n;
+    const double h = w->step->h;
+    double *x = w->correction;
+    for (size_t i = c.first; i < c.end; i++) {
+        double *right = x + (i - c.first) * n;
+        memcpy(right, s + (i - c.first) * N + n, n * sizeof *right);
+        for (size_t j = c.first; j < c.end; j++)
+            add(right, h * entry(method, j, i), s + (j - c.first) * N, n);
+    }
+    kt_coupled_solve_transposed(w, c, x);
+    for (size_t i = c.first; i < c.end; i++)
+        add_transposed(w->by_q + (i - c.first) * n * n, n, x + (i - c.first) * n, w->by_stage + i * N);
+    for (size_t i = c.first; i < c.end; i++) {
+        double *by_v = w->by_stage + i * N + n;
+        memcpy(by_v, s + (i - c.first) * N, n * sizeof *by_v);
+        for (size_t j = c.first; j < c.end; j++)
+            add(by_v, h * entry(method, j, i), w->by_stage + j * N, n);
+        add_transposed(w->by_v + (i - c.first) * n * n, n, x + (i - c.first) * n, by_v);
+    }
+}
+
+static void solve_whole(kt_step_work *w, kt_coupled c, const double *s) {
+    const kt_model *model = w->model;
+    const size_t nq = model->n.q, n = model->n.v, N = nq + n, count = c.end - c.first;
+    double *x = w->correction;
+    memcpy(x, s, count * N * sizeof *x);
+    kt_coupled_solve_transposed(w, c, x);
+    for (size_t i = c.first; i < c.end; i++) {
+        const double *q = w->stage + i * N, *k = x + (i - c.first) * N;
+        double *by_q = w->by_stage + i * N, *xi = w->unit_state;
+        memset(xi, 0, n * sizeof *xi);
+        add_transposed(w->by_q + (i - c.first) * n * n, n, k + nq, xi);
+        add_transposed(w->by_v + (i - c.first) * n * n, n, k + nq, by_q + nq);
+        kt_tangent_drop_transposed(model, q, xi, by_q);
+        kt_tangent_rate_transposed(model, q, q + nq, k, by_q, by_q + nq);
+    }
+}
+
+kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error) {
+    const kt_method *method = w->step->method;
+    const size_t n = w->model->n.v, N = w->model->n.q + n;
+    kt_coupled c[KT_METHOD_STAGES_MAX];
+    size_t count = 0;
+    for (size_t end = 0; end < w->stages; end = c[count++].end)
+        c[count] = kt_coupled_at(method, end);
+    memset(w->by_stage, 0, w->stages * N * sizeof *w->by_stage);
+    while (count-- > 0) {
+        if (!kt_coupled_counts(method, c[count]))
+            continue;
+        const kt_status status = kt_coupled_differentiate(w, c[count], n, error);
+        if (status != KT_OK)
+            return status;
+        for (size_t i = c[count].first; i < c[count].end; i++)
+            gather_adjoint(w, c[count], i, w->seed + (i - c[count].first) * N);
+        if (kt_is_plain(w->model))
+            solve_plain(w, c[count], w->seed);
+        else
+            solve_whole(w, c[count], w->seed);
+        for (size_t i = 0; i < c[count].end - c[count].first; i++) /* the last n unknowns are accelerations */
+            add_transposed(w->by_held + i * n * w->held_most, n, w->correction + (i + 1) * w->unknowns - n,
+                           w->by_force);
+    }
+    return KT_OK;
+}

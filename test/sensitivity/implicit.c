@@ -1,0 +1,274 @@
+/* Steps of implicit methods and their derivatives: against closed forms, against a simulation's steps, and against
+ * differences of the steps themselves, on trees, quaternions, loops and contacts. */
+#include "../constraint/linkage.h"
+#include "differences.h"
+#include "grown.h"
+
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- an oscillator ----------------------------------------------------------------------------------------------- */
+
+typedef struct matrix {
+    double a[4]; /* column-major */
+} matrix;
+
+static matrix combined(double one, double z, matrix x, double square, double cube) {
+    const double *a = x.a;
+    const matrix x2 = {
+        {a[0] * a[0] + a[2] * a[1], a[1] * a[0] + a[3] * a[1], a[0] * a[2] + a[2] * a[3], a[1] * a[2] + a[3] * a[3]}};
+    const double *b = x2.a;
+    const matrix x3 = {
+        {a[0] * b[0] + a[2] * b[1], a[1] * b[0] + a[3] * b[1], a[0] * b[2] + a[2] * b[3], a[1] * b[2] + a[3] * b[3]}};
+    matrix out;
+    for (int i = 0; i < 4; i++)
+        out.a[i] = one * (i % 3 == 0) + z * a[i] + square * b[i] + cube * x3.a[i];
+    return out;
+}
+
+/* q^-1 p */
+static matrix quotient(matrix q, matrix p) {
+    const double det = q.a[0] * q.a[3] - q.a[2] * q.a[1];
+    matrix out;
+    for (int j = 0; j < 2; j++) {
+        const double x = p.a[2 * j], y = p.a[2 * j + 1];
+        out.a[2 * j] = (q.a[3] * x - q.a[2] * y) / det;
+        out.a[2 * j + 1] = (q.a[0] * y - q.a[1] * x) / det;
+    }
+    return out;
+}
+
+/* R(h L) = P / Q of the method, a rational function (Hairer, Wanner II, IV.3). */
+static matrix growth(const char *method, matrix z) {
+    if (strcmp(method, "implicit-euler") == 0)
+        return quotient(combined(1.0, -1.0, z, 0.0, 0.0), combined(1.0, 0.0, z, 0.0, 0.0));
+    if (strcmp(method, "crank-nicolson") == 0)
+        return quotient(combined(1.0, -0.5, z, 0.0, 0.0), combined(1.0, 0.5, z, 0.0, 0.0));
+    return quotient(combined(1.0, -0.6, z, 0.15, -1.0 / 60.0), combined(1.0, 0.4, z, 0.05, 0.0));
+}
+
+/* m q'' = tau - k q - c q', stiff: A = R(h L), B = (R - 1) L^-1 (0, 1 / m). */
+KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
+    const double mass = 2.0, stiffness = 5e4, damping = 700.0, h = 0.05, tau = 3.0;
+    kt_body body = kt_body_default();
+    kt_effect spring = kt_effect_default();
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error e;
+    body.name = spring.joint = "mass";
+    body.joint.type = KT_JOINT_PRISMATIC;
+    body.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    body.mass = mass;
+    spring.type = KT_EFFECT_JOINT_SPRING;
+    spring.stiffness = stiffness;
+    spring.damping = damping;
+    d.bodies = &body, d.body_count = 1, d.effects = &spring, d.effect_count = 1;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e) ||
+        !kt_tree_fine("data", kt_data_create(model, &data, &e), &e))
+        return;
+    const double q = 0.1, v = 0.2;
+    const matrix z = {{0.0, -h * stiffness / mass, h, -h * damping / mass}};
+    for (int n = 0; n < 3; n++) {
+        const kt_step step = {.method = implicit_method(n), .h = h, .tau = &tau};
+        const size_t size = kt_step_work_size(model, step.method);
+        void *work = aligned_alloc(64, (size + 63) / 64 * 64);
+        double A[4], B[2], next_q = 0.0, next_v = 0.0;
+        kt_tree_fine("step", kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, A, B, &e),
+                     &e);
+        const matrix r = growth(step.method->name, z);
+        const double rest = tau / stiffness, off = q - rest;
+        for (int i = 0; i < 4; i++)
+            kt_check_near(step.method->name, A[i], r.a[i], 1e-13 * fmax(1.0, fabs(r.a[1])));
+        kt_check_near("B q", B[0], (1.0 - r.a[0]) / stiffness, 1e-15);
+        kt_check_near("B v", B[1], -r.a[1] / stiffness, 1e-15);
+        kt_check_near("q", next_q, rest + r.a[0] * off + r.a[2] * v, 1e-14);
+        kt_check_near("v", next_v, r.a[1] * off + r.a[3] * v, 1e-12);
+        free(work);
+    }
+    kt_data_free(data);
+    kt_model_free(model);
+}
+
+/* ---- trees ------------------------------------------------------------------------------------------------------- */
+
+enum { TREES = 12 };
+
+KT_TEST(derivatives_of_implicit_steps_of_trees_are_those_of_the_steps) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0, turning = 0;
+    for (int n = 0; n < TREES; n++) {
+        static grown s;
+        const kt_method *method = implicit_method(n);
+        if (grown_make(&s, n, &random)) {
+            const step_case c = {
+                s.tree.model,
+                s.tree.data,
+                s.state.q,
+                s.state.v,
+                {.method = method, .t = 0.1, .h = 0.01, .tau = s.state.tau, .external = s.state.external},
+                0.01};
+            turning += s.tree.nq > s.tree.nv;
+            taken += compare_step(&c, &worst, method->name);
+        }
+        kt_tree_free(&s.tree);
+    }
+    kt_check_worst(&worst);
+    kt_check_equal_int("trees", taken, TREES);
+    kt_check_above("with quaternions", turning, 6.0);
+}
+
+/* A simulation solves the same equations with other matrices, to rounding. */
+KT_TEST(implicit_step_is_that_of_a_simulation) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("state after the step");
+    for (int n = 0; n < 12; n++) {
+        static grown s;
+        double q[KT_TREE_NQ], v[KT_TREE_NV];
+        kt_run run = kt_run_default();
+        kt_simulation *simulation = NULL;
+        kt_error error;
+        const kt_step step = {.method = implicit_method(n), .h = 0.01};
+        run.integrator = step.method->name;
+        run.step = 0.01;
+        if (grown_make(&s, n, &random) &&
+            kt_tree_fine("simulation", kt_simulation_create(s.tree.model, &run, NULL, &simulation, &error), &error) &&
+            kt_tree_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error)) {
+            const size_t size = kt_step_work_size(s.tree.model, step.method);
+            void *work = aligned_alloc(64, (size + 63) / 64 * 64);
+            memcpy(q, kt_simulation_positions(simulation), (size_t)s.tree.nq * sizeof *q);
+            memcpy(v, kt_simulation_velocities(simulation), (size_t)s.tree.nv * sizeof *v);
+            kt_tree_fine("step", kt_step_evaluate(s.tree.model, s.tree.data, work, size, &step, q, v, q, v, &error),
+                         &error);
+            kt_tree_fine("simulated", kt_simulation_step(simulation, 0.01, &error), &error);
+            const double *at = kt_simulation_positions(simulation), *rate = kt_simulation_velocities(simulation);
+            const double most = fmax(1.0, kt_tree_largest(v, s.tree.nv));
+            for (int i = 0; i < s.tree.nq; i++)
+                kt_worst_near(&worst, q[i], at[i], 1e-13 * most, "%s, tree %d position %d", run.integrator, n, i);
+            for (int i = 0; i < s.tree.nv; i++)
+                kt_worst_near(&worst, v[i], rate[i], 1e-11 * most, "%s, tree %d velocity %d", run.integrator, n, i);
+            free(work);
+        }
+        kt_simulation_free(simulation);
+        kt_tree_free(&s.tree);
+    }
+    kt_check_worst(&worst);
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+static int compare_linkage(linkage *l, const char *name, double h, kt_structure structure, kt_worst *worst) {
+    int taken = 0;
+    for (int metric = 0; metric < 2; metric++) {
+        l->options = kt_model_options_default();
+        l->options.structure = structure;
+        l->options.metric = metric ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        if (!linkage_build(l, 0.0))
+            continue;
+        for (int m = 0; m < 3; m++) {
+            const step_case c = {l->model, l->data, l->q, l->v, {.method = implicit_method(m), .h = h}, 0.004};
+            taken += compare_step(&c, worst, name);
+        }
+        linkage_free(l);
+    }
+    return taken;
+}
+
+KT_TEST(derivatives_of_implicit_steps_follow_the_projection) {
+    static linkage l;
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0;
+    four_bar f = four_bar_default();
+    f.rate = 3.0;
+    linkage_four_bar(&l, &f);
+    taken += compare_linkage(&l, "four-bar", 0.05, KT_STRUCTURE_AUTO, &worst);
+    linkage_windows(&l, 3, 0.4, 2.0, KT_LOOP_REVOLUTE);
+    taken += compare_linkage(&l, "windows", 0.05, KT_STRUCTURE_AUTO, &worst);
+    linkage_windows(&l, 6, 0.4, 2.0, KT_LOOP_REVOLUTE);
+    taken += compare_linkage(&l, "many windows", 0.02, KT_STRUCTURE_FRONTS, &worst);
+    linkage_bricard(&l);
+    taken += compare_linkage(&l, "Bricard", 0.02, KT_STRUCTURE_AUTO, &worst);
+    kt_check_worst(&worst);
+    kt_check_above("steps", taken, 18.0);
+}
+
+KT_TEST(derivatives_of_implicit_steps_of_random_closed_mechanisms_hold) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0;
+    for (int n = 0; n < 12; n++) {
+        static tangle g;
+        tangle_plan plan = n % 4 == 3 ? tangle_plan_planar() : tangle_plan_default();
+        plan.tree.bodies = 7;
+        plan.tree.massless = false;
+        plan.loops = 1 + n % 2;
+        plan.options.metric = n % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        plan.options.structure = n % 4 < 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS;
+        if (tangle_grow(&g, &plan, &random)) {
+            const kt_step step = {
+                .method = implicit_method(n), .t = g.t, .h = 1e-3, .tau = g.tau, .external = g.external};
+            const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 1e-3};
+            taken += compare_step(&c, &worst, step.method->name);
+        }
+        tangle_free(&g);
+    }
+    kt_check_worst(&worst);
+    kt_check_above("mechanisms", taken, 8.0);
+}
+
+/* ---- contact ----------------------------------------------------------------------------------------------------- */
+
+/* A ball of 1 kg and 0.1 m that rolls and slides on the ground, stiff, at some depth; or, closing, just above it. */
+static void compare_contact(double height, double speed, double h, double reach, kt_worst *worst, int *taken) {
+    kt_body body = kt_body_default();
+    kt_effect contact = kt_effect_default();
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error e;
+    const double q[7] = {0.0, 0.0, 0.1 + height, 1.0, 0.0, 0.0, 0.0};
+    const double v[6] = {0.3, -0.2, 0.1, 0.4, 0.2, speed};
+    body.name = "ball";
+    body.joint.type = KT_JOINT_FREE;
+    body.mass = 1.0;
+    body.inertia = (kt_sym3){4e-3, 4e-3, 4e-3, 0.0, 0.0, 0.0};
+    contact.type = KT_EFFECT_CONTACT;
+    contact.between[0].body = "ball";
+    contact.stiffness = 1e6;
+    contact.exponent = 1.5;
+    contact.dissipation = 0.5;
+    contact.radius = 0.1;
+    contact.friction = 0.4;
+    contact.slip = 0.05;
+    d.bodies = &body, d.body_count = 1, d.effects = &contact, d.effect_count = 1;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e) ||
+        !kt_tree_fine("data", kt_data_create(model, &data, &e), &e))
+        return;
+    for (int m = 0; m < 3; m++) {
+        const step_case c = {model, data, q, v, {.method = implicit_method(m), .h = h}, reach};
+        *taken += compare_step(&c, worst, c.step.method->name);
+    }
+    kt_data_free(data);
+    kt_model_free(model);
+}
+
+KT_TEST(derivatives_of_implicit_steps_know_contacts) {
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0;
+    compare_contact(-2e-3, -0.5, 1e-3, 2e-5, &worst, &taken);
+    kt_check_worst(&worst);
+    kt_check_equal_int("steps", taken, 3);
+}
+
+/* All stages but the first are in contact, where the Jacobian of the start knows nothing of it. */
+KT_TEST(implicit_steps_that_close_a_contact_are_solved) {
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0;
+    compare_contact(1e-4, -3.0, 1e-3, 1e-6, &worst, &taken);
+    kt_check_worst(&worst);
+    kt_check_equal_int("steps", taken, 3);
+}
