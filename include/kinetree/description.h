@@ -321,6 +321,17 @@ typedef struct kt_term {
     double coefficient; /* of its position, rad or m, or of its rate */
 } kt_term;
 
+/* Whether a loop or an effect acts throughout, or may be switched on and off while a program runs (model.h). */
+typedef enum kt_switching {
+    KT_ALWAYS_ON = 0,
+    KT_SWITCHED_ON,     /* may be switched; at first it is on */
+    KT_SWITCHED_OFF,    /* may be switched; at first it is off */
+    KT_SWITCHING_COUNT, /* how many of these there are */
+} kt_switching;
+
+/* The most loops and effects together that may be switched in one description: there is a model for each set of them. */
+enum { KT_SWITCH_MAX = 10 };
+
 /* A constraint that the tree cannot carry; only the members of its type are read. */
 typedef struct kt_loop {
     const char *name;     /* as a body's; the only loop of its name */
@@ -346,6 +357,7 @@ typedef struct kt_loop {
     kt_loop_given given;         /* custom: what the callback writes; default: residuals */
     bool driven;                 /* custom: the equations depend on time */
     void *user;                  /* custom: handed to the callback; must outlive the model */
+    kt_switching switching;      /* whether it may be switched on and off while a program runs; default: always on */
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */
@@ -466,6 +478,7 @@ typedef struct kt_effect {
     kt_effect_joint_force_derivatives_callback *joint_force_derivatives; /* custom: of `joint_force`; NULL: likewise */
     kt_corner_callback *corner; /* custom: when its force has corners; NULL: never */
     void *user;                 /* custom: handed to the callback; must outlive the model */
+    kt_switching switching;     /* as of a loop */
 } kt_effect;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

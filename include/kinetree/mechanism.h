@@ -153,6 +153,20 @@ typedef struct kt_residual {
 KT_API KT_CHECKED kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, kt_residual *residual, kt_error *error);
 
+/* What an impact does to the kinetic energy, J: it changes by supplied - dissipated. */
+typedef struct kt_impact {
+    double dissipated; /* d'M d / 2 of the change d of the velocities: 0 or more */
+    double supplied;   /* by loops that move: those that are driven */
+} kt_impact;
+
+/* A plastic impact: v (nv) becomes the velocity onto which the impulses of the loops bring it, the one that fits them and is
+ * nearest in the mass metric. q stays, and the loops should be closed there. Serves after loops have been switched on
+ * (kt_loop_enable). *impact may be NULL. Errors: KT_ERROR_CONSTRAINT (the loops contradict each other),
+ * KT_ERROR_SINGULAR (no inertia along what the loops leave), KT_ERROR_NOT_FINITE; v is then untouched. Cost: of a
+ * projection. */
+KT_API KT_CHECKED kt_status kt_velocity_impact(const kt_model *model, kt_data *data, double t, const double *q,
+                                               double *v, kt_impact *impact, kt_error *error);
+
 /* Moves q by the least step, and then v, until all loops are closed to rounding, and renormalises quaternions [MSD 7.55
  * to 7.58]. *changed (may be NULL) tells whether any number changed. q and v are untouched on failure. At most
  * KT_POSITION_STEPS_MAX and KT_VELOCITY_STEPS_MAX steps are taken; if loops are still open, the call fails, and at most

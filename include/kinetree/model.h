@@ -196,12 +196,50 @@ typedef enum kt_energetics {
 /* Of a model, without torques and wrenches that the caller sets. O(effects). */
 KT_API kt_energetics kt_model_energetics(const kt_model *model);
 
+/* ---- loops and effects that are switched ---------------------------------------------------------------------------
+ *
+ * Loops and effects whose description says so (`switching`) can be switched on and off while a program runs: feet that
+ * stand and swing, clutches, ropes that are let go. For each set of those that are on there is a model of its own; all
+ * are compiled at once, with the same bodies, coordinates and indices of loops and effects. Each of these models is what
+ * a description without the others would be compiled to, to the last bit, and costs what that costs: what is off has no
+ * equations (kt_loop_rows_of has none), reactions of zero, and takes no instruction. Switching is taking another model,
+ * and initialising the data for it; nothing is allocated.
+ *
+ * What is switched has an index, 0 <= k < kt_switch_count: loops first, then effects, each in the order of the
+ * description. A set is a number with the bits 1 << k of those that are on.
+ *
+ * Velocities before a loop is switched on need not fit it: kt_velocity_impact (mechanism.h) makes them. Of positions,
+ * kt_state_project closes what is open by no more than a step would leave.
+ */
+
+/* How many loops and effects may be switched; 0 of NULL. */
+KT_API int kt_switch_count(const kt_model *model);
+/* The name of one; NULL unless 0 <= k < kt_switch_count; "" of an effect without a name. */
+KT_API const char *kt_switch_name(const kt_model *model, int k);
+/* The switch of a loop, and of an effect; -1 of those that are always on. */
+KT_API int kt_loop_switch(const kt_model *model, int loop);
+KT_API int kt_effect_switch(const kt_model *model, int effect);
+/* The set of those that are on in this model; kt_model_compile returns the model of the description's. */
+KT_API uint64_t kt_switch_set(const kt_model *model);
+/* The model with another set; NULL if a bit is none of a switch's. It belongs to the same block of memory: kt_model_free
+ * releases all at once, kt_model_copy copies and kt_model_size counts all, and kt_parameter_set sets all. O(1). */
+KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
+
+/* Switches a loop on or off: *model becomes the model with it or without it, and the data, made for any of these models,
+ * are initialised for that one (data may be NULL). Counts of iterations go on. Errors: KT_ERROR_ARGUMENT (there is no
+ * such loop, or it is always on; the data are of another mechanism); both are then untouched. Nothing is allocated. Cost:
+ * the data are cleared. */
+KT_API KT_CHECKED kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
+/* Likewise of an effect. */
+KT_API KT_CHECKED kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on,
+                                             kt_error *error);
+
 /* ---- the workspace ----------------------------------------------------------------------------------------------- */
 
 /* What the addresses of the caller's memory must be a multiple of. */
 enum { KT_ALIGNMENT = 64 /* bytes */ };
 
-/* Bytes that the data of a model take. */
+/* Bytes that the data of a model take; where loops or effects are switched, of the model for which they take most. */
 KT_API size_t kt_data_size(const kt_model *model);
 
 /* Initialises data in the caller's memory, which must stay there while the data are used. Refuses memory that is too

@@ -322,6 +322,19 @@ KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double
 KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v,
                                                kt_error *error);
 
+/* Switches loops and effects on and off at the present time (model.h): those whose bits are in the set are on from now on.
+ * Loops that are switched on exert an impulse, which brings the velocities onto them: a plastic impact, least in kinetic
+ * energy. *loss (may be NULL) is the kinetic energy that is lost by it, J; negative where moving loops supply some. With a
+ * balance, what the impulse and springs that are switched off lose counts as dissipated, what springs bring that are
+ * switched on as supplied. Slopes from before are forgotten; checkpoints hold the set. For the actions of events, and
+ * between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated); KT_ERROR_CONSTRAINT
+ * (loops of the set are open by more than 1e-6 of a radian or of the mechanism's length; contradictory velocities); the
+ * simulation is then as before. Nothing is allocated. Cost: of a projection, and the data are cleared. */
+KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
+                                                 kt_error *error);
+/* The model that the simulation has now: that which it was made with, or another of its sets. */
+KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
+
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches that the next step will have.
  * Errors: as for a step; a is then untouched. Cost: that of kt_acceleration_evaluate; the
  * next step does not use the result, unlike that of kt_simulation_sense. */
@@ -429,6 +442,7 @@ typedef struct kt_record {
     const kt_wrench *reactions;      /* one for each body, as in kt_joint_reactions; reaction */
     const kt_wrench *loop_reactions; /* one for each loop, as in kt_reaction_evaluate; reaction */
     const double *multipliers;       /* one for each equation, as in kt_multiplier_evaluate; reaction or multiplier */
+    const kt_model *model; /* the caller's; where loops or effects are switched, that of those that are on */
     const kt_data *data; /* kinematics of q and v (and a, where it is given) for kt_body_pose, kt_point_position and
                             similar queries; energy, reaction or kinematics */
 } kt_record;

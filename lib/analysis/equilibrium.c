@@ -361,6 +361,8 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
     for (size_t i = 0; i < l->model->n.loop; i++) {
         const kt_loop_record *loop = &l->model->loop[i];
         double f[3] = {0.0, 0.0, 0.0};
+        if (kt_loop_is_off(loop))
+            continue;
         if (KT_HAS_LOOPS && loop->term_count) {
             const kt_relation_row row = kt_loop_kinds_baseline[loop->kind]->relate(loop, l->model->number, 0.0, l->t);
             f[1] = row.rate;

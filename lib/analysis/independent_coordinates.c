@@ -167,6 +167,8 @@ static void scale(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
+        if (kt_loop_is_off(loop))
+            continue;
         const kt_group_work w = kt_group_matrices(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
         const int32_t *slot = kt_rows_slots(model, &model->group[loop->group], loop);
         for (int r = 0; r < loop->row_count; r++)
@@ -178,6 +180,8 @@ static void find_holonomic(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
+        if (kt_loop_is_off(loop))
+            continue;
         const kt_group *group = &model->group[loop->group];
         const int32_t *slot = kt_rows_slots(model, group, loop);
         for (int r = 0; r < loop->row_count; r++)

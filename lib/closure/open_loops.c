@@ -62,6 +62,8 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
     int worst = -1;
     double most = -1.0, relative;
     for (int i = 0; i < (int)model->n.loop; i++) {
+        if (kt_loop_is_off(&model->loop[i]))
+            continue;
         (void)gap_of(model, data, &model->loop[i], moving, &relative);
         if ((relative < below || (relative == below && i > after)) && relative > most) {
             most = relative;

@@ -130,15 +130,10 @@ static bool is_undecided(const kt_model *model, const kt_data *data, double gap)
            smallest(model, data, KT_ROWS_CLOSED) < RESOLVED;
 }
 
-kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
-                               double goal, double tolerance, bool *changed, kt_violation *violation) {
-    data->closing = (kt_iterations){0, 0, 0, 0};
-    kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
-    if (closure != KT_CLOSURE_DONE)
-        return closure;
-    if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
-        return KT_CLOSURE_OPEN;
-    closure = close_velocities(model, data, v, changed, violation);
+/* Closes the velocities at positions whose equations are filled. */
+KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t, const double *q, double *v,
+                                  double tolerance, bool *changed, kt_violation *violation) {
+    const kt_closure closure = close_velocities(model, data, v, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
     if (!isfinite(violation->velocity))
@@ -153,6 +148,17 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
                ? KT_CLOSURE_DONE
                : KT_CLOSURE_OPEN;
+}
+
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
+                               double goal, double tolerance, bool *changed, kt_violation *violation) {
+    data->closing = (kt_iterations){0, 0, 0, 0};
+    const kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
+    if (closure != KT_CLOSURE_DONE)
+        return closure;
+    if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
+        return KT_CLOSURE_OPEN;
+    return close_motion(model, data, t, q, v, tolerance, changed, violation);
 }
 
 /* Reports the gaps that remain when the loops are closed as far as possible; if a search closes them, which reaches
@@ -223,3 +229,20 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
     const kt_status status = refuse(model, data, t, closure, input, closed, error);
     return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }
+
+#if KT_HAS_SWITCHES
+kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *v,
+                                kt_error *error) {
+    kt_violation violation;
+    bool changed = false;
+    data->closing = (kt_iterations){0, 0, 0, 0};
+    kt_closure closure = KT_CLOSURE_NOT_FINITE;
+    if (kt_reduction_kernels_of(model)->residuals(model, data, t, input->q, v, NULL, &violation))
+        closure = close_motion(model, data, t, input->q, v, KT_CLOSED_STEP, &changed, &violation);
+    remember(data);
+    if (closure == KT_CLOSURE_DONE)
+        return KT_OK;
+    const kt_status status = refuse(model, data, t, closure, input, true, error);
+    return kt_loops_explain(model, data, t, input->q, input->v, status, error);
+}
+#endif

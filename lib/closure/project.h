@@ -42,6 +42,9 @@ bool kt_unit_quaternions(const kt_model *model, double *q);
  * the assembly. `input` is used in messages. */
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
                            bool *moved, kt_error *error);
+/* The velocities alone, at positions that stay. */
+kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *v,
+                                kt_error *error);
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
                             kt_error *error);
 

@@ -11,7 +11,7 @@
 static bool has_custom_loops(const kt_model *model) {
     bool any = false;
     for (size_t i = 0; i < model->n.loop; i++)
-        any |= model->loop[i].kind == KT_LOOP_KIND_CUSTOM;
+        any |= model->loop[i].kind == KT_LOOP_KIND_CUSTOM && !kt_loop_is_off(&model->loop[i]);
     return any;
 }
 

@@ -46,7 +46,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
         kt_attach_align_axis(&r->frame[k], kt_loop_axis(loop, k));
     }
     r->ancestor = kt_attach_ancestor(a, r->link[0], r->link[1]);
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < 2 && !kt_loop_is_off(r); k++)
         r->length[k] = kt_attach_join_path(a, r->link[k], r->ancestor);
     if (r->length[0] && r->length[1])
         kt_attach_join(a, r->link[0], r->link[1]);
@@ -143,11 +143,15 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
-        r->row_count = kt_loop_equation_count(loop);
+        const bool off = KT_IS_OFF(loop);
+        r->group = off ? -1 : 0;
+        r->term_count = off ? -1 : 0;
+        r->row_count = off ? 0 : kt_loop_equation_count(loop);
         r->equation = (int32_t)n->row;
         n->row += (size_t)r->row_count;
         if (kt_attach_is_relation(r->type)) {
-            trace_relation(a, loop, r, n);
+            if (!off)
+                trace_relation(a, loop, r, n);
         } else {
             kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
@@ -165,6 +169,9 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     return KT_OK;
 }
 
+/* The function of time of a loop that is switched off: steps do not end at its corners. */
+static const kt_curve no_curve = {.type = KT_FUNCTION_CONSTANT};
+
 /* Whether a relation of rates is driven at one speed: its right-hand side is no function of time then, but no zero. */
 static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
     return r->term_count && kt_loop_kinds_baseline[r->kind]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
@@ -181,21 +188,22 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         const kt_loop *loop = &a->description->loops[i];
         kt_loop_record *r = &m->loop[i];
         kt_vec3 origin;
-        if (!kt_attach_is_relation(r->type) && kt_attach_find_origin(m, r, &origin))
+        if (!kt_attach_is_relation(r->type) && !kt_loop_is_off(r) && kt_attach_find_origin(m, r, &origin))
             r->origin = origin;
         for (int k = 0; k < r->term_count; k++)
             m->term[r->term + k] = (kt_term_record){.link = joint_link(m, kt_loop_term(loop, k).joint),
                                                     .coefficient = kt_loop_term(loop, k).coefficient};
-        if (KT_HAS_LOOPS && m->n.planar && !kt_attach_is_relation(r->type) &&
+        if (KT_HAS_LOOPS && m->n.planar && !kt_attach_is_relation(r->type) && !kt_loop_is_off(r) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
             m->planar_loop[i] = a->flat[i];
             kt_planar_ends(m, r, &m->planar_loop[i]);
         }
         const kt_function function = function_of(a, loop, r);
-        r->curve = kt_curve_compile(&function, m->number, *number);
+        const kt_curve curve = kt_curve_compile(&function, m->number, *number);
+        r->curve = kt_loop_is_off(r) && curve.type != KT_FUNCTION_NONE ? no_curve : curve;
         *number += kt_curve_number_count(&function);
         prepare(loop, m, r, number);
-        m->driven |= kt_loop_is_driven(r) || has_constant_rate(m, r);
+        m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
         memcpy(m->text + *text, loop->name, length);
@@ -224,7 +232,7 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
 
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *text, kt_error *error) {
     size_t variable = 0;
-    for (size_t i = 0; i < m->n.effect; i++) {
+    for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
         *r = (kt_effect_record){.type = (int32_t)effect->type, .source = (int32_t)i};
@@ -254,7 +262,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             r->curve[k] = kt_curve_compile(function, m->number, *number);
             *number += kt_curve_number_count(function);
         }
-        if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION) {
+        if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION && !KT_IS_OFF(effect)) {
             const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, &variable, error);
             if (read != KT_OK)
                 return read;
@@ -351,7 +359,9 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
                           kt_error *error) {
     kt_counts n = (*model)->n;
     n.loop = (size_t)description->loop_count;
-    n.effect = (size_t)description->effect_count;
+    for (int i = 0; i < description->effect_count; i++)
+        n.effect_off += KT_IS_OFF(&description->effects[i]);
+    n.effect = (size_t)description->effect_count - n.effect_off;
     n.planar_loop = n.planar ? n.loop : 0;
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = place_arrays(NULL, NULL, &n);

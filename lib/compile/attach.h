@@ -21,7 +21,7 @@
     X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
-    X(kt_effect_record, effect, n->effect, "in the description's order")                                               \
+    X(kt_effect_record, effect, n->effect + n->effect_off, "in the description's order")                               \
     X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")                                     \
     X(int32_t, order, n->link, "links of a group as a front may take them (front_order.c)")                            \
     X(int32_t, best, n->link, "the best of these orders")                                                              \

@@ -45,16 +45,18 @@ static void mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *n
 
 kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
     bool known[KEYS] = {false};
-    for (size_t i = 0; i < n->effect; i++) {
+    for (size_t i = 0; i < n->effect + n->effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         const int ends = kt_effect_end_count(effect), key = key_of((int)effect->type, ends);
+        n->text += effect->name ? strlen(effect->name) + 1 : 0;
+        if (KT_IS_OFF(effect))
+            continue;
         n->batch += !known[key];
         known[key] = true;
         if (ends > 0 && n->force_link == 0)
             n->force_link = 1; /* the ground */
         for (int k = 0; k < ends; k++)
             mark(a, n, effect->between[k].body);
-        n->text += effect->name ? strlen(effect->name) + 1 : 0;
         if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
             continue;
         kt_formula_names names;
@@ -87,16 +89,22 @@ static void list_force_links(kt_attach *a, kt_model *m) {
     }
 }
 
+/* Whether an effect of the description, and of a->effect, is switched off. */
+static bool is_off(const kt_attach *a, size_t i) {
+    return KT_IS_OFF(&a->description->effects[i]);
+}
+
 void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
+    const size_t count = m->n.effect + m->n.effect_off;
     int32_t place = 0, batch = 0;
     list_force_links(a, m);
     for (size_t k = 0; k < m->n.variable; k++)
         m->variable[k].force_link = a->force_link[m->variable[k].link];
     for (int key = 0; key < KEYS && place < (int32_t)m->n.effect; key++) {
         const int32_t first = place;
-        for (size_t i = 0; i < m->n.effect; i++) {
+        for (size_t i = 0; i < count; i++) {
             const kt_effect_record *r = &a->effect[i];
-            if (key_of(r->type, r->ends) != key)
+            if (key_of(r->type, r->ends) != key || is_off(a, i))
                 continue;
             m->effect[place] = *r;
             for (int k = 0; k < r->ends; k++)
@@ -107,4 +115,7 @@ void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
             m->batch[batch++] = (kt_effect_batch){
                 .type = m->effect[first].type, .ends = m->effect[first].ends, .first = first, .count = place - first};
     }
+    for (size_t i = 0; i < count; i++)
+        if (is_off(a, i))
+            m->effect[place++] = a->effect[i];
 }

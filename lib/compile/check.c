@@ -182,6 +182,11 @@ static void check_custom_loop(kt_checker *checker, const kt_loop *loop) {
                          "a loop that is not holonomic has no residuals; give its rows (KT_LOOP_GIVES_ROWS or _ALL)");
 }
 
+static void check_switching(kt_checker *checker, kt_switching switching) {
+    if (KT_HAS_SWITCHES && (unsigned)switching >= KT_SWITCHING_COUNT)
+        kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
+}
+
 static void check_loop(kt_checker *checker, const kt_loop *loop) {
     const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
     const kt_loop standard = kt_loop_default();
@@ -193,6 +198,7 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         kt_checker_keys(checker, descriptor, loop, &standard);
     if (KT_HAS_LOOPS && loop->type == KT_LOOP_CUSTOM)
         check_custom_loop(checker, loop);
+    check_switching(checker, loop->switching);
 }
 
 static void check_effect(kt_checker *checker, const kt_effect *effect) {

@@ -32,22 +32,10 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
     return KT_OK;
 }
 
-kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
-                           kt_error *error) {
-    if (KT_IS_MISSING(error, description, model))
-        return KT_ERROR_ARGUMENT;
-    const kt_model_options defaults = kt_model_options_default();
-    const kt_model_options *settings = options ? options : &defaults;
+kt_status kt_model_compile_one(const kt_description *description, const kt_model_options *options, kt_model **model,
+                               kt_error *error) {
     kt_model *tree = NULL;
-    if (!model)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_compile", "model is NULL");
-    kt_status status = check_options(settings, error);
-    if (status == KT_OK)
-        status = refuse_loops(description, error);
-    if (status == KT_OK)
-        status = kt_description_check(description, NULL, NULL, error);
-    if (status == KT_OK)
-        status = kt_model_build(description, settings, &tree, error);
+    kt_status status = kt_model_build(description, options, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
     if (status == KT_OK && KT_HAS_LOOPS)
@@ -57,4 +45,21 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     else
         kt_model_free(tree);
     return status;
+}
+
+kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
+                           kt_error *error) {
+    if (KT_IS_MISSING(error, description, model))
+        return KT_ERROR_ARGUMENT;
+    const kt_model_options defaults = kt_model_options_default();
+    const kt_model_options *settings = options ? options : &defaults;
+    kt_status status = check_options(settings, error);
+    if (status == KT_OK)
+        status = refuse_loops(description, error);
+    if (status == KT_OK)
+        status = kt_description_check(description, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    return kt_switches_count(description) > 0 ? kt_family_compile(description, settings, model, error)
+                                              : kt_model_compile_one(description, settings, model, error);
 }

@@ -27,6 +27,8 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
         a->number[i] = -1;
     for (size_t i = 0; i < n->loop; i++) {
         kt_loop_record *r = &a->loop[i];
+        if (kt_loop_is_off(r))
+            continue;
         const int32_t some = kt_attach_is_relation(r->type) ? r->link[0] : r->link[r->length[0] ? 0 : 1];
         int32_t *number = &a->number[set_of(a, some)];
         if (*number < 0)
@@ -48,6 +50,8 @@ static void measure_groups(kt_attach *a, kt_model *m) {
     for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++)
         m->group[g] = (kt_group){.parent = -1};
     for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
+        if (kt_loop_is_off(&m->loop[i]))
+            continue;
         kt_group *group = &m->group[m->loop[i].group];
         m->loop[i].row = group->row_count;
         group->row_count += m->loop[i].row_count;
@@ -118,6 +122,8 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     if (KT_HAS_LOOPS && m->n.group)
         m->forward = kt_closed_forward;
     for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
+        if (kt_loop_is_off(&m->loop[i]))
+            continue;
         kt_group *group = &m->group[m->loop[i].group];
         m->group_loop[group->loop + group->loop_count++] = (int32_t)i;
     }

@@ -50,6 +50,8 @@ static void leave_unknown(const kt_model *m, int found, unsigned char *verdict) 
 static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
     for (int i = 0; i < d->loop_count && KT_HAS_LOOPS; i++) {
         const kt_loop *loop = &d->loops[i];
+        if (KT_IS_OFF(loop))
+            continue;
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
             leave_unknown(m, loop->between[k].body ? kt_body_find(m, loop->between[k].body) : 0, verdict);
         for (int k = 0; k < kt_loop_term_count(loop); k++)

@@ -8,7 +8,7 @@
 #include <string.h>
 
 static void measure(kt_model *m, const kt_description *description, const kt_pose *poses) {
-    for (size_t i = 0; i < m->n.effect; i++) {
+    for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         kt_effect_record *r = &m->effect[i];
         if (!kt_effect_has_initial_length(&description->effects[r->source]))
             continue;

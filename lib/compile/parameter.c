@@ -9,6 +9,7 @@
 #include "effect/effect.h"
 #include "joint/joint.h"
 #include "kinetree/descriptor.h"
+#include "model/switching.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -134,7 +135,7 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
 
 static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const char *what = p->loop ? "loop" : "effect";
-    const size_t count = p->loop ? m->n.loop : m->n.effect;
+    const size_t count = p->loop ? m->n.loop : m->n.effect + m->n.effect_off;
     const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
@@ -196,7 +197,7 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
     case KT_PARAMETER_EFFECT:
     case KT_PARAMETER_EFFECT_CURVE:
     case KT_PARAMETER_EFFECT_VALUE:
-        return KT_IS_INDEX(item, m->n.effect) &&
+        return KT_IS_INDEX(item, m->n.effect + m->n.effect_off) &&
                has_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter);
     case KT_PARAMETER_LOOP_CURVE:
         return KT_IS_INDEX(item, m->n.loop) &&
@@ -273,8 +274,10 @@ kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter,
     if (KT_IS_MISSING(error, model, parameter, values))
         return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_require(model, parameter, error);
-    if (status == KT_OK)
-        get(model, parameter, values);
+    const bool off = KT_HAS_SWITCHES && parameter->kind == KT_PARAMETER_LOOP_CURVE && status == KT_OK &&
+                     kt_loop_is_off(&model->loop[parameter->item]);
+    if (status == KT_OK) /* the function of a loop that is off is that of the models in which it is on */
+        get(off ? kt_family_model(model->family, kt_family_sets(model->family) - 1) : model, parameter, values);
     return status;
 }
 
@@ -452,17 +455,40 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
             copy->effect[parameter->item].curve[k] = constant(values[k]);
         break;
     case KT_PARAMETER_LOOP_CURVE:
+        if (kt_loop_is_off(&copy->loop[parameter->item]))
+            break; /* its function is that of the models in which it is on */
         copy->loop[parameter->item].curve = curve_of(values);
         copy->driven = true;
         break;
     }
 }
 
+/* The same parameter in another model of the family: effects have the order of their batches. */
+static kt_parameter parameter_in(const kt_model *from, const kt_parameter *parameter, const kt_model *to) {
+    kt_parameter there = *parameter;
+    if (parameter->kind < KT_PARAMETER_EFFECT || parameter->kind > KT_PARAMETER_EFFECT_VALUE)
+        return there;
+    const int32_t source = from->effect[parameter->item].source;
+    for (size_t i = 0; i < to->n.effect + to->n.effect_off; i++)
+        if (to->effect[i].source == source)
+            there.item = (int)i;
+    return there;
+}
+
 kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
     if (KT_IS_MISSING(error, copy, parameter, values))
         return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_check(copy, parameter, values, error);
-    if (status == KT_OK)
+    if (status != KT_OK)
+        return status;
+    if (!KT_HAS_SWITCHES || !copy->family) {
         kt_parameter_put(copy, parameter, values);
-    return status;
+        return KT_OK;
+    }
+    for (uint64_t set = 0; set < kt_family_sets(copy->family); set++) {
+        kt_model *model = kt_family_model(copy->family, set);
+        const kt_parameter there = parameter_in(copy, parameter, model);
+        kt_parameter_put(model, &there, values);
+    }
+    return KT_OK;
 }

@@ -160,7 +160,7 @@ void kt_attach_measure_loops(const kt_attach *a, kt_model *m) {
         bool has_common = false;
         for (size_t i = 0; i < m->n.loop; i++) {
             const kt_loop_record *r = &m->loop[i];
-            if (kt_attach_is_relation(r->type))
+            if (kt_attach_is_relation(r->type) || kt_loop_is_off(r))
                 continue;
             const bool counted = kt_attach_find_origin(m, r, &own);
             if (counted && !has_common)

@@ -46,6 +46,8 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
     for (int i = 0; i < o->description->loop_count; i++) {
         const kt_loop *loop = &o->description->loops[i];
         int32_t first = GROUND;
+        if (KT_IS_OFF(loop))
+            continue;
         for (int k = 0; k < connected_count(loop); k++) {
             const int32_t tree = body[connected(o, loop, k)].tree;
             if (tree == GROUND)
@@ -104,6 +106,8 @@ void kt_loops_planar_rows(const kt_ordered *o, kt_body_plane *body, const kt_pla
     for (int i = 0; i < o->description->loop_count; i++) {
         const kt_loop *loop = &o->description->loops[i];
         int32_t tree = GROUND;
+        if (KT_IS_OFF(loop))
+            continue;
         for (int k = 0; k < connected_count(loop) && tree == GROUND; k++)
             tree = body[connected(o, loop, k)].tree;
         kt_body_plane *component = &body[body[tree].component];

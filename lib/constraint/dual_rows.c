@@ -73,7 +73,7 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
         const size_t row = (size_t)loop->equation;
         kt_support w = {.x = x};
         kt_end_wrench wrench[2];
-        if (loop->term_count) /* a relation: A is constant, and b'' a function of time */
+        if (loop->term_count) /* a relation: A is constant, and b'' a function of time; or off */
             continue;
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++) {
@@ -102,7 +102,7 @@ void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q) {
     for (size_t l = 0; l < model->n.loop; l++) {
         const kt_loop_record *loop = &model->loop[l];
         kt_support w = {.x = x};
-        if (loop->term_count) /* a relation: A is constant, and b' a function of time */
+        if (loop->term_count) /* a relation: A is constant, and b' a function of time; or off */
             continue;
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++)

@@ -16,7 +16,7 @@ void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const doub
                       kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
     const bool in_space = kt_loop_gradient_reads_space(model);
     for (size_t i = 0; i < model->n.loop; i++) {
-        if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time */
+        if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time; or off */
             continue;
         if (!in_space)
             KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));

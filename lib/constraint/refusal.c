@@ -9,7 +9,7 @@ int KT_KERNEL(kt_loop_refusing)(const kt_model *model, const kt_data *data, doub
         const kt_loop_record *loop = &model->loop[i];
         kt_loop_equation equations[KT_LOOP_ROW_MAX] = {{.residual = 0.0}};
         kt_loop_end end[2];
-        if (loop->kind != KT_LOOP_KIND_CUSTOM)
+        if (loop->kind != KT_LOOP_KIND_CUSTOM || kt_loop_is_off(loop))
             continue;
         for (int k = 0; k < 2; k++)
             kt_end_follow(model, data, loop, k, true, v, &end[k]);

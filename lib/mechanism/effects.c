@@ -524,6 +524,9 @@ const kt_effect_record *kt_effect_record_find(const kt_model *model, int source)
         if (first[low].source == source)
             return &first[low];
     }
+    for (size_t i = 0; i < model->n.effect_off; i++)
+        if (model->effect[model->n.effect + i].source == source)
+            return &model->effect[model->n.effect + i];
     return NULL;
 }
 
@@ -566,6 +569,8 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
     find_ends_of_update(data, effect, end);
     for (int k = 0; k < effect->ends; k++)
         load->point[k] = end[k].point;
+    if ((size_t)(effect - model->effect) >= model->n.effect) /* switched off: it exerts nothing */
+        return 0;
     return effect->ends > 0
                ? evaluate_wrench(model, &in, effect, kind, end, t, load->wrench, NULL)
                : evaluate_joint_force(model, &in, effect, kind, q[link->q], v[link->v], t, &load->joint_force, NULL);
@@ -577,8 +582,8 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
         return KT_ERROR_ARGUMENT;
     const kt_effect_record *record = kt_effect_record_find(model, effect);
     if (!record)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
-                            model->n.effect);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %d", effect,
+                            kt_effect_count(model));
     const kt_status status =
         kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
     if (status != KT_OK)

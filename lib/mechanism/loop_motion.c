@@ -23,9 +23,11 @@ static kt_loop_end end_of(const kt_data *data, const kt_loop_record *loop, int k
 
 bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loop, kt_loop_motion *motion) {
     if (KT_IS_OTHER_DATA(NULL, model, data) || !motion || !KT_IS_INDEX(loop, model->n.loop) ||
-        model->loop[loop].term_count)
+        model->loop[loop].term_count > 0)
         return false;
     const kt_loop_record *r = &model->loop[loop];
+    if (kt_loop_is_off(r) && kt_loop_is_relation((kt_loop_type)r->type))
+        return false;
     const kt_loop_end end[2] = {end_of(data, r, 0), end_of(data, r, 1)};
     const kt_loop_relative relative = kt_loop_relative_of(end);
     const kt_custom_motion seen = kt_custom_motion_of(end, &relative);

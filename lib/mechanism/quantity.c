@@ -38,7 +38,7 @@ const char *kt_quantity_help(kt_effect_quantity quantity) {
 
 /* ---- the effects of a model -------------------------------------------------------------------------------------- */
 
-int kt_effect_count(const kt_model *model) { return model ? (int)model->n.effect : 0; }
+int kt_effect_count(const kt_model *model) { return model ? (int)(model->n.effect + model->n.effect_off) : 0; }
 
 const char *kt_effect_name(const kt_model *model, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
@@ -46,7 +46,7 @@ const char *kt_effect_name(const kt_model *model, int effect) {
 }
 
 int kt_effect_find(const kt_model *model, const char *name) {
-    for (size_t i = 0; model && name && name[0] != '\0' && i < model->n.effect; i++)
+    for (size_t i = 0; model && name && name[0] != '\0' && i < model->n.effect + model->n.effect_off; i++)
         if (model->effect[i].name && strcmp(model->text + model->effect[i].name, name) == 0)
             return model->effect[i].source;
     return -1;
@@ -215,10 +215,12 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
 
 kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                         const double *v, double *values, kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, values || !model->n.effect))
+    const int count = kt_effect_count(model);
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, values || !count))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_effect_state_check(model, data, q, v, model->n.force_link > 0, error);
-    for (int i = 0; i < (int)model->n.effect && status == KT_OK; i++)
+    const bool has_ends = model->n.force_link > 0 || model->n.effect_off > 0;
+    const kt_status status = kt_effect_state_check(model, data, q, v, has_ends, error);
+    for (int i = 0; i < count && status == KT_OK; i++)
         values += evaluate_one(model, data, t, q, v ? v : model->zero, kt_effect_record_find(model, i), values);
     return status;
 }

@@ -10,6 +10,7 @@
  */
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "model/switching.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -19,6 +20,8 @@
 static const kt_wrench *load(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              const double *tau, const kt_wrench *external, const double *a) {
     kt_effects_recall(model, data, &tau, &external);
+    if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
+        memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!KT_HAS_LOOPS || !model->n.group)
         return external;
     if (external)

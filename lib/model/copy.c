@@ -7,22 +7,36 @@
  */
 #include "base/arena.h"
 #include "model/model.h"
+#include "model/switching.h"
 
 #include <stdint.h>
 #include <string.h>
 
-size_t kt_model_size(const kt_model *model) { return model ? model->bytes : 0; }
+size_t kt_model_size(const kt_model *model) {
+    if (KT_HAS_SWITCHES && model && model->family)
+        return model->family->bytes;
+    return model ? model->bytes : 0;
+}
+
+void kt_model_copy_one(const kt_model *model, void *memory) {
+    kt_model *copy = memory;
+    memcpy(memory, model, model->bytes);
+    (void)kt_model_layout(memory, &model->n);
+    kt_model_name_all(copy);
+    copy->placed = true;
+}
 
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
     if (KT_IS_MISSING(error, model, copy))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_arena_check("kt_model_copy", "kt_model_size", memory, size, model->bytes, error);
+    const kt_status status = kt_arena_check("kt_model_copy", "kt_model_size", memory, size, kt_model_size(model), error);
     if (status != KT_OK)
         return status;
-    memcpy(memory, model, model->bytes);
+    if (KT_HAS_SWITCHES && model->family) {
+        *copy = kt_family_copy(model, memory);
+        return KT_OK;
+    }
+    kt_model_copy_one(model, memory);
     *copy = memory;
-    (void)kt_model_layout(memory, &model->n);
-    kt_model_name_all(*copy);
-    (*copy)->placed = true;
     return KT_OK;
 }

@@ -2,6 +2,9 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "model/model.h"
+#include "model/switching.h"
+
+#include <string.h>
 
 KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
 KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
@@ -42,12 +45,35 @@ void kt_model_name_all(kt_model *m) {
 }
 
 void kt_model_free(kt_model *model) {
+    if (KT_HAS_SWITCHES && model && model->family) {
+        if (!model->family->placed)
+            kt_aligned_release(model->family);
+        return;
+    }
     if (!model || model->placed)
         return;
     kt_aligned_release(model);
 }
 
-size_t kt_data_size(const kt_model *model) { return model ? lay_out_data(NULL, &model->n) : 0; }
+size_t kt_data_size(const kt_model *model) {
+    if (KT_HAS_SWITCHES && model && model->family && model->family->data)
+        return model->family->data;
+    return model ? lay_out_data(NULL, &model->n) : 0;
+}
+
+#if KT_HAS_SWITCHES
+void kt_data_adapt(const kt_model *model, kt_data *data) {
+    const kt_data before = *data;
+    memset(data, 0, lay_out_data(NULL, &model->n));
+    (void)lay_out_data(data, &model->n);
+    data->owned = before.owned;
+    data->bytes = before.bytes;
+    data->shape = model->shape;
+    data->iterations = before.iterations;
+    data->crossings = before.crossings;
+    data->passage = before.passage;
+}
+#endif
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
     if (KT_IS_MISSING(error, model, data))
@@ -58,6 +84,8 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
     (*data)->shape = model->shape;
+    if (KT_HAS_SWITCHES)
+        (*data)->bytes = size;
     return KT_OK;
 }
 

@@ -21,6 +21,7 @@ extern const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT];
 typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
+    size_t effect_off; /* effects that are switched off, behind the others */
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable;
     size_t front; /* links of groups, if any group is large enough for fronts */
@@ -84,7 +85,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(bool, held, n->v, "coordinates whose positions assembly fixes")                                                  \
     X(bool, held_velocity, n->v, "coordinates whose velocities assembly fixes")                                        \
     X(uint8_t, given, n->v, "which of a coordinate's position (1) and velocity (2) the description gives")             \
-    X(kt_effect_record, effect, n->effect, "effects, batch by batch, in the description's order")                      \
+    X(kt_effect_record, effect, n->effect + n->effect_off, "batch by batch, in the description's order; those off")    \
     X(kt_effect_batch, batch, n->batch, "effects of one type")                                                         \
     X(kt_force_link, force_link, n->force_link, "links that carry forces; 0: the ground")                              \
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
@@ -104,6 +105,8 @@ typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t
 
 struct kt_model {
     size_t bytes;
+    struct kt_family *family; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
+    uint64_t set;             /* of those that are on in this one */
     uint64_t shape; /* of the data that belong to it: a hash of their lengths */
     kt_counts n;
     kt_v4 gravity;
@@ -281,6 +284,7 @@ typedef struct kt_passage {
 
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
+    size_t bytes;      /* of its memory */
     uint64_t shape;    /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */

@@ -16,6 +16,17 @@
 
 #include <stdint.h>
 
+/* Whether loops and effects can be switched on and off (switching.h). A library without Jacobians, which is meant to be
+ * small, switches nothing. */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_SWITCHES 0
+#else
+#define KT_HAS_SWITCHES 1
+#endif
+
+/* Of a loop or an effect that is compiled: whether it is off in this model. */
+#define KT_IS_OFF(item) (KT_HAS_SWITCHES && (item)->switching == KT_SWITCHED_OFF)
+
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
     kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
@@ -104,8 +115,8 @@ typedef struct kt_loop_record {
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
     int32_t path[2];          /* in model->path: the links from the ancestor's child to the end's link */
     int32_t length[2];        /* of the paths */
-    int32_t term, term_count; /* relations: in model->term */
-    int32_t group;
+    int32_t term, term_count; /* relations: in model->term; -1 terms: it is switched off */
+    int32_t group;            /* -1: it is switched off */
     int32_t equation;       /* its first row among those of all loops */
     int32_t row, row_count; /* rows in its group: first, number */
     kt_curve curve;         /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
@@ -122,6 +133,10 @@ typedef struct kt_loop_record {
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */
 } kt_loop_record;
+
+/* Whether it is switched off: it is in no group then, and has no rows. term_count is -1, as of a relation without terms:
+ * what differentiates frames leaves it out. */
+static inline bool kt_loop_is_off(const kt_loop_record *loop) { return KT_HAS_SWITCHES && loop->group < 0; }
 
 /* Whether its equation depends on time. */
 static inline bool kt_loop_is_driven(const kt_loop_record *loop) {

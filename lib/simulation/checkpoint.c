@@ -223,12 +223,22 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         return status;
     memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
+    const kt_model *before = simulation->model;
+    if (KT_HAS_SWITCHES && memory.set != before->set) {
+        const kt_model *model = kt_model_switched(before, memory.set);
+        if (model == NULL)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "its set of switched loops and effects is none "
+                                                                        "of this model");
+        kt_simulation_take_model(simulation, model);
+    }
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     const double *y = (const double *)(const void *)(from + at.y);
     const double *previous_y = (const double *)(const void *)(from + at.previous_y);
     const double *history = (const double *)(const void *)(from + at.history);
     status = kt_integrator_restore(simulation->integrator, &integrator, y, integrator.has_previous ? previous_y : NULL,
                                    history, &callbacks, error);
+    if (KT_HAS_SWITCHES && status != KT_OK && simulation->model != before)
+        kt_simulation_take_model(simulation, before);
     if (status != KT_OK)
         return status;
     simulation->memory = memory;

@@ -1,6 +1,7 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
+#include "model/switching.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -85,6 +86,20 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
+/* The same of the models of a family, of which each has its own: the most that one of them needs. */
+static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
+    measure(user_model, settings, size);
+    for (uint64_t set = 0; KT_HAS_SWITCHES && user_model->family && set < kt_family_sets(user_model->family); set++) {
+        kt_simulation_request other = *settings;
+        kt_simulation_sizes one = {0};
+        other.model = kt_family_model(user_model->family, set);
+        measure(other.model, &other, &one);
+#define MEMORY_MOST(member) size->member = one.member > size->member ? one.member : size->member;
+        KT_SIMULATION_OF_MODEL(MEMORY_MOST)
+#undef MEMORY_MOST
+    }
+}
+
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out, kt_simulation, KT_SIMULATION_FIELDS, const kt_simulation_sizes *size)
@@ -96,7 +111,7 @@ size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_sim
     kt_simulation_sizes size = {0};
     if (read_options(model, run, options, &settings, NULL) != KT_OK)
         return 0;
-    measure(model, &settings, &size);
+    measure_most(model, &settings, &size);
     return lay_out(NULL, &size);
 }
 
@@ -113,7 +128,10 @@ static void find_quaternions(kt_simulation *simulation) {
 
 /* The least of what the run, the caller and the functions of time allow; 0: no limit. */
 static double longest_step(const kt_simulation_request *settings) {
-    double longest = kt_simulation_longest_step(settings->model);
+    const kt_model *model = settings->model; /* with all that is switched: of all its sets the least */
+    if (KT_HAS_SWITCHES && model->family)
+        model = kt_family_model(model->family, kt_family_sets(model->family) - 1);
+    double longest = kt_simulation_longest_step(model);
     if (settings->run.max_step > 0.0)
         longest = fmin(longest, settings->run.max_step);
     if (settings->options.max_step > 0.0)
@@ -174,28 +192,32 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+void kt_simulation_follow_model(kt_simulation *simulation) {
+    const bool adapts = !(simulation->step > 0.0), corners = kt_simulation_has_corners(simulation->model);
+    simulation->groups = kt_loop_group_count(simulation->model);
+    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
+    simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
+    simulation->corners.fixed = !adapts && corners;
+    simulation->watches_gaps = adapts && simulation->size.gap > 0;
+    simulation->gap_time = simulation->event_time = (double)NAN;
+    kt_simulation_forget_corners(simulation);
+}
+
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_status status = init_data(simulation, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
-    simulation->groups = kt_loop_group_count(simulation->model);
     simulation->unprojected = settings->options.unprojected;
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL;
-    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
     simulation->corners.own = settings->options.corner;
-    simulation->corners.any =
-        !(settings->run.step > 0.0) && (settings->options.corner != NULL || kt_simulation_has_corners(settings->model));
-    simulation->corners.fixed = settings->run.step > 0.0 && kt_simulation_has_corners(settings->model);
-    kt_simulation_forget_corners(simulation);
-    simulation->watches_gaps = !(settings->run.step > 0.0) && simulation->size.gap > 0;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
-    simulation->gap_time = simulation->event_time = (double)NAN;
     find_quaternions(simulation);
     set_records(simulation, settings);
+    kt_simulation_follow_model(simulation);
     status = init_integrator(simulation, settings, error);
     if (status != KT_OK)
         return status;
@@ -218,15 +240,25 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     kt_status status = read_options(model, run, options, &settings, error);
     if (status != KT_OK)
         return status;
-    measure(model, &settings, &sizes);
+    measure_most(model, &settings, &sizes);
     status = kt_arena_begin("kt_simulation_init", "kt_simulation_size", memory, size, lay_out(NULL, &sizes), error);
     if (status != KT_OK)
         return status;
     (void)lay_out(memory, &sizes);
     kt_simulation *made = memory;
     made->size = sizes;
+    if (KT_HAS_SWITCHES && model->family) {
+        if (settings.options.transformation != NULL)
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
+                                "loops or effects are switched, and another formulation has no models of their sets; "
+                                "take the formulation 'tree'");
+        memset(&made->size, 0, sizeof made->size);
+        measure(model, &settings, &made->size);
+    }
     made->model = settings.model;
     made->user_model = model;
+    if (KT_HAS_SWITCHES)
+        made->memory.set = model->set;
     made->transformation = settings.options.transformation;
     status = fill(made, &settings, error);
     if (status == KT_OK)

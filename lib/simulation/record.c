@@ -101,10 +101,11 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
 }
 
 /* A record without a state. */
-static kt_record empty_record(int64_t index, double time) {
+static kt_record empty_record(const kt_simulation *simulation, int64_t index, double time) {
     kt_record record = {0};
     record.index = index;
     record.time = time;
+    record.model = simulation->user_model;
     record.kinetic = record.potential = (double)NAN;
     record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
     record.constraint.position = record.constraint.velocity = (double)NAN;
@@ -142,13 +143,13 @@ static kt_status hand_over_record(kt_simulation *simulation, kt_record *record, 
 
 static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     const int64_t k = simulation->memory.next_record;
-    kt_record record = empty_record(k, kt_simulation_record_time(simulation, k));
+    kt_record record = empty_record(simulation, k, kt_simulation_record_time(simulation, k));
     return hand_over_record(simulation, &record, recorder, user, error);
 }
 
 kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                      void *user, kt_error *error) {
-    kt_record record = empty_record(-1, kt_integrator_time(simulation->integrator));
+    kt_record record = empty_record(simulation, -1, kt_integrator_time(simulation->integrator));
     record.event = event;
     return hand_over_record(simulation, &record, recorder, user, error);
 }
@@ -250,7 +251,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
 kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, record))
         return KT_ERROR_ARGUMENT;
-    kt_record now = empty_record(-1, kt_integrator_time(simulation->integrator));
+    kt_record now = empty_record(simulation, -1, kt_integrator_time(simulation->integrator));
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     const kt_status status = sense(simulation, &now, &from);

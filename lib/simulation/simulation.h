@@ -51,6 +51,7 @@ typedef struct kt_simulation_memory {
     uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
     uint64_t event_row;       /* of these, the last ones that followed each other at once */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
+    uint64_t set;             /* of the switched loops and effects that are on */
     int64_t fires;            /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
 
@@ -206,6 +207,27 @@ struct kt_simulation {
     bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
+
+/* Those of the sizes that are another's for another model of a family (model/switching.h). X(member) */
+#define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
+
+/* Sets what follows from the model that is integrated, but for its sizes: at the start, and where it has become another of
+ * its family. */
+void kt_simulation_follow_model(kt_simulation *simulation);
+
+/* Takes another model of the family; the state, the data and the integrator's history are not those of it yet. */
+void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
+
+/* Kinetic energy, and potential energy with that which effects store, in the state y. */
+typedef struct kt_simulation_energy {
+    double kinetic, potential;
+} kt_simulation_energy;
+KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
+                                               kt_error *error);
+/* The state jumps to y, whose works have been written, from one with the energy `before`, to `after`: forgets what
+ * belongs to the motion before. `to`: the user model's state. */
+KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double before, double after,
+                                        kt_error *error);
 
 static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {
     return simulation->size.n > simulation->size.work;

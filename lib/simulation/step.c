@@ -57,7 +57,8 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
                             "formulation 'tree'");
-    if (copy != simulation->model)
+    const bool related = KT_HAS_SWITCHES && copy->family != NULL && copy->family == simulation->model->family;
+    if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
                             "the simulation runs on another model than this copy");
     const kt_status status = kt_parameter_set(copy, parameter, values, error);
@@ -356,15 +357,16 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     return KT_OK;
 }
 
-/* Kinetic and potential energy, and that which effects store, in the state y. */
-static kt_status find_energy(kt_simulation *simulation, const double *y, double *energy, kt_error *error) {
+kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
+                                    kt_error *error) {
     const kt_model *model = simulation->model;
     const double *v = y + simulation->size.nq, t = kt_integrator_time(simulation->integrator);
     simulation->cached = KT_CACHED_NOTHING;
     const kt_status status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
     if (status == KT_OK)
-        *energy = kt_kinetic_energy(model, simulation->data) + kt_potential_energy(model, simulation->data) +
-                  kt_effect_energy(model, simulation->data, t, y, v);
+        *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
+                                         .potential = kt_potential_energy(model, simulation->data) +
+                                                      kt_effect_energy(model, simulation->data, t, y, v)};
     return status;
 }
 
@@ -387,30 +389,11 @@ static kt_status close_state(kt_simulation *simulation, const double *q, const d
     return status == KT_OK ? kt_simulation_import_state(simulation, t, to, to + nq, simulation->y, error) : status;
 }
 
-kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
-        return KT_ERROR_ARGUMENT;
-    double before = 0.0, after = 0.0;
-    const bool balanced = kt_simulation_is_balanced(simulation);
-    const bool accounts = balanced || simulation->watches_works;
-    kt_status status = KT_OK;
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    if (accounts)
-        status = find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
-    simulation->cached = KT_CACHED_NOTHING;
-    if (status == KT_OK)
-        status = close_state(simulation, q, v, error);
-    if (status == KT_OK && accounts)
-        status = find_energy(simulation, simulation->y, &after, error);
-    if (status != KT_OK)
-        return status;
-    if (balanced)
-        simulation->y[simulation->size.work + (after > before ? 1 : 0)] += fabs(after - before);
-    status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double before, double after,
+                             kt_error *error) {
+    const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
         return status;   /* GCOVR_EXCL_LINE */
-    const double *to = simulation->transformation ? simulation->shown : simulation->y;
     memcpy(simulation->state, to, simulation->size.state * sizeof(double));
     simulation->memory.powers.count = 0;
     simulation->memory.powers.sum[1].net += before - after;
@@ -420,6 +403,31 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
         simulation->panel->known = false;
     kt_simulation_forget_corners(simulation);
     return KT_OK;
+}
+
+kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
+    const bool balanced = kt_simulation_is_balanced(simulation);
+    const bool accounts = balanced || simulation->watches_works;
+    kt_status status = KT_OK;
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    if (accounts)
+        status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    simulation->cached = KT_CACHED_NOTHING;
+    if (status == KT_OK)
+        status = close_state(simulation, q, v, error);
+    if (status == KT_OK && accounts)
+        status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (status != KT_OK)
+        return status;
+    const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
+    if (balanced)
+        simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
+    return kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to,
+                              error);
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {

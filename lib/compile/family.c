@@ -1,0 +1,159 @@
+/* The models of a description whose loops or effects are switched: one for each set of those that are on.
+ *
+ * Each is compiled by itself, from the description in which the others are off. Constraint groups, their ranks and forms,
+ * and the planes of trees follow from the loops that are on, so that a model is as fast as one that never had the others:
+ * a walker in flight is a tree (bench/run forms: a quadruped whose feet are all in one dense group takes several times
+ * as long). All are copied into one block.
+ */
+#include "compile/compile.h"
+
+#include "base/aligned.h"
+#include "base/copy.h"
+#include "effect/effect.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+int kt_switches_count(const kt_description *d) {
+    int count = 0;
+    for (int i = 0; i < d->loop_count; i++)
+        count += d->loops[i].switching != KT_ALWAYS_ON;
+    for (int i = 0; i < d->effect_count; i++)
+        count += d->effects[i].switching != KT_ALWAYS_ON;
+    return count;
+}
+
+typedef struct compilation {
+    kt_description description; /* with the arrays below */
+    kt_loop *loops;
+    kt_effect *effects;
+    int count;
+    kt_switch item[KT_SWITCH_MAX];
+    uint64_t initial;
+    kt_model **model; /* by their sets */
+} compilation;
+
+static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
+    if (switching == KT_ALWAYS_ON)
+        return;
+    c->initial |= switching == KT_SWITCHED_ON ? (uint64_t)1 << c->count : 0;
+    c->item[c->count++] = item;
+}
+
+static kt_status begin(compilation *c, const kt_description *d, kt_error *error) {
+    const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
+    const int count = kt_switches_count(d);
+    if (count > KT_SWITCH_MAX)
+        return kt_error_set(error, KT_ERROR_MODEL, "switching",
+                            "%d loops and effects are switched, which would be %.0f models; switch at most %d", count,
+                            exp2(count), KT_SWITCH_MAX);
+    c->description = *d;
+    c->loops = malloc((loops + 1) * sizeof *c->loops);
+    c->effects = malloc((effects + 1) * sizeof *c->effects);
+    c->model = calloc((size_t)1 << count, sizeof *c->model);
+    if (!c->loops || !c->effects || !c->model)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    kt_copy(c->loops, d->loops, loops * sizeof *c->loops);
+    kt_copy(c->effects, d->effects, effects * sizeof *c->effects);
+    c->description.loops = c->loops;
+    c->description.effects = c->effects;
+    for (int i = 0; i < d->loop_count; i++)
+        add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
+    for (int i = 0; i < d->effect_count; i++)
+        add_switch(c, (kt_switch){.loop = -1, .effect = i}, d->effects[i].switching);
+    return KT_OK;
+}
+
+static void end(compilation *c) {
+    for (uint64_t set = 0; c->model && set < (uint64_t)1 << c->count; set++)
+        kt_model_free(c->model[set]);
+    free(c->model);
+    free(c->effects);
+    free(c->loops);
+}
+
+static const char *name_of(const compilation *c, int k) {
+    const kt_switch *item = &c->item[k];
+    const char *name = item->loop >= 0 ? c->loops[item->loop].name : c->effects[item->effect].name;
+    return name ? name : "";
+}
+
+/* Adds to an error what is off in the model that it is about. */
+static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
+    char text[256] = "";
+    size_t used = 0;
+    for (int k = 0; k < c->count && used < sizeof text - 1; k++)
+        if (!(set >> k & 1)) {
+            const int length =
+                snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
+            used += length > 0 ? (size_t)length : 0;
+        }
+    return used == 0 ? kt_error_set(error, from->code, from->where, "%s", from->message)
+                     : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
+}
+
+static kt_status compile(compilation *c, const kt_model_options *options, uint64_t set, kt_error *error) {
+    kt_error from = {.code = KT_OK};
+    for (int k = 0; k < c->count; k++) {
+        const kt_switching switching = set >> k & 1 ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
+        if (c->item[k].loop >= 0)
+            c->loops[c->item[k].loop].switching = switching;
+        else
+            c->effects[c->item[k].effect].switching = switching;
+    }
+    const kt_status status = kt_model_compile_one(&c->description, options, &c->model[set], &from);
+    return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
+}
+
+/* Springs that start unstretched do so with what is on at the start: the other models take their lengths over. */
+static void share_lengths(const compilation *c, kt_model *to) {
+    const kt_model *from = c->model[c->initial];
+    const size_t count = from->n.effect + from->n.effect_off;
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < count; j++)
+            if (to->effect[i].source == from->effect[j].source)
+                to->effect[i].length = from->effect[j].length;
+}
+
+/* Copies all models into one block. */
+static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
+    const size_t head = kt_family_head(c->count);
+    size_t bytes = head;
+    for (uint64_t set = 0; set < (uint64_t)1 << c->count; set++)
+        bytes += kt_arena_round(c->model[set]->bytes);
+    kt_family *family = kt_arena_allocate(bytes, "the models", error);
+    if (!family)
+        return KT_ERROR_MEMORY;
+    memset(family, 0, head);
+    family->bytes = bytes;
+    family->count = c->count;
+    memcpy(family->item, c->item, sizeof c->item);
+    size_t at = head;
+    for (uint64_t set = 0; set < kt_family_sets(family); set++) {
+        kt_model *from = c->model[set], *to = (kt_model *)(void *)((char *)family + at);
+        share_lengths(c, from);
+        kt_model_copy_one(from, to);
+        to->placed = false;
+        to->family = family;
+        to->set = set;
+        family->at[set] = at;
+        at += kt_arena_round(from->bytes);
+        const size_t data = kt_data_size(from);
+        family->data = data > family->data ? data : family->data;
+    }
+    *model = kt_family_model(family, c->initial);
+    return KT_OK;
+}
+
+kt_status kt_family_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
+                            kt_error *error) {
+    compilation c = {.count = 0};
+    kt_status status = begin(&c, description, error);
+    for (uint64_t set = 0; status == KT_OK && set < (uint64_t)1 << c.count; set++)
+        status = compile(&c, options, set, error);
+    if (status == KT_OK)
+        status = join(&c, model, error);
+    end(&c);
+    return status;
+}

@@ -1,0 +1,96 @@
+/* Loops and effects that are switched on and off: another model of the same block, and data initialised for it. */
+#include "model/switching.h"
+
+#include "base/arena.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- queries ----------------------------------------------------------------------------------------------------- */
+
+int kt_switch_count(const kt_model *model) { return model && model->family ? model->family->count : 0; }
+
+uint64_t kt_switch_set(const kt_model *model) { return model ? model->set : 0; }
+
+const kt_model *kt_model_switched(const kt_model *model, uint64_t set) {
+    if (!model || !model->family)
+        return set == 0 ? model : NULL;
+    return set < kt_family_sets(model->family) ? kt_family_model(model->family, set) : NULL;
+}
+
+const char *kt_switch_name(const kt_model *model, int k) {
+    if (!model || !KT_IS_INDEX(k, kt_switch_count(model)))
+        return NULL;
+    const kt_switch *item = &model->family->item[k];
+    if (item->loop >= 0)
+        return model->text + model->loop[item->loop].name;
+    for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
+        if (model->effect[i].source == item->effect && model->effect[i].name)
+            return model->text + model->effect[i].name;
+    return "";
+}
+
+int kt_loop_switch(const kt_model *model, int loop) {
+    for (int k = 0; loop >= 0 && k < kt_switch_count(model); k++)
+        if (model->family->item[k].loop == loop)
+            return k;
+    return -1;
+}
+
+int kt_effect_switch(const kt_model *model, int effect) {
+    for (int k = 0; effect >= 0 && k < kt_switch_count(model); k++)
+        if (model->family->item[k].effect == effect)
+            return k;
+    return -1;
+}
+
+/* ---- switching --------------------------------------------------------------------------------------------------- */
+
+static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, const char *call, const char *what,
+                        kt_error *error) {
+    if (k < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, call,
+                            "there is no such %s, or it is always on: say in its description that it is switched "
+                            "(switching), before the model is compiled",
+                            what);
+    if (data && kt_is_other_data(error, call, *model, data))
+        return KT_ERROR_ARGUMENT;
+    const uint64_t bit = (uint64_t)1 << k;
+    const kt_model *to = kt_model_switched(*model, on ? (*model)->set | bit : (*model)->set & ~bit);
+    if (data && data->bytes < (*model)->family->data)
+        return kt_error_set(error, KT_ERROR_MEMORY, call,
+                            "the data have %zu bytes, and need %zu for all models; make them for one of these "
+                            "(kt_data_create)",
+                            data->bytes, (*model)->family->data);
+    if (data && to != *model)
+        kt_data_adapt(to, data);
+    *model = to;
+    return KT_OK;
+}
+
+kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error) {
+    if (KT_IS_MISSING(error, model, *model))
+        return KT_ERROR_ARGUMENT;
+    return enable(model, data, kt_loop_switch(*model, loop), on, "kt_loop_enable", "loop", error);
+}
+
+kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on, kt_error *error) {
+    if (KT_IS_MISSING(error, model, *model))
+        return KT_ERROR_ARGUMENT;
+    return enable(model, data, kt_effect_switch(*model, effect), on, "kt_effect_enable", "effect", error);
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+kt_model *kt_family_copy(const kt_model *model, void *memory) {
+    const kt_family *from = model->family;
+    kt_family *to = memory;
+    memcpy(to, from, from->bytes);
+    to->placed = true;
+    for (uint64_t set = 0; set < kt_family_sets(to); set++) {
+        kt_model *copy = kt_family_model(to, set);
+        kt_model_copy_one(kt_family_model(from, set), copy);
+        copy->family = to;
+    }
+    return kt_family_model(to, model->set);
+}

@@ -1,0 +1,125 @@
+/* Loops and effects that are switched on and off while a simulation runs.
+ *
+ * Its model becomes another one of the family (model/switching.h); all arrays have room for each of them. Loops that are
+ * switched on exert an impulse: velocities are projected in the mass metric,
+ *     v+ = v + M^-1 A' lambda,   A v+ = b'
+ * which is a plastic impact. With d = v+ - v the kinetic energy changes by
+ *     T+ - T = -d'M d / 2 + d'M v+ = -d'M d / 2 + lambda . b'
+ * The first part is dissipated, never negative; the second is what moving constraints supply. The energy that springs
+ * store when they are switched off is dissipated, that which they store when they are switched on is supplied.
+ */
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "model/switching.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) {
+    kt_simulation_sizes *size = &simulation->size;
+    kt_integrator *integrator = simulation->integrator;
+    kt_data_adapt(model, simulation->data);
+    simulation->model = simulation->user_model = model;
+    size->gap = kt_gap_count(model);
+    if ((simulation->record & KT_RECORD_REACTIONS) != 0)
+        size->multiplier = (size_t)kt_model_mobility(model).equations;
+    if (integrator->options.newton != NULL)
+        kt_simulation_newton_measure(model, kt_method_family_of(kt_integrator_method(integrator))->exact, size);
+    kt_simulation_follow_model(simulation);
+    simulation->cached = KT_CACHED_NOTHING;
+    integrator->noise = simulation->groups > 0 ? kt_simulation_noise : NULL;
+    integrator->callbacks = kt_simulation_callbacks(simulation);
+}
+
+/* What is open when loops are switched on that the last step did not close is no error of rounding. */
+#define OPEN_MOST 1e-6
+
+static kt_status check_gap(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_residual residual;
+    char where[KT_WHERE_SIZE];
+    const kt_status status =
+        kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
+    if (status != KT_OK || residual.position <= OPEN_MOST * fmax(1.0, model->length))
+        return status;
+    (void)snprintf(where, sizeof where, "t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                        "loops are switched on that are open by %.3g (m or rad); switch them on at an event at which "
+                        "they are closed",
+                        residual.position);
+}
+
+/* d'M d / 2, of the change of velocities from v to those in y. */
+static kt_status find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss, kt_error *error) {
+    double *d = simulation->a;
+    for (size_t i = 0; i < simulation->size.nv; i++)
+        d[i] = y[simulation->size.nq + i] - v[i];
+    const kt_status status = kt_kinematics_update(simulation->model, simulation->data, y, d, NULL, error);
+    if (status == KT_OK)
+        *loss = kt_kinetic_energy(simulation->model, simulation->data);
+    return status;
+}
+
+/* Writes the state and the works behind the switch to y. */
+static kt_status close_state(kt_simulation *simulation, kt_simulation_energy *before, kt_simulation_energy *after,
+                             kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    const double *from = kt_integrator_state(simulation->integrator), *v = from + simulation->size.nq;
+    double *y = simulation->y, *work = y + simulation->size.work, loss = 0.0;
+    bool changed = false;
+    memcpy(y, from, simulation->size.n * sizeof(double));
+    kt_status status = simulation->groups > 0 ? check_gap(simulation, t, y, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_simulation_project(simulation, t, y, &changed, error);
+    if (status == KT_OK)
+        status = kt_simulation_find_energy(simulation, y, after, error);
+    if (status == KT_OK)
+        status = find_loss(simulation, v, y, &loss, error);
+    if (status != KT_OK || !kt_simulation_is_balanced(simulation))
+        return status;
+    /* A loop that does not move supplies nothing: what is left of the difference is rounding, of the loss. */
+    const double gain = after->kinetic - before->kinetic, stored = after->potential - before->potential;
+    work[0] += simulation->model->driven ? loss : fmax(-gain, 0.0);
+    work[1] += simulation->model->driven ? gain + loss : fmax(gain, 0.0);
+    work[stored > 0.0 ? 1 : 0] += fabs(stored);
+    return KT_OK;
+}
+
+kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    const kt_model *from = simulation->model;
+    const kt_model *to = simulation->transformation == NULL ? kt_model_switched(from, set) : NULL;
+    kt_simulation_energy before, after = {0.0, 0.0};
+    if (to == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_switch",
+                            "the model has %d loops and effects that are switched (switching, in the description), and "
+                            "the set 0x%llx has others",
+                            kt_switch_count(from), (unsigned long long)set);
+    if (simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    kt_status status =
+        kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    if (status != KT_OK)
+        return status;
+    kt_simulation_take_model(simulation, to);
+    status = close_state(simulation, &before, &after, error);
+    if (status == KT_OK)
+        status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
+                                    after.kinetic + after.potential, error);
+    if (status != KT_OK) {
+        kt_simulation_take_model(simulation, from);
+        return status;
+    }
+    simulation->memory.set = set;
+    if (loss != NULL)
+        *loss = before.kinetic - after.kinetic;
+    return KT_OK;
+}
+
+const kt_model *kt_simulation_model(const kt_simulation *simulation) {
+    return simulation ? simulation->user_model : NULL;
+}
