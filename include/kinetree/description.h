@@ -323,14 +323,14 @@ typedef struct kt_term {
 
 /* Whether a loop or an effect acts throughout, or may be switched on and off while a program runs (model.h). */
 typedef enum kt_switching {
-    KT_ALWAYS_ON = 0,
+    KT_ALWAYS_ON = 0,   /* cannot be switched */
     KT_SWITCHED_ON,     /* may be switched; at first it is on */
     KT_SWITCHED_OFF,    /* may be switched; at first it is off */
     KT_SWITCHING_COUNT, /* how many of these there are */
 } kt_switching;
 
 /* The most loops and effects together that may be switched in one description: there is a model for each set of them. */
-enum { KT_SWITCH_MAX = 10 };
+enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* A constraint that the tree cannot carry; only the members of its type are read. */
 typedef struct kt_loop {

@@ -442,7 +442,7 @@ typedef struct kt_record {
     const kt_wrench *reactions;      /* one for each body, as in kt_joint_reactions; reaction */
     const kt_wrench *loop_reactions; /* one for each loop, as in kt_reaction_evaluate; reaction */
     const double *multipliers;       /* one for each equation, as in kt_multiplier_evaluate; reaction or multiplier */
-    const kt_model *model; /* the caller's; where loops or effects are switched, that of those that are on */
+    const kt_model *model;           /* the caller's; where loops or effects are switched, that of those that are on */
     const kt_data *data; /* kinematics of q and v (and a, where it is given) for kt_body_pose, kt_point_position and
                             similar queries; energy, reaction or kinematics */
 } kt_record;

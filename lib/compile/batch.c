@@ -90,9 +90,7 @@ static void list_force_links(kt_attach *a, kt_model *m) {
 }
 
 /* Whether an effect of the description, and of a->effect, is switched off. */
-static bool is_off(const kt_attach *a, size_t i) {
-    return KT_IS_OFF(&a->description->effects[i]);
-}
+static bool is_off(const kt_attach *a, size_t i) { return KT_IS_OFF(&a->description->effects[i]); }
 
 void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
     const size_t count = m->n.effect + m->n.effect_off;

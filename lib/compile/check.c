@@ -183,7 +183,11 @@ static void check_custom_loop(kt_checker *checker, const kt_loop *loop) {
 }
 
 static void check_switching(kt_checker *checker, kt_switching switching) {
-    if (KT_HAS_SWITCHES && (unsigned)switching >= KT_SWITCHING_COUNT)
+    if (switching == KT_ALWAYS_ON)
+        return;
+    if (!KT_HAS_SWITCHES)
+        kt_checker_fault(checker, "switching", -1, "needs -Djacobian=enabled");
+    else if ((unsigned)switching >= KT_SWITCHING_COUNT)
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
 
@@ -198,7 +202,8 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         kt_checker_keys(checker, descriptor, loop, &standard);
     if (KT_HAS_LOOPS && loop->type == KT_LOOP_CUSTOM)
         check_custom_loop(checker, loop);
-    check_switching(checker, loop->switching);
+    if (KT_HAS_LOOPS)
+        check_switching(checker, loop->switching);
 }
 
 static void check_effect(kt_checker *checker, const kt_effect *effect) {
@@ -209,6 +214,7 @@ static void check_effect(kt_checker *checker, const kt_effect *effect) {
                          (int)effect->type);
     else
         kt_effect_check(checker, effect);
+    check_switching(checker, effect->switching);
 }
 
 static void check_hold(kt_checker *checker) {

@@ -1,5 +1,5 @@
-/* From a description to a model: the options and the description are checked, the model is built (build.c), and
- * springs that start unstretched are measured (measure.c). */
+/* From a description to a model: the options and the description are checked, and the model is built (build.c), or one for
+ * each set of what is switched (family.c); springs that start unstretched are measured (measure.c). */
 #include "compile/compile.h"
 
 /* Refuses what a library that was built without loops cannot do. */
@@ -32,8 +32,9 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
     return KT_OK;
 }
 
-kt_status kt_model_compile_one(const kt_description *description, const kt_model_options *options, kt_model **model,
-                               kt_error *error) {
+/* The model of one set of what is switched: the others are off (KT_SWITCHED_OFF). */
+static kt_status compile_one(const kt_description *description, const kt_model_options *options, kt_model **model,
+                             kt_error *error) {
     kt_model *tree = NULL;
     kt_status status = kt_model_build(description, options, &tree, error);
     if (status == KT_OK)
@@ -60,6 +61,9 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         status = kt_description_check(description, NULL, NULL, error);
     if (status != KT_OK)
         return status;
-    return kt_switches_count(description) > 0 ? kt_family_compile(description, settings, model, error)
-                                              : kt_model_compile_one(description, settings, model, error);
+#if KT_HAS_SWITCHES
+    if (kt_switches_count(description) > 0)
+        return kt_family_compile(description, settings, compile_one, model, error);
+#endif
+    return compile_one(description, settings, model, error);
 }

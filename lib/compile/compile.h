@@ -11,20 +11,14 @@
 KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 
-/* kt_model_compile of a description that has been checked, in which all loops and effects are either always on, or off:
- * KT_SWITCHED_OFF. */
-kt_status kt_model_compile_one(const kt_description *description, const kt_model_options *options, kt_model **model,
-                               kt_error *error);
-
 /* family.c: how many loops and effects are switched; the models of all sets of them, in one block: *model is the one of
- * the description's. */
+ * the description's. `compile` makes one of a checked description, in which the others are off: KT_SWITCHED_OFF. */
+typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
+                                  kt_error *error);
 #if KT_HAS_SWITCHES
 int kt_switches_count(const kt_description *description);
-kt_status kt_family_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
-                            kt_error *error);
-#else
-#define kt_switches_count(description) 0
-#define kt_family_compile kt_model_compile_one
+kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
+                            kt_compile_call *compile, kt_model **model, kt_error *error);
 #endif
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */

@@ -85,15 +85,15 @@ static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from
     size_t used = 0;
     for (int k = 0; k < c->count && used < sizeof text - 1; k++)
         if (!(set >> k & 1)) {
-            const int length =
-                snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
+            const int length = snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
             used += length > 0 ? (size_t)length : 0;
         }
     return used == 0 ? kt_error_set(error, from->code, from->where, "%s", from->message)
                      : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
 }
 
-static kt_status compile(compilation *c, const kt_model_options *options, uint64_t set, kt_error *error) {
+static kt_status compile_set(compilation *c, const kt_model_options *options, kt_compile_call *compile, uint64_t set,
+                             kt_error *error) {
     kt_error from = {.code = KT_OK};
     for (int k = 0; k < c->count; k++) {
         const kt_switching switching = set >> k & 1 ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
@@ -102,7 +102,7 @@ static kt_status compile(compilation *c, const kt_model_options *options, uint64
         else
             c->effects[c->item[k].effect].switching = switching;
     }
-    const kt_status status = kt_model_compile_one(&c->description, options, &c->model[set], &from);
+    const kt_status status = compile(&c->description, options, &c->model[set], &from);
     return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
 }
 
@@ -146,12 +146,12 @@ static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
     return KT_OK;
 }
 
-kt_status kt_family_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
-                            kt_error *error) {
+kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
+                            kt_compile_call *compile, kt_model **model, kt_error *error) {
     compilation c = {.count = 0};
     kt_status status = begin(&c, description, error);
     for (uint64_t set = 0; status == KT_OK && set < (uint64_t)1 << c.count; set++)
-        status = compile(&c, options, set, error);
+        status = compile_set(&c, options, compile, set, error);
     if (status == KT_OK)
         status = join(&c, model, error);
     end(&c);

@@ -26,16 +26,35 @@ void kt_model_copy_one(const kt_model *model, void *memory) {
     copy->placed = true;
 }
 
+#if KT_HAS_SWITCHES
+/* Of a model that is one of a family the block of all of them. */
+static kt_model *copy_family(const kt_model *model, void *memory) {
+    const kt_family *from = model->family;
+    kt_family *to = memory;
+    memcpy(to, from, from->bytes);
+    to->placed = true;
+    for (uint64_t set = 0; set < kt_family_sets(to); set++) {
+        kt_model *copy = kt_family_model(to, set);
+        kt_model_copy_one(kt_family_model(from, set), copy);
+        copy->family = to;
+    }
+    return kt_family_model(to, model->set);
+}
+#endif
+
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
     if (KT_IS_MISSING(error, model, copy))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_arena_check("kt_model_copy", "kt_model_size", memory, size, kt_model_size(model), error);
+    const kt_status status =
+        kt_arena_check("kt_model_copy", "kt_model_size", memory, size, kt_model_size(model), error);
     if (status != KT_OK)
         return status;
-    if (KT_HAS_SWITCHES && model->family) {
-        *copy = kt_family_copy(model, memory);
+#if KT_HAS_SWITCHES
+    if (model->family) {
+        *copy = copy_family(model, memory);
         return KT_OK;
     }
+#endif
     kt_model_copy_one(model, memory);
     *copy = memory;
     return KT_OK;

@@ -22,7 +22,7 @@ typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
-    size_t dense; /* numbers that the groups' matrices take in the data */
+    size_t dense;      /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable;
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
@@ -105,9 +105,6 @@ typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t
 
 struct kt_model {
     size_t bytes;
-    struct kt_family *family; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
-    uint64_t set;             /* of those that are on in this one */
-    uint64_t shape; /* of the data that belong to it: a hash of their lengths */
     kt_counts n;
     kt_v4 gravity;
     kt_isa isa;
@@ -130,6 +127,9 @@ struct kt_model {
         names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope
                           1 + b); the table lies in `index` */
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
+    struct kt_family *family; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
+    uint64_t set;             /* of those that are on in this one */
+    uint64_t shape;           /* of the data that belong to it: a hash of their lengths */
 };
 
 /* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
@@ -284,7 +284,6 @@ typedef struct kt_passage {
 
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
-    size_t bytes;      /* of its memory */
     uint64_t shape;    /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
@@ -300,6 +299,7 @@ struct kt_data {
                                    these coordinates, each over model->unit, 1/s */
     int32_t corrected_v;        /* that velocity */
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
+    size_t bytes; /* of its memory */
 };
 
 /* Whether there is no model, or no data that serve it: its own, or those of a model of the same shape (a copy, or the

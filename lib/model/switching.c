@@ -1,10 +1,7 @@
 /* Loops and effects that are switched on and off: another model of the same block, and data initialised for it. */
 #include "model/switching.h"
 
-#include "base/arena.h"
-
 #include <stdio.h>
-#include <string.h>
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
@@ -78,19 +75,4 @@ kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bo
     if (KT_IS_MISSING(error, model, *model))
         return KT_ERROR_ARGUMENT;
     return enable(model, data, kt_effect_switch(*model, effect), on, "kt_effect_enable", "effect", error);
-}
-
-/* ---- memory ------------------------------------------------------------------------------------------------------ */
-
-kt_model *kt_family_copy(const kt_model *model, void *memory) {
-    const kt_family *from = model->family;
-    kt_family *to = memory;
-    memcpy(to, from, from->bytes);
-    to->placed = true;
-    for (uint64_t set = 0; set < kt_family_sets(to); set++) {
-        kt_model *copy = kt_family_model(to, set);
-        kt_model_copy_one(kt_family_model(from, set), copy);
-        copy->family = to;
-    }
-    return kt_family_model(to, model->set);
 }

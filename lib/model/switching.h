@@ -12,7 +12,7 @@ typedef struct kt_switch {
 /* One block of memory: this struct, the offsets of the models, by their sets, and the models. */
 typedef struct kt_family {
     size_t bytes;
-    size_t data;  /* bytes of the largest data */
+    size_t data;   /* bytes of the largest data */
     int32_t count; /* of switches: 1 << count models */
     bool placed;   /* in the caller's memory (kt_model_copy) */
     kt_switch item[KT_SWITCH_MAX];
@@ -30,9 +30,8 @@ static inline size_t kt_family_head(int count) {
     return kt_arena_round(sizeof(kt_family) + ((size_t)1 << count) * sizeof(size_t));
 }
 
-/* Copies a model that is not one of a family, or the block of one that is (kt_model_copy). */
+/* Copies one model, without the others of its family. */
 void kt_model_copy_one(const kt_model *model, void *memory);
-kt_model *kt_family_copy(const kt_model *model, void *memory);
 
 /* Initialises data for another model, whose data fit in their memory; counts go on. */
 void kt_data_adapt(const kt_model *model, kt_data *data);

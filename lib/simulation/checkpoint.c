@@ -227,8 +227,9 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (KT_HAS_SWITCHES && memory.set != before->set) {
         const kt_model *model = kt_model_switched(before, memory.set);
         if (model == NULL)
-            return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "its set of switched loops and effects is none "
-                                                                        "of this model");
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                                "its set of switched loops and effects is none "
+                                "of this model");
         kt_simulation_take_model(simulation, model);
     }
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);

@@ -41,8 +41,7 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
     const kt_model *model = simulation->model;
     kt_residual residual;
     char where[KT_WHERE_SIZE];
-    const kt_status status =
-        kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
+    const kt_status status = kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
     if (status != KT_OK || residual.position <= OPEN_MOST * fmax(1.0, model->length))
         return status;
     (void)snprintf(where, sizeof where, "t = %.9g s", t);

@@ -22,6 +22,8 @@ typedef struct fixture {
     const char *function, *what;
     int failed;
     kt_model *model, *copy, *other_model;
+    const kt_model *switched;
+    kt_impact impact;
     kt_data *data, *other_data;
     int bodies, dofs;
     double any[NUMBERS], q[NUMBERS], v[NUMBERS], y[NUMBERS], history[NUMBERS], identity[NUMBERS], bad[NUMBERS];
@@ -108,6 +110,7 @@ static void begin(fixture *f, const char *what) {
     memset(&f->power, 0, sizeof f->power);
     memset(f->wrench, 0, sizeof f->wrench);
     f->object = NULL;
+    f->switched = f->model;
 }
 
 static void spoil(fixture *f, const double *from, int place, double x) {

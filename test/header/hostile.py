@@ -32,7 +32,7 @@ BY_NAME = {
     "kt_integrator_interpolate.t": "0.0", "kt_integrator_start.t": "0.0", "kt_kinematics_update.a": "f->v", "kt_joint_coordinate_kind.k": "0",
     "kt_function_polynomial.count": "2", "kt_function_table.number_count": "4", "kt_stability_worst.count": "1", "kt_stability_step.count": "1",
     "kt_state_project.q": "f->q_out", "kt_state_project.v": "f->v_out", "kt_state_assemble.q": "f->q_out", "kt_state_assemble.v": "f->v_out",
-    "kt_velocity_complete.v": "f->v_out", "kt_acceleration_complete.a": "f->v_out", "kt_position_normalize.q": "f->q_out",
+    "kt_velocity_complete.v": "f->v_out", "kt_velocity_impact.v": "f->v_out", "kt_acceleration_complete.a": "f->v_out", "kt_position_normalize.q": "f->q_out",
     "kt_equilibrium_find.q": "f->q_out", "kt_mass_inverse_apply.x": "f->v_out", "kt_integrator_save.y": "f->out[2]",
     "kt_mass_factor_solve.x": "f->v_out", "kt_mass_factor_multiply.x": "f->v_out", "kt_mass_factor_solve_lower.x": "f->v_out",
     "kt_mass_factor_solve_upper.x": "f->v_out",
@@ -66,7 +66,7 @@ BY_TYPE = {
     "char *": "f->text", "kt_absolute *": "f->absolute", "const kt_absolute *": "f->absolute", "kt_simulation_options *": "&f->simulation_options",
     "kt_constraint_formulation *": "f->formulation", "const kt_constraint_formulation *": "f->formulation",
     "const kt_constraint_formulation_options *": "&f->formulation_options", "ptrdiff_t *": "&f->place", "kt_plan_step *": "f->steps",
-    "double *": None, "const double **": "&f->slope", "void *": "f->memory", "const void *": "f->block",
+    "double *": None, "const double **": "&f->slope", "const kt_model **": "&f->switched", "uint64_t": "0", "kt_impact *": "&f->impact", "void *": "f->memory", "const void *": "f->block",
     "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
     "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
     "kt_floquet *": "f->floquet", "const kt_floquet *": "f->floquet", "const kt_floquet_options *": "&f->floquet_options",
@@ -175,6 +175,9 @@ def wrong(function, kind, name, value):
     if kind == "unsigned" or re.fullmatch(ENUMS, kind):
         yield "1000", f"({kind})1000", ""
         yield "-1", f"({kind})-1", ""
+    if kind == "uint64_t":
+        yield "1", "1", ""
+        yield "-1", "UINT64_MAX", ""
     if kind == "kt_coordinate_list":
         for what in ("{NULL, 1}", "{f->index, -1}", "{f->index, INT_MAX}", "{f->bad_index, 1}", "{f->index, 0}"):
             yield what, f"(kt_coordinate_list){what}", ""

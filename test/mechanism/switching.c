@@ -141,7 +141,8 @@ static bool are_equal(const switched *s, const kt_model *model, const kt_model *
     }
     return equal && kt_model_mobility(model).equations == kt_model_mobility(alone).equations &&
            kt_model_mobility(model).rank == kt_model_mobility(alone).rank &&
-           kt_model_energetics(model) == kt_model_energetics(alone) && strcmp(kt_model_plan(model), kt_model_plan(alone)) == 0;
+           kt_model_energetics(model) == kt_model_energetics(alone) &&
+           strcmp(kt_model_plan(model), kt_model_plan(alone)) == 0;
 }
 
 /* All sets, each reached from the last by one call. */
@@ -161,8 +162,9 @@ static int count_unequal(switched *s, kt_random *random, int *sets) {
         for (int k = 0; k < switches; k++)
             if ((kt_switch_set(model) ^ gray) >> k & 1)
                 (void)kt_tree_fine("switch",
-                                   k < s->g.loops ? kt_loop_enable(&model, s->data, k, gray >> k & 1, &e)
-                                                  : kt_effect_enable(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
+                                   k < s->g.loops
+                                       ? kt_loop_enable(&model, s->data, k, gray >> k & 1, &e)
+                                       : kt_effect_enable(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
                                    &e);
         kt_model *alone = compile_alone(s, gray, index, &data);
         void *work = aligned_alloc(KT_ALIGNMENT, kt_acceleration_work_size(s->model) * 4 + (1 << 20));
@@ -222,7 +224,8 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
         if (kt_tree_fine("data", kt_data_create(model, &data, &e), &e) && tangle_reach(&s.g, false) < 1e3 &&
             kt_tree_fine("impact", kt_velocity_impact(model, data, s.g.t, s.g.q, after, &impact, &e), &e) &&
             kt_tree_fine("mass", kt_dynamics_mass(model, data, s.g.q, mass, &e), &e) &&
-            kt_tree_fine("rows", kt_loop_equations(model, data, s.g.t, s.g.q, NULL, jacobian, NULL, rate, NULL, &e), &e) &&
+            kt_tree_fine("rows", kt_loop_equations(model, data, s.g.t, s.g.q, NULL, jacobian, NULL, rate, NULL, &e),
+                         &e) &&
             kt_tree_fine("basis", kt_loop_nullspace(model, data, s.g.t, s.g.q, basis, &columns, &e), &e)) {
             double twice = 0.0, kinetic = 0.0, size = 0.0;
             for (int i = 0; i < nv; i++) {
