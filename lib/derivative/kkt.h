@@ -4,7 +4,7 @@
  * a saddle-point system: derivatives of accelerations (acceleration.c), and what joint forces do to them.
  *
  * They are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in place of
- * b''. So the recursion is that of driver.c, which keeps what depends on the position alone. From the tips to the
+ * b''. So the recursion is that of spatial_links.c, which keeps what depends on the position alone. From the tips to the
  * ground each link has an articulated inertia I and a wrench P:
  *   outside groups, for each degree of freedom S, the last first,
  *     U = I S,   d = 1 / (S.U + armature),   y = d (f - S.P)

@@ -2,7 +2,7 @@
 #include "derivative/loop_response.h"
 
 #include "closure/project.h"
-#include "reduction/driver.h"
+#include "reduction/groups.h"
 
 #include <string.h>
 

@@ -20,7 +20,7 @@
  * their own, in an instance of the recursion that only models with armature use.
  *
  * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
- * parameter: the joint alone in a tree (aba.c), a constraint group as a whole (reduction/driver.c), a joint whose
+ * parameter: the joint alone in a tree (aba.c), a constraint group as a whole (reduction/spatial_links.c), a joint whose
  * inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its loops.
  *
  * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same

@@ -21,7 +21,7 @@
  * A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
  *
  * As in aba.h, the passes are written once, with what eliminates a link's degree of freedom as a parameter: the
- * joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_driver.c). What goes from a link to
+ * joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_links.c). What goes from a link to
  * the next stays in registers. The pivot test is that of aba.h.
  */
 #ifndef KT_DYNAMICS_ABA_PLANAR_H

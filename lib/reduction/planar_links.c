@@ -1,40 +1,17 @@
-/* Dynamics and closure if some or all links are planar: driver.c for the spatial links and the groups among them, and
- * the same in the plane for the others (dynamics/aba_planar.h, planar_group.h, planar_rows.h). No joint
- * connects the two, and a group is entirely planar or entirely spatial.
- *
- * Reactions have components out of the plane; they are left to the spatial kernels (reaction.c).
+/* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h): what spatial_links.c is
+ * in space. No joint connects planar and spatial links, and a group is entirely planar or entirely spatial.
  */
 #include "reduction/delassus.h"
-#include "reduction/driver.h"
 #include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/kernel.h"
+#include "reduction/links.h"
 #include "reduction/pin.h"
 #include "reduction/planar_group.h"
 
 static const double none[2] = {0.0, 0.0};
 
-static bool has_spatial(const kt_model *model) { return model->n.spatial > 1; }
-
-KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
-                          double t) {
-    kt_group_work w;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    if (kt_group_has_fronts(&model->group[g]))
-        KT_KERNEL(kt_front_fill)(model, data, g, kt_group_is_planar(model, &model->group[g]), moving, q, v, t);
-    else if (kt_group_is_planar(model, &model->group[g]))
-        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
-    else
-        kt_rows_fill(model, data, g, &w, moving, q, v, t);
-}
-
-static void fill_moving(const kt_model *model, kt_data *data, size_t g, const double *q, const double *v, double t) {
-    fill_group(model, data, g, true, q, v, t);
-}
-
-/* ---- the recursion in the planes --------------------------------------------------------------------------------- */
-
-static void pose(const kt_model *model, kt_data *data, const double *q) {
+void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const double *q) {
     kt_planar_motion *motion = data->planar;
     kt_planar_gather(model, data, q);
     kt_planar_ground_set(none, &motion[0]);
@@ -44,7 +21,7 @@ static void pose(const kt_model *model, kt_data *data, const double *q) {
 }
 
 /* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
-static void move(const kt_model *model, kt_data *data, const double *v) {
+void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const double *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
@@ -53,6 +30,15 @@ static void move(const kt_model *model, kt_data *data, const double *v) {
         if (link->branches)
             data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
     }
+}
+
+void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                       const kt_wrench *external) {
+    kt_planar_gather(model, data, q);
+    for (size_t p = 0; p < model->n.plane; p++)
+        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
+    if (external)
+        kt_planar_external(model, data->planar, external);
 }
 
 /* The same by fronts, after the bias. */
@@ -247,9 +233,8 @@ static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     return model->n.group;
 }
 
-/* `weightless`: without gravity; v: as above. */
-static size_t accelerate(const kt_model *model, kt_data *data, const double *v, const double *tau, bool weightless,
-                         double *a) {
+size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const double *v, const double *tau,
+                                             bool weightless, double *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};
@@ -265,116 +250,3 @@ static size_t accelerate(const kt_model *model, kt_data *data, const double *v, 
     }
     return 0;
 }
-
-/* ---- kernels -------------------------------------------------------------------------------------------------------
- */
-
-static void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
-                       const kt_wrench *external) {
-    kt_planar_gather(model, data, q);
-    for (size_t p = 0; p < model->n.plane; p++)
-        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
-    if (external)
-        kt_planar_external(model, data->planar, external);
-    if (has_spatial(model))
-        KT_KERNEL(kt_spatial_motion)(model, data, q, v, external, model->n.spatial);
-}
-
-/* Narrow fronts are left to front4.h if `special` (data->special_form); the others as kt_group_prepare. */
-static bool prepare_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular, bool special) {
-    const kt_group *group = &model->group[g];
-    if (!special || group->form != KT_FORM_FRONT4 || group->count[rows] != group->count[KT_ROWS_ALL])
-        return KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, special);
-    data->special_form[g] = kt_special_form_as(regular);
-    data->factored[g] = rows;
-    data->near[g] = false;
-    data->rank[g] = group->rank[rows];
-    return true;
-}
-
-/* Narrow fronts know no coordinates that count as constants. */
-static bool has_fixed(const kt_data *data, const kt_group *group) {
-    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
-}
-
-static bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
-    bool fine = true;
-    for (size_t g = 0; g < model->n.group; g++)
-        fine &= prepare_group(model, data, g, rows, regular, !has_fixed(data, &model->group[g]));
-    return fine;
-}
-
-/* `special`: groups of one pin are solved in closed form, those of few equations by delassus.h, those of narrow fronts
- * by front4.h. */
-static size_t try_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                          const double *tau, const kt_wrench *external, bool regular, bool special, double *a) {
-    size_t failed = 0;
-    set_motion(model, data, q, v, external);
-    for (size_t g = 0; g < model->n.group; g++) {
-        if (special && model->group[g].form == KT_FORM_PIN)
-            continue;
-        fill_moving(model, data, g, q, v, t);
-        if (!prepare_group(model, data, g, KT_ROWS_ALL, regular, special))
-            failed = (size_t)model->group_link[model->group[g].link];
-    }
-    if (failed)
-        return failed;
-    if (has_spatial(model))
-        failed =
-            KT_KERNEL(kt_spatial_accelerate)(model, data, tau, model->n.spatial, special && model->has_delassus, a);
-    return failed ? failed : accelerate(model, data, special ? v : NULL, tau, false, a);
-}
-
-/* If one of the special forms fails, for whatever reason, the general method decides. */
-static size_t forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, bool regular, double *a) {
-    if (!regular && try_forward(model, data, t, q, v, tau, external, false, true, a) == 0)
-        return 0;
-    return try_forward(model, data, t, q, v, tau, external, regular, false, a);
-}
-
-static bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const bool *held, kt_violation *violation) {
-    *violation = kt_violation_none;
-    pose(model, data, q);
-    if (has_spatial(model))
-        KT_KERNEL(kt_spatial_pose)(model, data, q, model->n.spatial);
-    for (size_t g = 0; g < model->n.group; g++) {
-        fill_group(model, data, g, false, q, v, t);
-        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
-    }
-    return isfinite(violation->position + violation->velocity);
-}
-
-static void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
-    set_motion(model, data, q, v, NULL);
-    for (size_t g = 0; g < model->n.group; g++)
-        fill_moving(model, data, g, q, v, t);
-}
-
-static bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
-    if (metric != KT_METRIC_MASS)
-        return KT_KERNEL(kt_groups_least_step)(model, data, step);
-    move(model, data, model->zero);
-    if (has_spatial(model)) {
-        KT_KERNEL(kt_spatial_move)(model, data, model->zero, model->n.spatial);
-        KT_KERNEL(kt_spatial_clear)(model, data, model->n.spatial);
-        data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_accelerate)(model, data, force, model->n.spatial, model->has_delassus, step))
-            return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
-    }
-    if (accelerate(model, data, NULL, force, true, step) == 0)
-        return true;
-    return KT_KERNEL(kt_groups_refactor)(model, data) && least_step(model, data, metric, force, step);
-}
-
-const kt_reduction_kernels KT_KERNEL(kt_reduction_planar_kernels) = {.forward = forward,
-                                                                     .apply = KT_KERNEL(kt_front_apply),
-                                                                     .measure = KT_KERNEL(kt_damped_measure),
-                                                                     .damp = KT_KERNEL(kt_damped_solve),
-                                                                     .nullspace = KT_KERNEL(kt_front_nullspace),
-                                                                     .residuals = residuals,
-                                                                     .factor = KT_KERNEL(kt_groups_factor),
-                                                                     .prepare = prepare,
-                                                                     .fill = fill,
-                                                                     .least_step = least_step};

@@ -1,0 +1,146 @@
+/* The groups' equations in their forms (`kt_group_form`): factored, solved for least steps, and what they leave open. The
+ * same for groups of spatial and of planar links, of which these functions see equations alone.
+ */
+#include "reduction/groups.h"
+
+#include "reduction/delassus.h"
+#include "reduction/front.h"
+#include "reduction/front4.h"
+#include "reduction/spatial_group.h"
+
+int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
+    const kt_group *group = &model->group[g];
+    data->special_form[g] = KT_SPECIAL_FORM_NONE;
+    if (kt_group_has_fronts(group))
+        return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
+    const kt_reduction_kind *kind = model->reduction;
+    const double small = KT_NEAR_SINGULAR * group->usual[rows];
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
+    int rank = kind->factor(&w, group->rank[rows]);
+    data->factored[g] = rows;
+    data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;
+    data->near[g] = rank >= 0 && (rank < group->rank[rows] || data->last[g] < small);
+    while (regular && rank > 0 && kind->size(&w, rank - 1) < small)
+        rank--;
+    data->rank[g] = rank < 0 ? 0 : rank;
+    return rank;
+}
+
+bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
+                                 bool delassus) {
+    const bool special =
+        delassus && model->group[g].form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    data->special_form[g] = special ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
+    return special || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
+}
+
+bool KT_KERNEL(kt_groups_factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
+    return fine;
+}
+
+bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
+    bool some = false;
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (!data->special_form[g])
+            continue;
+        some = true;
+        if (KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
+                                       data->special_form[g] == KT_SPECIAL_FORM_REGULAR) < 0)
+            return false;
+    }
+    return some;
+}
+
+void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
+                                   kt_violation *violation) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_position_residuals(&w, violation);
+    if (v && kt_group_has_fronts(group))
+        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    if (v && kt_group_has_fronts(group))
+        kt_group_violation(&w, w.multiplier, violation);
+    else if (v)
+        kt_group_velocity_residuals(model, group, &w, v, violation);
+    for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
+        data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
+    for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)
+        for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
+            w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
+}
+
+/* Closes a group by its own form, if that is `special`; otherwise factors it. */
+static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
+    if (model->group[g].form == KT_FORM_DELASSUS) {
+        KT_KERNEL(kt_delassus_least)(model, data, g, step);
+        return true;
+    }
+    if (KT_KERNEL(kt_front4_solve)(model, data, g, NULL, step))
+        return true;
+    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
+                                     data->special_form[g] == KT_SPECIAL_FORM_REGULAR);
+    return false;
+}
+
+bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, double *step) {
+    const kt_reduction_kind *kind = model->reduction;
+    memset(step, 0, model->n.v * sizeof *step);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        const kt_group *group = &model->group[g];
+        if (data->special_form[g] && least_step_special(model, data, g, step))
+            continue;
+        if (kt_group_has_fronts(group)) {
+            const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
+            if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
+                return false;
+            KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);
+            continue;
+        }
+        kind->particular(&w, data->rank[g], w.right, w.free);
+        if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
+            return false;
+        for (int i = 0; i < w.m; i++)
+            step[model->group_v[group->v + i]] = w.free[i];
+    }
+    return true;
+}
+
+void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, const double *force) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+        double *need = kt_group_has_fronts(group) ? w.free : w.half; /* no longer needed */
+        for (int i = 0; i < w.m; i++)
+            need[i] = force[model->group_v[group->v + i]];
+        if (kt_group_has_fronts(group))
+            KT_KERNEL(kt_front_multipliers_of)(model, data, g, w.multiplier);
+        else
+            model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
+    }
+}
+
+/* If the group is in the form of Delassus, `special` says from here on that its few equations alone have been measured.
+ * */
+double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    double size = 0.0;
+    const bool special =
+        model->group[g].damped_form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);
+    data->special_form[g] = special ? KT_SPECIAL_FORM_WHOLE : KT_SPECIAL_FORM_NONE;
+    return special ? size : KT_KERNEL(kt_front_measure)(model, data, g, rows);
+}
+
+bool KT_KERNEL(kt_damped_solve)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
+                                double *step) {
+    if (data->special_form[g])
+        return KT_KERNEL(kt_delassus_damp)(model, data, g, gap, damping, step);
+    const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};
+    if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
+        return false;
+    KT_KERNEL(kt_front_respond)(model, data, g, NULL, step);
+    return true;
+}

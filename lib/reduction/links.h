@@ -1,0 +1,37 @@
+/* The recursion over links with constraint groups, in space (spatial_links.c) and in the plane (planar_links.c).
+ *
+ * `end`: the spatial links 1 to end - 1 and the groups among them are treated; end is n.link (all links are treated as
+ * spatial) or n.spatial.
+ */
+#ifndef KT_REDUCTION_LINKS_H
+#define KT_REDUCTION_LINKS_H
+
+#include "dynamics/dynamics.h"
+
+/* pose: poses of the links; the ground is at rest without gravity.
+ * move: velocities, after poses.
+ * clear: sets wrenches and the inertias from children to zero (in the plane `move` does).
+ * motion: all of these, then external wrenches (may be NULL); the ground's acceleration is minus gravity.
+ * accelerate: backward and forward pass, after the groups' equations have been factored; returns the link at which the
+ *   inertia is singular, or 0. `delassus`: groups in the form of Delassus are solved by delassus.h, which has prepared
+ *   them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities; otherwise
+ *   they have been factored like all others. `weightless`: without gravity. */
+#define KT_LINKS_DECLARE(isa)                                                                                          \
+    void kt_spatial_links_pose_##isa(const kt_model *model, kt_data *data, const double *q, size_t end);               \
+    void kt_spatial_links_move_##isa(const kt_model *model, kt_data *data, const double *v, size_t end);               \
+    void kt_spatial_links_clear_##isa(const kt_model *model, kt_data *data, size_t end);                               \
+    void kt_spatial_links_motion_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,         \
+                                       const kt_wrench *external, size_t end);                                         \
+    size_t kt_spatial_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *tau, size_t end,      \
+                                             bool delassus, double *a);                                                \
+    void kt_planar_links_pose_##isa(const kt_model *model, kt_data *data, const double *q);                            \
+    void kt_planar_links_move_##isa(const kt_model *model, kt_data *data, const double *v);                            \
+    void kt_planar_links_motion_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,          \
+                                      const kt_wrench *external);                                                      \
+    size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *v, const double *tau,  \
+                                            bool weightless, double *a);
+KT_LINKS_DECLARE(baseline)
+KT_LINKS_DECLARE(v3)
+KT_LINKS_DECLARE(v4)
+
+#endif

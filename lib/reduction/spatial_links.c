@@ -1,0 +1,231 @@
+/* The recursion over spatial links with constraint groups: the articulated-body recursion (dynamics/aba.h), in which each
+ * group is one step (spatial_group.h). Bodies outside all loops cost what they cost in a tree.
+ *
+ * The functions treat links 1 to end - 1 and the groups among them (links.h): all of them, or those before the planar
+ * ones, which planar_links.c treats.
+ */
+#include "reduction/delassus.h"
+#include "reduction/front.h"
+#include "reduction/kernel.h"
+#include "reduction/links.h"
+#include "reduction/spatial_group.h"
+
+void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const double *q, size_t end) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
+    kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
+    kt_ground_set(none, &data->motion[0]);
+    for (size_t i = 1; i < end; i++)
+        kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine,
+                     &data->motion[i]);
+}
+
+void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const double *v, size_t end) {
+    for (size_t i = 1; i < end; i++)
+        kt_link_velocity(&model->link[i], &data->motion[model->link[i].parent], v, &data->motion[i]);
+}
+
+void KT_KERNEL(kt_spatial_links_clear)(const kt_model *model, kt_data *data, size_t end) {
+    for (size_t i = 1; i < end; i++)
+        kt_articulated_clear(&model->link[i], &data->articulated[model->link[i].articulated]);
+    kt_external_none(data);
+}
+
+void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                        const kt_wrench *external, size_t end) {
+    kt_articulated_motion(model, data, q, v, end);
+    if (external)
+        kt_external_set(model, data, external);
+}
+
+static void add_total(const kt_front_total *total, kt_articulated *to) {
+    const double *x = total->inertia;
+    for (int c = 0; c < 3; c++, x += KT_FRONT_SPACE) {
+        const double *l = x + 3 * KT_FRONT_SPACE;
+        to->j[c] += (kt_v4){x[0], x[1], x[2], 0.0};
+        to->g[c] += (kt_v4){x[3], x[4], x[5], 0.0};
+        to->h[c] += (kt_v4){l[0], l[1], l[2], 0.0};
+        to->m[c] += (kt_v4){l[3], l[4], l[5], 0.0};
+    }
+    to->moment += (kt_v4){total->bias[0], total->bias[1], total->bias[2], 0.0};
+    to->force += (kt_v4){total->bias[3], total->bias[4], total->bias[5], 0.0};
+}
+
+static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
+    const kt_group *group = &model->group[g];
+    const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = group->parent != 0};
+    kt_front_total total;
+    kt_group_bias(model, data, group);
+    if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
+        return false;
+    if (group->parent)
+        add_total(&total, &data->articulated[group->parent]);
+    return true;
+}
+
+KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool has_armature) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
+    kt_articulated total;
+    kt_group_assemble(model, data, group, &w, tau, &total);
+    if (has_armature)
+        kt_group_gear(model, group, &w);
+    if (!model->reduction->solve(&w, data->rank[g], group->parent ? 6 : 0))
+        return false;
+    if (group->parent)
+        kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
+    return true;
+}
+
+static __attribute__((noinline)) bool eliminate_dense_armature(const kt_model *model, kt_data *data, int32_t g,
+                                                               const double *tau) {
+    return eliminate_dense(model, data, g, tau, true);
+}
+
+static __attribute__((noinline)) bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
+                                                      const double *tau) {
+    if (kt_group_has_fronts(&model->group[g]))
+        return eliminate_front(model, data, g, tau);
+    if (model->group[g].has_armature)
+        return eliminate_dense_armature(model, data, g, tau);
+    return eliminate_dense(model, data, g, tau, false);
+}
+
+/* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
+KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_v4 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
+    const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
+                    : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
+                                                       : s;
+    return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
+}
+
+/* A link of a group in the form of Delassus is one of the tree: its inverse inertia is stored for delassus.c. */
+KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
+                            double armature) {
+    const kt_link *link = &model->link[i];
+    kt_delassus d;
+    if (link->motion == KT_MOTION_SPHERICAL)
+        return;
+    kt_delassus_find(model, data, (size_t)link->group, &d);
+    d.inverse[link->local] = 1.0 / (inertia_along(link, kt_link_axis(link, &data->motion[i]), x) + armature);
+}
+
+/* A group is eliminated at its first link, which the backward pass reaches last. */
+KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                            kt_articulated *x) {
+    const int32_t group = model->link[i].group;
+    data->articulated[i] = *x;
+    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
+    return first && !eliminate_whole(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
+}
+
+/* `context` is not NULL if groups in the form of Delassus are not eliminated. */
+KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
+                                   void *context) {
+    const int32_t group = model->link[i].group;
+    const bool delassus = group >= 0 && context && data->special_form[group];
+    if (group >= 0 && !delassus)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (delassus)
+        keep_inverse(model, data, i, x, 0.0);
+    return kt_eliminate_joint(model, data, i, tau, x, NULL);
+}
+
+static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                         kt_articulated *x, void *context) {
+    const int32_t group = model->link[i].group;
+    const bool delassus = group >= 0 && context && data->special_form[group];
+    if (group >= 0 && !delassus)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (delassus)
+        keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
+    return kt_eliminate_armature(model, data, i, tau, x, NULL);
+}
+
+/* The acceleration of a group's parent. */
+typedef struct kt_front_base {
+    double x[KT_FRONT_SPACE];
+} kt_front_base;
+
+static kt_front_base front_base(const kt_data *data, const kt_group *group) {
+    const kt_link_motion *m = &data->motion[group->parent];
+    return (kt_front_base){{m->alpha[0], m->alpha[1], m->alpha[2], m->linear[0], m->linear[1], m->linear[2]}};
+}
+
+KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, double *a) {
+    const kt_link *link = &model->link[i];
+    if (link->group < 0 || (delassus && data->special_form[link->group])) {
+        kt_link_respond(model, data, i, a);
+        return;
+    }
+    const kt_group *group = &model->group[link->group];
+    if (model->group_link[group->link] == (int32_t)i && kt_group_has_fronts(group)) {
+        const kt_front_base base = front_base(data, group);
+        KT_KERNEL(kt_front_respond)(model, data, (size_t)link->group, group->parent ? base.x : NULL, a);
+    } else if (model->group_link[group->link] == (int32_t)i) {
+        const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
+        kt_group_respond(model, data, group, &w, a);
+    }
+    kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
+}
+
+KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+    respond_to(model, data, i, false, a);
+}
+KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, double *a) {
+    respond_to(model, data, i, true, a);
+}
+
+/* Solves the groups in the form of Delassus, between the passes; returns the first link of one that cannot be solved,
+ * or 0. */
+static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t link = model->group_link[model->group[g].link];
+        if (data->special_form[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
+            return (size_t)link;
+    }
+    return 0;
+}
+
+/* The same with groups in the form of Delassus, which delassus.h solves between the passes. */
+static size_t accelerate_delassus(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+    bool delassus = true;
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &delassus);
+    const size_t singular = failed ? failed : solve_delassus(model, data, end);
+    if (!singular)
+        kt_articulated_forward(model, data, end, respond_delassus, a);
+    return singular;
+}
+
+static void respond_armature(const kt_model *model, kt_data *data, size_t i, double *a) {
+    const int32_t group = model->link[i].group;
+    if (group < 0 || data->special_form[group])
+        kt_link_respond_armature(model, data, i, a);
+    else
+        respond(model, data, i, a);
+}
+
+/* Either with armature. */
+static __attribute__((noinline)) size_t accelerate_armature(const kt_model *model, kt_data *data, const double *tau,
+                                                            size_t end, bool delassus, double *a) {
+    const size_t failed =
+        kt_articulated_backward(model, data, tau, end, eliminate_armature, delassus ? &delassus : NULL);
+    const size_t singular = failed || !delassus ? failed : solve_delassus(model, data, end);
+    if (!singular)
+        kt_articulated_forward(model, data, end, respond_armature, a);
+    return singular;
+}
+
+size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
+                                              bool delassus, double *a) {
+    if (model->has_armature)
+        return accelerate_armature(model, data, tau, end, delassus, a);
+    if (delassus)
+        return accelerate_delassus(model, data, tau, end, a);
+    const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, NULL);
+    if (!failed)
+        kt_articulated_forward(model, data, end, respond, a);
+    return failed;
+}
