@@ -311,7 +311,9 @@ void kt_newton_begin(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     w->iterations = 0;
     w->rate = w->worst = 0.0;
-    w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
+    /* An iteration that diverged leaves an infinite ratio. */
+    if (!isinf(w->now.ratio))
+        w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
 }
 
 /* The largest error that is left in the stages, over the tolerance: a part of it that does not show in the step's
