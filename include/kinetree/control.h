@@ -38,6 +38,15 @@ KT_API void kt_frame_jacobian(const kt_model *model, const kt_data *data, int bo
  * v; the accelerations that it was given do not enter. O(depth). */
 KT_API kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame);
 
+/* The same as matrices, 6 x nv each: the time derivative dJ/dt of kt_frame_jacobian, and the derivative d(J v)/dq of the
+ * twist with respect to positions (along q (+) e_j), whose product with v is kt_frame_bias, too. (The linear parts of
+ * both are equal with KT_TWIST_ALIGNED; the angular ones are not.) Need kt_kinematics_update at q and v.
+ * O(nv + depth). */
+KT_API void kt_frame_jacobian_derivative(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
+                                         kt_twist_frame frame, double *derivative);
+KT_API void kt_frame_twist_derivative(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
+                                      kt_twist_frame frame, double *derivative);
+
 /* ---- about the centre of mass ------------------------------------------------------------------------------------ */
 
 /* The Jacobian of the centre of mass of kt_mass_center: 3 x nv, world axes; zeros if there is no mass. Needs

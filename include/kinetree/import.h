@@ -74,6 +74,39 @@ KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, s
                                            const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
                                            void *user, kt_error *error);
 
+/* ---- a file, ready to run ---------------------------------------------------------------------------------------- */
+
+/* A mechanism from a file. Calls return KT_OK, which is 0, or what went wrong, which *error then tells: several in a row
+ * are checked by one `if`.
+ *
+ *     kt_mechanism arm;
+ *     kt_parameter payload;
+ *     if (kt_mechanism_load("arm.urdf", NULL, NULL, &arm, &error) ||
+ *         kt_parameter_find(arm.model, "hand.mass", &payload, &error) ||
+ *         kt_simulation_set_parameter(arm.simulation, arm.model, &payload, (double[]){2.5}, &error) ||
+ *         kt_simulation_advance(arm.simulation, 2.0, &error))
+ *         fprintf(stderr, "%s: %s\n", error.where, error.message);
+ */
+typedef struct kt_mechanism {
+    kt_scene scene;            /* what was read, with its notes */
+    kt_model *model;           /* a copy of `compiled`: its parameters may be set */
+    kt_data *data;             /* for calls of the caller's */
+    kt_simulation *simulation; /* of the model, at the start; with the scene's events, without their calls */
+    kt_scene_watch *watch;     /* of these events; the rest is memory, for kt_mechanism_free */
+    kt_model *compiled;        /* the model as compiled */
+    void *memory;              /* of the copy */
+} kt_mechanism;
+
+/* Reads a scene (*.yaml, *.yml) or a robot (all other files: kt_robot_read, with its options, which may be NULL),
+ * compiles it, and makes data and a simulation. run: NULL: the scene's own; of a robot the default. On failure
+ * *mechanism is untouched. Errors, with the place in the file where there is one: those of kt_scene_read or
+ * kt_robot_read, kt_model_compile, kt_simulation_create and kt_scene_watch_create. */
+KT_API KT_CHECKED kt_status kt_mechanism_load(const char *path, const kt_robot_options *options, const kt_run *run,
+                                              kt_mechanism *mechanism, kt_error *error);
+
+/* Releases all of it, and clears the struct; NULL, and what was cleared, is allowed. */
+KT_API void kt_mechanism_free(kt_mechanism *mechanism);
+
 #ifdef __cplusplus
 }
 #endif

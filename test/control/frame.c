@@ -132,3 +132,95 @@ KT_TEST(bias_is_the_derivative_of_the_jacobian_times_velocities_in_each_frame) {
     }
     kt_check_worst(&error);
 }
+
+/* ---- their derivatives ------------------------------------------------------------------------------------------- */
+
+static const kt_vec3 there = {0.3, -0.2, 0.4};
+
+/* J of the last body in all frames. */
+static bool all_jacobians(const kt_tree *tree, const double *q, const double *v, double *out) {
+    kt_error e;
+    if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e))
+        return false;
+    for (int f = 0; f < 3; f++)
+        kt_frame_jacobian(tree->model, tree->data, tree->count - 1, there, frames[f], out + ROWS * tree->nv * f);
+    return true;
+}
+
+KT_TEST(jacobian_derivative_is_that_of_differences_in_time) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("dJ/dt against differences");
+    for (int n = 0; n < TREES; n++) {
+        static double rate[ALONG_MOST], derivative[ROWS * KT_TREE_NV];
+        kt_tree tree;
+        kt_tree_state s;
+        if (!along_grow(&tree, n, &random, &s) ||
+            !along_differentiate(&tree, &s, all_jacobians, 3 * ROWS * tree.nv, rate) || !kt_tree_kinematics(&tree, &s))
+            return;
+        for (int f = 0; f < 3; f++) {
+            kt_frame_jacobian_derivative(tree.model, tree.data, tree.count - 1, there, frames[f], derivative);
+            for (int i = 0; i < ROWS * tree.nv; i++)
+                kt_worst_near(&error, derivative[i], rate[ROWS * tree.nv * f + i], 4e-12, "tree %d frame %d number %d",
+                              n, f, i);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+}
+
+/* Central differences of order eight of J v along q (+) e_j. */
+static bool difference_twist(const kt_tree *tree, const kt_tree_state *s, int j, kt_twist_frame frame,
+                             double out[ROWS]) {
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    static double jacobian[ROWS * KT_TREE_NV];
+    const double step = 5e-3;
+    kt_error e;
+    memset(out, 0, ROWS * sizeof *out);
+    for (int k = -4; k <= 4; k++) {
+        double q[KT_TREE_NQ], move[KT_TREE_NV] = {0.0}, twist[ROWS];
+        move[j] = k * step;
+        kt_position_add(tree->model, s->q, move, q);
+        if (k == 0)
+            continue;
+        if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, s->v, NULL, &e), &e))
+            return false;
+        kt_frame_jacobian(tree->model, tree->data, tree->count - 1, there, frame, jacobian);
+        multiply(tree, jacobian, s->v, twist);
+        for (int r = 0; r < ROWS; r++)
+            out[r] += (k < 0 ? -weight[-k - 1] : weight[k - 1]) / step * twist[r];
+    }
+    return true;
+}
+
+/* Both matrices times v are the bias acceleration, which is computed otherwise. */
+KT_TEST(twist_derivative_is_that_of_differences_and_both_give_the_bias) {
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("d(J v)/dq against differences"), bias = kt_worst_make("times v");
+    for (int n = 0; n < TREES; n++) {
+        static double matrix[2][ROWS * KT_TREE_NV];
+        kt_tree tree;
+        kt_tree_state s;
+        if (!along_grow(&tree, n, &random, &s))
+            return;
+        const kt_twist_frame frame = frames[n % 3];
+        if (!kt_tree_kinematics(&tree, &s))
+            return;
+        const kt_twist known = kt_frame_bias(tree.model, tree.data, tree.count - 1, there, frame);
+        kt_frame_jacobian_derivative(tree.model, tree.data, tree.count - 1, there, frame, matrix[0]);
+        kt_frame_twist_derivative(tree.model, tree.data, tree.count - 1, there, frame, matrix[1]);
+        for (int k = 0; k < 2; k++) {
+            double product[ROWS];
+            multiply(&tree, matrix[k], s.v, product);
+            compare(&bias, product, (const double *)&known, 4e-14, n, k, (int)frame);
+        }
+        for (int j = 0; j < tree.nv; j++) {
+            double column[ROWS];
+            if (!difference_twist(&tree, &s, j, frame, column))
+                return;
+            compare(&error, matrix[1] + ROWS * j, column, 4e-12, n, j, (int)frame);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_worst(&error);
+    kt_check_worst(&bias);
+}

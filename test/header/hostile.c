@@ -71,6 +71,7 @@ typedef struct fixture {
     kt_body body;
     kt_loop loop;
     kt_scene scene;
+    kt_mechanism mechanism;
     FILE *stream;
     kt_absolute *absolute;
     kt_constraint_formulation *formulation;
@@ -351,6 +352,7 @@ static fixture *make(int which) {
     f->rotation = kt_rotation_quaternion(1.0, 0.0, 0.0, 0.0);
     f->no_matrix.x.x = f->no_inertia.xx = (double)NAN;
     f->scene = kt_scene_default();
+    f->mechanism = (kt_mechanism){.scene = f->scene};
     if (f->memory && f->stream && make_models(f, which) && make_objects(f))
         return f;
     kt_note("%s: %s", f->error.where, f->error.message);

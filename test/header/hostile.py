@@ -62,7 +62,7 @@ BY_TYPE = {
     "kt_equilibrium *": "&f->equilibrium", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
-    "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
+    "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
     "char *": "f->text", "kt_absolute *": "f->absolute", "const kt_absolute *": "f->absolute", "kt_simulation_options *": "&f->simulation_options",
     "kt_constraint_formulation *": "f->formulation", "const kt_constraint_formulation *": "f->formulation",
     "const kt_constraint_formulation_options *": "&f->formulation_options", "ptrdiff_t *": "&f->place", "kt_plan_step *": "f->steps",
