@@ -37,7 +37,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(info, "what a scene consists of: the tree, its degrees of freedom and masses")                                   \
     X(check, "find every fault of scene files")                                                                        \
     X(demo, "run one of the bundled scenes, or list them")                                                             \
-    X(import, "read a robot in URDF or MJCF and write it as a scene")                                                  \
+    X(import, "read a robot in URDF, MJCF or SDF and write it as a scene")                                             \
     X(make, "write chains, pendulums and trees of any size as scenes")                                                 \
     X(stability, "the fastest modes, and the largest stable step of each method")                                      \
     X(integrators, "the integration methods and where they are published")                                             \
@@ -98,8 +98,8 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
  * it has one). */
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene);
 
-/* Reads a robot in URDF or MJCF (options: NULL for the defaults). kt_read_scene does so, too, for files named *.urdf,
- * *.mjcf or *.xml, and where a file or standard input begins with '<'. Prints what the scene has left out. */
+/* Reads a robot in URDF, MJCF or SDF (options: NULL for the defaults). kt_read_scene does so, too, for files named
+ * *.urdf, *.mjcf, *.sdf, *.world or *.xml, and where a file or standard input begins with '<'. Prints what the scene has left out. */
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */

@@ -39,7 +39,7 @@ typedef struct kt_robot_options {
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
  * "scene"; it cannot include other files): in the Unified Robot Description Format (the XML of ROS' package `urdf`,
- * <robot>) or in MJCF (that of MuJoCo, <mujoco>).
+ * <robot>), in MJCF (that of MuJoCo, <mujoco>), or in SDF 1.4 to 1.12 (that of Gazebo, <sdf>).
  * URDF:
  *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
  *     become '_'. A root link named `world` without inertia, declared or not, is the world; any other root is fixed to
@@ -64,6 +64,19 @@ typedef struct kt_robot_options {
  *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
  *     sensors, cameras, polynomials of equalities beyond the linear term.
  *   - <include> reads files within the folder of `path` alone; meshes may lie elsewhere.
+ * SDF:
+ *   - The first <world> is read, with all its models, or else the first <model>. A link becomes a body of its name, with
+ *     the same frame; that of a model within another, or in a world, is MODEL__LINK.
+ *   - Joints carry their children as far as that gives a tree, else their parents; the others close loops. What no joint
+ *     connects with the world moves freely; links of static models do not move. All joints start at zero.
+ *   - Joints of two axes (universal, revolute2, piston) are two joints with a body without mass between them, which has
+ *     the joint's name; so has one that carries a joint beside its link's origin.
+ *   - damping, friction and spring_stiffness become effects, gearboxes and mimics couplings.
+ *   - Mass and inertia are those of <inertial>, where they are not said 1 kg and 1 kg m^2, or, with auto, those of the
+ *     collisions. Inertias that no body has are judged as those of URDF.
+ *   - Gravity is the world's; without one 9.8 m/s^2 along -z.
+ *   - <include> reads files within the folder of `path` alone; what is not there is left out.
+ *   - Left out: meshes, contacts, limits of effort and speed, sensors, plugins, states of worlds.
  * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
  * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released
  * with kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to

@@ -38,6 +38,20 @@ kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type
     return effect;
 }
 
+int kt_terms_merge(kt_term *terms, int count) {
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        int same = 0;
+        while (same < kept && strcmp(terms[same].joint, terms[i].joint) != 0)
+            same++;
+        if (same < kept)
+            terms[same].coefficient += terms[i].coefficient;
+        else
+            terms[kept++] = terms[i];
+    }
+    return kept;
+}
+
 /* The faults that the description's own check finds, at the element that each comes from. */
 static void take_fault(void *user, const kt_place *place, const kt_error *error) {
     const kt_draft *d = user;

@@ -129,21 +129,6 @@ static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to
     return s->count;
 }
 
-/* Terms of one joint become one. */
-static int merge_terms(kt_term *terms, int count) {
-    int kept = 0;
-    for (int i = 0; i < count; i++) {
-        int same = 0;
-        while (same < kept && strcmp(terms[same].joint, terms[i].joint) != 0)
-            same++;
-        if (same < kept)
-            terms[same].coefficient += terms[i].coefficient;
-        else
-            terms[kept++] = terms[i];
-    }
-    return kept;
-}
-
 static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     double a[5] = {0.0, 1.0, 0.0, 0.0, 0.0};
     side y, x = {.count = 0};
@@ -165,7 +150,7 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     }
     const int first = add_terms(m, &y, 1.0, terms);
     loop->terms = terms;
-    loop->term_count = merge_terms(terms, first + add_terms(m, &x, -a[1], terms + first));
+    loop->term_count = kt_terms_merge(terms, first + add_terms(m, &x, -a[1], terms + first));
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
 }
 

@@ -90,7 +90,7 @@ static void add_context(kt_phrase *phrase, const kt_element *e) {
         return;
     add_context(phrase, e->parent);
     kt_phrase_add(phrase, "%s", e->name);
-    const char *name = e->first != NULL || e->parent->parent == NULL ? kt_xml_attribute(e, "name") : NULL;
+    const char *name = kt_xml_attribute(e, "name");
     if (name != NULL)
         kt_phrase_add(phrase, " %s", kt_name_quote(name).text);
     kt_phrase_add(phrase, ": ");

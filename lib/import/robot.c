@@ -16,8 +16,6 @@ typedef struct request {
 static const char *known_as(const char *name) {
     if (strcmp(name, "mujocoinclude") == 0)
         return "; this is a part of a model in MJCF, which a model includes";
-    if (strcmp(name, "sdf") == 0)
-        return "; this is SDF, the format of Gazebo, which is not read";
     return "";
 }
 
@@ -42,11 +40,14 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
     source.root = root;
     if (strcmp(root->name, "mujoco") == 0)
         kt_mjcf_scene(r, &source, scene);
+    else if (strcmp(root->name, "sdf") == 0)
+        kt_sdf_scene(r, &source, scene);
     else if (strcmp(root->name, "robot") != 0)
-        (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
-                           "a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, not with "
-                           "<%.40s>%s",
-                           root->name, known_as(root->name));
+        (void)kt_fault_put(
+            r, KT_ERROR_SCENE, root->line, root->column,
+            "a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, one in SDF with "
+            "<sdf version=\"...\">, not with <%.40s>%s",
+            root->name, known_as(root->name));
     else if (is_expanded(r, root))
         kt_urdf_scene(r, &source, scene);
 }

@@ -131,6 +131,9 @@ kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
 kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
 kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
 
+/* Terms of one joint become one; returns how many are left. */
+int kt_terms_merge(kt_term *terms, int count);
+
 /* Whether faults have been reported, or memory is insufficient. */
 bool kt_draft_is_wrong(const kt_draft *d);
 
@@ -196,5 +199,6 @@ kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path,
 /* Reads the robot below the root element into the scene. */
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
+void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 
 #endif

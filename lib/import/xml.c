@@ -201,6 +201,41 @@ static const char *take_late_away(kt_reader *reader, const char *text, size_t si
     return copy;
 }
 
+/* The index of the next comment from an index on, outside of character data; size if there is none. */
+static size_t next_comment(const char *text, size_t size, size_t from) {
+    while (from < size && !begins(text, size, from, "<!--"))
+        from = begins(text, size, from, "<![CDATA[") ? behind(text, size, from, "]]>") : from + 1;
+    return from;
+}
+
+static bool has_dashes(const char *text, size_t from, size_t to) {
+    for (size_t i = from; i < to; i++)
+        if (text[i] == '-' && text[i + 1] == '-') /* there is the comment's end behind `to` */
+            return true;
+    return false;
+}
+
+/* Many files have "--" within comments, which XML forbids and other readers accept: a copy of the text with blanks in
+ * place of dashes there; or the text. NULL: memory is insufficient. */
+static const char *take_dashes_away(kt_reader *reader, const char *text, size_t size) {
+    char *copy = NULL;
+    for (size_t at = next_comment(text, size, 0); at < size; at = next_comment(text, size, at)) {
+        const size_t from = at + 4, end = behind(text, size, from, "-->"), to = end >= from + 3 ? end - 3 : from;
+        at = end;
+        if (!has_dashes(text, from, to))
+            continue;
+        copy = copy != NULL ? copy : kt_pool_take(&reader->scratch, size, 1);
+        if (copy == NULL)
+            return NULL;
+        if (text != copy)
+            memcpy(copy, text, size);
+        text = copy;
+        for (size_t i = from; i < to; i++)
+            copy[i] = copy[i] == '-' ? ' ' : copy[i];
+    }
+    return text;
+}
+
 static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
     kt_reader *reader = x->reader;
     x->parser = XML_ParserCreate(NULL);
@@ -226,6 +261,7 @@ static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
     kt_xml x = {.reader = reader};
     text = take_late_away(reader, text, size, late);
+    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
     return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
 }
 
@@ -234,6 +270,7 @@ bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, con
     kt_xml x = {.reader = reader, .file = file, .include = include->included != NULL ? include->included : include};
     kt_xml_late late;
     text = take_late_away(reader, text, size, &late);
+    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
     return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
 }
 

@@ -1,4 +1,4 @@
-/* The readers of scenes and of robots in URDF and MJCF (FUZZ_ROBOT), for any text: each says what is wrong, or reads a scene
+/* The readers of scenes and of robots in URDF, MJCF and SDF (FUZZ_ROBOT), for any text: each says what is wrong, or reads a scene
  * which, written, reads as the same. */
 #include "fuzz.h"
 #include "kinetree/import.h"

@@ -288,11 +288,8 @@ KT_TEST(faults_are_told_at_their_places) {
         {"<robot>\n<link name='a'>\n</robot>", "3:3: this is no well-formed XML: mismatched tag\n"},
         {"<!DOCTYPE robot [<!ENTITY a 'b'>]><robot/>",
          "1:17: a document type (<!DOCTYPE ...>) is not read; leave it out\n"},
-        {"<sdf version='1.7'/>", "1:1: a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, "
-                                 "not with <sdf>; this is SDF, "
-                                 "the format of Gazebo, which is not read\n"},
-        {"<rigid/>",
-         "1:1: a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, not with <rigid>\n"},
+        {"<rigid/>", "1:1: a robot in URDF begins with <robot name=\"...\">, one in MJCF with <mujoco>, "
+                     "one in SDF with <sdf version=\"...\">, not with <rigid>\n"},
         {"<robot name='r'/>", "1:1: there is no link\n"},
         {"<robot name='r'><xacro:macro/></robot>",
          "1:17: <xacro:macro> is for the macro processor xacro; run it first, and read what it writes\n"},

@@ -120,7 +120,7 @@ class Page:
 
     def scene(self, line, body):
         self.scenes += 1
-        named = re.search(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf|xml))(?:\s*-->)?\s*$", body, flags=re.M)
+        named = re.search(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf|xml|sdf))(?:\s*-->)?\s*$", body, flags=re.M)
         scene = self.folder / (named[1] if named else f"scene-{self.scenes}.yaml")
         scene.write_text(body)
         claim(f"{self.name}:{line}: scene is right",

@@ -244,6 +244,17 @@ static char model[] =
     "<joint joint1='j0' joint2='j1'/></equality><keyframe><key name='home' ctrl='1 2'/></keyframe><camera/>"
     "<asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 2 1 0 1 3 0 3 2 1 2 3'/></asset></mujoco>";
 
+static char joints[] =
+    "<sdf version='1.9'><!-- -- --><world name='w'><model name='a b'><link name='l'/><link name='k'><inertial "
+    "auto='1'/>"
+    "<collision name='c'><geometry><sphere/></geometry></collision><gravity>0</gravity></link><link name='h'/>"
+    "<frame name='f' attached_to='k'><pose>1 0 0 0 0 0</pose></frame><joint name='j' type='universal'><pose>0 1 0 0 0 0"
+    "</pose><parent>l</parent><child>k</child><axis><xyz>1 0 0</xyz><dynamics><damping>1</damping></dynamics></axis>"
+    "<axis2><xyz>0 1 0</xyz></axis2></joint><joint name='i' type='revolute'><parent>f</parent><child>h</child><axis>"
+    "<xyz>0 0 1</xyz><mimic joint='j'/></axis></joint><joint name='o' type='ball'><parent>l</parent><child>h</child>"
+    "</joint><joint name='g' type='gearbox'><parent>l</parent><child>h</child><gearbox_reference_body>k"
+    "</gearbox_reference_body></joint></model><light/></world></sdf>";
+
 static kt_status parse_robot(void *user) {
     const char *text = user;
     const kt_robot_options how = {.keyframe = text == model ? "home" : NULL};
@@ -262,5 +273,6 @@ KT_TEST(each_failing_allocation_is_an_error_of_reading_a_robot) {
     touched = 0;
     check_calls("a robot in URDF", parse_robot, robot, KT_OK, 20.0);
     check_calls("a model in MJCF", parse_robot, model, KT_OK, 20.0);
+    check_calls("a model in SDF", parse_robot, joints, KT_OK, 20.0);
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }

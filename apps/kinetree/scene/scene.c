@@ -80,7 +80,7 @@ static void suggest_ending(const char *path) {
 
 /* Whether a file is a robot, by its name, or a text by its first character; of which format, the reader sees. */
 static bool is_robot_name(const char *path) {
-    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".mjcf"};
+    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
     const char *dot = strrchr(path, '.');
     bool found = false;
     for (size_t i = 0; i < sizeof endings / sizeof *endings && dot != NULL; i++)
@@ -113,7 +113,7 @@ static bool is_xml_file(const char *path) {
 static int refuse_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
-    kt_say("%s: --set %s: a robot in URDF or MJCF has no keys of a scene; write it as one by 'kinetree import' first",
+    kt_say("%s: --set %s: a robot in URDF, MJCF or SDF has no keys of a scene; write it as one by 'kinetree import' first",
            path, settings->text[0]);
     return KT_EXIT_USAGE;
 }

@@ -1,4 +1,4 @@
-/* kinetree import: reads a robot in URDF or MJCF and writes it as a scene. */
+/* kinetree import: reads a robot in URDF, MJCF or SDF and writes it as a scene. */
 #include "command.h"
 #include "records/output.h"
 #include "text/arguments.h"
@@ -38,13 +38,15 @@ const kt_usage kt_usage_import = {
     .examples = "  kinetree import arm.urdf --out arm.yaml\n"
                 "  kinetree import quadruped.urdf --floating --stops 1e4 --out quadruped.yaml\n"
                 "  kinetree import humanoid.xml --keyframe squat --out humanoid.yaml\n"
+                "  kinetree import rover.sdf --out rover.yaml\n"
                 "  kinetree run arm.urdf --duration 2 --view\n",
     .operands = "ROBOT.urdf",
     .least = 1,
     .most = 1,
     .about =
-        "Reads a robot in URDF, or in MJCF (the XML of MuJoCo), and writes it as a scene, to which loops, effects and\n"
-        "settings are then added. Every subcommand that reads a SCENE takes such a file itself, too, as without "
+        "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene, to which\n"
+        "loops, effects and settings are then added. Every subcommand that reads a SCENE takes such a file itself, "
+        "too, as without "
         "options\n"
         "here. A body has the name of its link, and a joint keeps its own. What a scene does not have is left out, and "
         "said\n"

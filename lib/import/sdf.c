@@ -1,0 +1,221 @@
+/* Models and worlds in SDF, the XML of Gazebo: links and joints to a description.
+ *
+ * In this order: frames of the file and of those that it includes, their names and poses; links and joints; the tree
+ * that spans them; bodies, loops and forces. The positions of all joints are zero at the start.
+ */
+#include "import/sdf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- what is not known ------------------------------------------------------------------------------------------- */
+
+/* Elements that are read, or say what joints and links are made of, with their attributes. What has nothing to do with
+ * the motion is counted as a whole. */
+static const kt_known known[] = {
+    {"sdf", " version "},
+    {"world", " name "},
+    {"model", " name canonical_link placement_frame "},
+    {"include", " merge "},
+    {"link", " name "},
+    {"joint", " name type "},
+    {"frame", " name attached_to "},
+    {"pose", " relative_to rotation_format degrees frame "},
+    {"inertial", " auto "},
+    {"xyz", " expressed_in "},
+    {"mimic", " joint axis "},
+    {"collision", " name "},
+    {"visual", " name "},
+    {"gravity", " "},
+    {"static", " "},
+    {"uri", " "},
+    {"name", " "},
+    {"placement_frame", " "},
+    {"mass", " "},
+    {"density", " "},
+    {"inertia", " "},
+    {"ixx", " "},
+    {"ixy", " "},
+    {"ixz", " "},
+    {"iyy", " "},
+    {"iyz", " "},
+    {"izz", " "},
+    {"parent", " "},
+    {"child", " "},
+    {"axis", " "},
+    {"axis2", " "},
+    {"use_parent_model_frame", " "},
+    {"dynamics", " "},
+    {"damping", " "},
+    {"friction", " "},
+    {"spring_reference", " "},
+    {"spring_stiffness", " "},
+    {"limit", " "},
+    {"lower", " "},
+    {"upper", " "},
+    {"effort", " "},
+    {"velocity", " "},
+    {"multiplier", " "},
+    {"offset", " "},
+    {"reference", " "},
+    {"thread_pitch", " "},
+    {"screw_thread_pitch", " "},
+    {"gearbox_ratio", " "},
+    {"gearbox_reference_body", " "},
+    {"kinematic", " "},
+    {"geometry", " "},
+};
+
+static const kt_known_list all_known = {known, sizeof known / sizeof *known, .apart = " surface ",
+                                        .closed = " geometry ",
+                                        .read = " self_collide material transparency cast_shadows "};
+
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+static void note_file(kt_notes *n, const kt_sdf *m) {
+    kt_note_put(n, &m->newer, "versions of SDF that are newer than 1.12, read as if they were that: %d",
+                m->newer.count);
+    kt_note_put(n, &m->others, "worlds and models after the first, which are left out: %d", m->others.count);
+    kt_note_put(n, &m->missing, "files that are not in the model's folder, left out: %d; the first: %s",
+                m->missing.count, m->missing.what);
+    kt_note_put(n, &m->states, "initial states of worlds (<state>) that are left out: %d", m->states.count);
+}
+
+static void note_bodies(kt_notes *n, const kt_sdf *m) {
+    kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
+    kt_note_put(n, &m->floating, "links that move freely, since no joint connects them with the world: %d",
+                m->floating.count);
+    kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
+    kt_note_put(n, &m->at_rest, "links of static models, fixed to the world: %d", m->at_rest.count);
+    kt_note_put(n, &m->standard_masses,
+                "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2): %d",
+                m->standard_masses.count);
+    kt_note_put(n, &m->by_geometry, "links whose mass and inertia are those of their collisions: %d",
+                m->by_geometry.count);
+    kt_note_put(n, &m->lost_masses, "meshes of such links, whose masses are left out: %d", m->lost_masses.count);
+    kt_judge_notes(n, &m->judge);
+    kt_note_put(n, &m->no_gravity, "links without gravity, each held by a force against its weight: %d",
+                m->no_gravity.count);
+    kt_note_put(n, &m->kinematic, "kinematic links, which move as others do: %d", m->kinematic.count);
+}
+
+static void note_joints(kt_notes *n, const kt_sdf *m) {
+    kt_note_put(n, &m->halves,
+                "joints of two axes, each two joints with a body without mass between them, which has the joint's "
+                "name: %d",
+                m->halves.count);
+    kt_note_put(n, &m->offsets,
+                "joints beside the origin of their link, on a body of their own, which has the joint's name: %d",
+                m->offsets.count);
+    kt_note_put(n, &m->reversed, "joints that carry their parent, since another joint carries the child: %d",
+                m->reversed.count);
+    kt_note_put(n, &m->loops, "joints that close loops: %d", m->loops.count);
+    kt_note_put(n, &m->loop_forces,
+                "joints whose damping, friction and springs are left out, since they close loops: %d",
+                m->loop_forces.count);
+    kt_note_put(n, &m->still_joints, "joints within one rigid part, left out: %d", m->still_joints.count);
+    kt_note_put(n, &m->gearboxes, "gearboxes, which are couplings of the joints between their links: %d",
+                m->gearboxes.count);
+    kt_note_put(n, &m->lost_gears,
+                "gearboxes that are left out, since what is between their links and the reference does not turn about "
+                "parallels of the axes alone: %d",
+                m->lost_gears.count);
+    kt_note_put(n, &m->lost_mimics, "mimics that are left out, since one of both has no axis in the tree: %d",
+                m->lost_mimics.count);
+    kt_note_put(n, &m->friction, "dry friction that is smooth here (joint_friction): %d", m->friction.count);
+    kt_note_put(n, &m->outside, "joints that start at zero, outside their limits: %d", m->outside.count);
+    kt_note_put(n, &m->disordered, "limits of position that are left out, since lower is above upper: %d",
+                m->disordered.count);
+    if (m->source->options->stop_stiffness == 0.0)
+        kt_note_put(n, &m->limits, "limits of position that are left out (--stops makes effects of them): %d",
+                    m->limits.count);
+    kt_note_put(n, &m->rates, "limits of effort and speed that are left out: %d", m->rates.count);
+}
+
+static void make_notes(const kt_sdf *m, kt_scene *scene) {
+    kt_phrase unknown = {.length = 0};
+    kt_notes n;
+    if (!kt_notes_begin(&n, m->r, m->source->path))
+        return;
+    note_file(&n, m);
+    note_bodies(&n, m);
+    note_joints(&n, m);
+    kt_note_put(&n, &m->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
+                m->sizeless.count);
+    kt_note_put(&n, &m->mesh_pictures, "meshes that are left out of pictures: %d", m->mesh_pictures.count);
+    kt_note_put(&n, &m->pictures, "visuals that are left out of pictures, since a body has one shape: %d",
+                m->pictures.count);
+    kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
+                m->contacts.count);
+    kt_unknown_list(&m->unknown, &unknown);
+    if (m->unknown.count > 0)
+        kt_note_put(&n, &m->unknown.left[0],
+                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
+                    unknown.text);
+    scene->notes = n.notes;
+    scene->note_count = n.count;
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+/* The world's, until 1.5 in its physics; without a world the format's. */
+static void read_gravity(kt_sdf *m, const kt_element *world) {
+    const kt_element *physics = world != NULL ? kt_xml_child(world, "physics") : NULL;
+    m->gravity = kt_vec3_make(0.0, 0.0, -9.8);
+    m->gravity = kt_sdf_vector(m, physics, "gravity", m->gravity);
+    m->gravity = kt_sdf_vector(m, world, "gravity", m->gravity);
+}
+
+/* The first world, or the first model; others are counted. */
+static const kt_element *choose(kt_sdf *m) {
+    const kt_element *world = kt_xml_child(m->root, "world");
+    const kt_element *chosen = world != NULL ? world : kt_xml_child(m->root, "model");
+    for (const kt_element *e = m->root->first; e != NULL; e = e->next)
+        if (e != chosen && (strcmp(e->name, "world") == 0 || strcmp(e->name, "model") == 0))
+            kt_left_count(&m->others, e);
+    if (chosen == NULL)
+        (void)kt_robot_fault(m->r, m->root, "there is no <model> and no <world>");
+    if (world != NULL)
+        for (const kt_element *e = kt_xml_child(world, "state"); e != NULL; e = kt_xml_next(e, "state"))
+            kt_left_count(&m->states, e);
+    return chosen;
+}
+
+static void make_items(kt_sdf *m) {
+    kt_sdf_read_joints(m);
+    if (kt_draft_is_wrong(&m->draft) || !kt_namer_init(&m->draft.loop_names, m->r, 2 * m->frames.count + 2))
+        return;
+    kt_sdf_grow_tree(m);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    kt_sdf_make_bodies(m);
+    kt_sdf_make_loops(m);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    kt_sdf_make_effects(m);
+    kt_sdf_couple(m);
+}
+
+void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
+    kt_sdf m = {.r = r, .source = source, .root = (kt_element *)source->root, .draft = {.r = r, .root = source->root}};
+    const int version = kt_sdf_version(&m, m.root);
+    const kt_element *chosen = choose(&m);
+    if (version == 0 || chosen == NULL)
+        return;
+    const bool is_world = strcmp(chosen->name, "world") == 0;
+    read_gravity(&m, is_world ? chosen : NULL);
+    kt_sdf_collect(&m, chosen, is_world, version);
+    kt_unknown_search(&m.unknown, &all_known, m.root);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    kt_sdf_place(&m);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    make_items(&m);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    scene->description.gravity = m.gravity;
+    scene->description.inertia_check = m.judge.limit;
+    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(chosen, "name"), scene))
+        make_notes(&m, scene);
+}

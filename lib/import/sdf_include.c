@@ -1,0 +1,158 @@
+/* Files that SDF includes, and versions.
+ *
+ * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. It is found
+ * in the folder of the robot alone: `model://NAME` in its folder NAME, other paths from the folder of the file that
+ * includes them. What is not there is left out and told, since worlds name models that simulators bring along.
+ */
+#define _XOPEN_SOURCE 700 /* stat */
+#include "import/sdf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { DEPTH_MOST = 32 /* files within one another */ };
+
+/* 100 times the first number and the second one of a version, as 112 of 1.12; 0: it is none. */
+static int version_of(const char *text) {
+    char *end;
+    const long major = strtol(text, &end, 10);
+    if (end == text || *end != '.' || major != 1)
+        return 0;
+    const char *rest = end + 1;
+    const long minor = strtol(rest, &end, 10);
+    return end != rest && minor >= 0 && minor < 100 && (*end == '\0' || *end == '.') ? 100 + (int)minor : 0;
+}
+
+int kt_sdf_version(kt_sdf *m, const kt_element *sdf) {
+    enum { OLDEST = 104, NEWEST = 112 };
+    const char *text = kt_xml_attribute(sdf, "version");
+    const int version = text != NULL ? version_of(text) : 0;
+    if (version < OLDEST) {
+        (void)kt_robot_fault(m->r, sdf, "version: expected 1.4 to 1.12, found '%.40s'", text != NULL ? text : "");
+        return 0;
+    }
+    if (version > NEWEST)
+        kt_left_count(&m->newer, sdf);
+    return version;
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+static bool is_kind(const char *path, bool folder) {
+    struct stat status;
+    return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
+}
+
+/* "inner/uri" of the folder of the file that an element stands in; NULL where there is no memory. */
+static const char *beside(kt_sdf *m, const kt_element *e, const char *uri) {
+    const size_t folder = m->source->folder != NULL ? strlen(m->source->folder) + 1 : 0;
+    const char *slash = e->file != NULL ? strrchr(e->file, '/') : NULL;
+    const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
+    const size_t room = length + strlen(uri) + 2;
+    char *name = kt_pool_take(&m->r->scratch, room, 1);
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(name, room, "%.*s%s%s", (int)length, length > 0 ? e->file + folder : "", length > 0 ? "/" : "",
+                       uri);
+    return name;
+}
+
+/* The path that a URI names; NULL where there is none, reported where it leads out of the folder. */
+static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
+    const char *name = strstr(uri, "://");
+    if (m->source->folder == NULL)
+        return NULL;
+    if (name == NULL)
+        name = beside(m, e, uri);
+    else if (strncmp(uri, "model://", 8) == 0 || strncmp(uri, "file://", 7) == 0)
+        name = name + 3;
+    else
+        return NULL; /* a server's */
+    return name != NULL ? kt_include_path(m->r, m->source, e, name) : NULL;
+}
+
+/* ---- folders of models ------------------------------------------------------------------------------------------- */
+
+static const char *join(kt_sdf *m, const char *folder, const char *name) {
+    const size_t room = strlen(folder) + strlen(name) + 2;
+    char *path = kt_pool_take(&m->r->scratch, room, 1);
+    if (path == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(path, room, "%s/%s", folder, name);
+    return path;
+}
+
+/* The name of a model's newest file that is not newer than what is read, by its model.config; else model.sdf. */
+static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
+    const char *config = join(m, folder, "model.config"), *best = "model.sdf";
+    int newest = 0;
+    kt_element *root =
+        config != NULL && is_kind(config, false) ? kt_include_read(m->r, e, config, &m->included_bytes) : NULL;
+    for (const kt_element *sdf = root != NULL ? kt_xml_child(root, "sdf") : NULL; sdf != NULL;
+         sdf = kt_xml_next(sdf, "sdf")) {
+        const char *text = kt_xml_attribute(sdf, "version");
+        const int version = text != NULL ? version_of(text) : 0;
+        if (sdf->text != NULL && version >= newest && version <= 112) {
+            best = sdf->text;
+            newest = version;
+        }
+    }
+    return best;
+}
+
+/* ---- include ----------------------------------------------------------------------------------------------------- */
+
+static bool is_circle(const kt_sdf *m, const kt_sdf_chain *chain, const char *path) {
+    if (strcmp(path, m->source->path) == 0)
+        return true;
+    for (; chain != NULL; chain = chain->outer)
+        if (strcmp(chain->path, path) == 0)
+            return true;
+    return false;
+}
+
+static void leave_out(kt_sdf *m, const kt_element *e, const char *uri) {
+    if (m->missing.count == 0)
+        m->missing.what = uri;
+    kt_left_count(&m->missing, e);
+}
+
+const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
+                                 int *version) {
+    const char *uri = kt_sdf_text(e, "uri");
+    if (uri == NULL) {
+        (void)kt_robot_fault(m->r, e, "<uri> is missing");
+        return NULL;
+    }
+    const size_t faults = m->r->fault_count;
+    *path = path_of(m, e, uri);
+    if (*path != NULL && is_kind(*path, true)) {
+        const char *file = file_of(m, e, *path), *inner = join(m, *path + strlen(m->source->folder) + 1, file);
+        *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
+    }
+    if (*path == NULL || !is_kind(*path, false)) {
+        if (m->r->fault_count == faults)
+            leave_out(m, e, uri);
+        return NULL;
+    }
+    if (is_circle(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
+        (void)kt_robot_fault(m->r, e, "files include each other in a circle, or more than %d deep", (int)DEPTH_MOST);
+        return NULL;
+    }
+    const kt_element *root = kt_include_read(m->r, e, *path, &m->included_bytes);
+    if (root == NULL)
+        return NULL;
+    if (strcmp(root->name, "sdf") != 0) {
+        (void)kt_robot_fault(m->r, e, "%.200s begins with <%.40s>, not with <sdf>", *path, root->name);
+        return NULL;
+    }
+    *version = kt_sdf_version(m, root);
+    const kt_element *model = kt_xml_child(root, "model");
+    if (model == NULL)
+        leave_out(m, e, uri);
+    return *version > 0 ? model : NULL;
+}

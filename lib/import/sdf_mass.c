@@ -1,0 +1,145 @@
+/* Masses, inertias and pictures of links in SDF.
+ *
+ * A link without <inertial> has the format's 1 kg and 1 kg m^2 about each axis, as <mass> and <inertia> have it that
+ * do not say them. With auto="true" mass and inertia are those of the solids of its collisions, by their densities.
+ */
+#include "import/sdf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- solids ------------------------------------------------------------------------------------------------------ */
+
+typedef struct solid {
+    kt_solid type;
+    double size[3]; /* half sizes; radius, half length */
+    bool is_mesh;
+} solid;
+
+/* The solid of a <geometry>; numbers that it does not say are the format's. */
+static solid read_solid(kt_sdf *m, const kt_element *geometry) {
+    static const char *const names[] = {[KT_SOLID_NONE] = "",
+                                        [KT_SOLID_SPHERE] = "sphere",
+                                        [KT_SOLID_CAPSULE] = "capsule",
+                                        [KT_SOLID_ELLIPSOID] = "ellipsoid",
+                                        [KT_SOLID_CYLINDER] = "cylinder",
+                                        [KT_SOLID_CONE] = "cone",
+                                        [KT_SOLID_BOX] = "box"};
+    solid s = {.type = KT_SOLID_NONE, .is_mesh = kt_xml_child(geometry, "mesh") != NULL};
+    for (int i = 1; i < (int)(sizeof names / sizeof *names); i++) {
+        const kt_element *e = kt_xml_child(geometry, names[i]);
+        if (e == NULL)
+            continue;
+        const kt_vec3 one = kt_vec3_make(1.0, 1.0, 1.0);
+        s.type = (kt_solid)i;
+        if (s.type == KT_SOLID_BOX || s.type == KT_SOLID_ELLIPSOID) {
+            const bool is_box = s.type == KT_SOLID_BOX;
+            const kt_vec3 v = kt_sdf_vector(m, e, is_box ? "size" : "radii", one);
+            const double half = is_box ? 0.5 : 1.0;
+            s.size[0] = half * v.x;
+            s.size[1] = half * v.y;
+            s.size[2] = half * v.z;
+        } else {
+            s.size[0] = kt_sdf_number(m, e, "radius", s.type == KT_SOLID_CAPSULE ? 0.5 : 1.0);
+            s.size[1] = 0.5 * kt_sdf_number(m, e, "length", 1.0);
+        }
+    }
+    return s;
+}
+
+static bool has_size(const solid *s) {
+    const bool is_long = s->type != KT_SOLID_SPHERE, is_wide = s->type == KT_SOLID_BOX || s->type == KT_SOLID_ELLIPSOID;
+    return s->size[0] > 0.0 && (!is_long || s->size[1] > 0.0) && (!is_wide || s->size[2] > 0.0);
+}
+
+/* ---- masses ------------------------------------------------------------------------------------------------------ */
+
+/* Adds a collision to mass, first moment and inertia about the link's origin. */
+static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
+    if (s.type == KT_SOLID_NONE || !has_size(&s)) {
+        if (s.is_mesh)
+            kt_left_count(&m->lost_masses, e);
+        return;
+    }
+    const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
+    const double mass = kt_sdf_number(m, e, "density", density) * kt_solid_volume(s.type, s.size);
+    const kt_vec3 low = kt_vec3_make(0.0, 0.0, s.type == KT_SOLID_CONE ? -0.5 * s.size[1] : 0.0);
+    const kt_vec3 com = kt_pose_apply(pose, low), d = kt_vec3_scale(mass, kt_solid_moments(s.type, s.size));
+    const kt_sym3 inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(d.x, d.y, d.z, 0.0, 0.0, 0.0));
+    body->mass += mass;
+    body->com = kt_vec3_add(body->com, kt_vec3_scale(mass, com));
+    body->inertia = kt_sym3_add(body->inertia, kt_sym3_shift(inertia, mass, com));
+}
+
+static void weigh_collisions(kt_sdf *m, const kt_sdf_link *link, const kt_element *inertial, kt_body *body) {
+    const double density = kt_sdf_number(m, inertial, "density", 1000.0);
+    body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
+        add_collision(m, link, e, density, body);
+    if (body->mass > 0.0) {
+        body->com = kt_vec3_scale(1.0 / body->mass, body->com);
+        body->inertia = kt_sym3_shift(body->inertia, -body->mass, body->com);
+    }
+    kt_left_count(&m->by_geometry, link->element);
+}
+
+void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
+    const kt_element *inertial = kt_xml_child(link->element, "inertial");
+    const kt_element *inertia = inertial != NULL ? kt_xml_child(inertial, "inertia") : NULL;
+    const char *automatic = inertial != NULL ? kt_xml_attribute(inertial, "auto") : NULL;
+    if (automatic != NULL && kt_sdf_is_true(m, inertial, automatic)) {
+        weigh_collisions(m, link, inertial, body);
+        return;
+    }
+    const kt_pose pose = kt_sdf_read_pose(m, inertial != NULL ? kt_xml_child(inertial, "pose") : NULL);
+    const kt_sym3 own = kt_sym3_make(kt_sdf_number(m, inertia, "ixx", 1.0), kt_sdf_number(m, inertia, "iyy", 1.0),
+                                     kt_sdf_number(m, inertia, "izz", 1.0), kt_sdf_number(m, inertia, "ixy", 0.0),
+                                     kt_sdf_number(m, inertia, "ixz", 0.0), kt_sdf_number(m, inertia, "iyz", 0.0));
+    const kt_vec3 turn = pose.rotation.x;
+    body->mass = kt_sdf_number(m, inertial, "mass", 1.0);
+    body->com = pose.position;
+    body->inertia = turn.x == 1.0 && pose.rotation.y.y == 1.0 ? own : kt_sym3_rotate(pose.rotation, own);
+    if ((inertia == NULL || kt_sdf_text(inertial, "mass") == NULL) && !link->is_static)
+        kt_left_count(&m->standard_masses, link->element);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+/* A capsule is drawn as a cylinder. */
+static void draw_solid(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, const solid *s, kt_shape *shape) {
+    const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
+    shape->at = pose.position;
+    shape->type = s->type == KT_SOLID_BOX      ? KT_SHAPE_BOX
+                  : s->type == KT_SOLID_SPHERE ? KT_SHAPE_SPHERE
+                                               : KT_SHAPE_CYLINDER;
+    if (s->type != KT_SOLID_SPHERE)
+        shape->rotation = kt_rotation_of_matrix(pose.rotation);
+    if (s->type == KT_SOLID_BOX) {
+        shape->size = kt_vec3_scale(2.0, kt_vec3_make(s->size[0], s->size[1], s->size[2]));
+        return;
+    }
+    shape->radius = s->size[0];
+    shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
+    shape->length = s->type == KT_SOLID_SPHERE ? 0.0 : 2.0 * s->size[1];
+}
+
+/* The first solid of the visuals, else of the collisions. */
+void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
+    static const char *const sources[] = {"visual", "collision"};
+    for (int k = 0; k < 2; k++)
+        for (const kt_element *e = kt_xml_child(link->element, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
+            const kt_element *geometry = kt_xml_child(e, "geometry");
+            const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
+            const bool is_drawn = s.type != KT_SOLID_NONE && s.type != KT_SOLID_ELLIPSOID && s.type != KT_SOLID_CONE;
+            if (k == 1)
+                kt_left_count(&m->contacts, e);
+            if (is_drawn && body->shape.type == KT_SHAPE_NONE && has_size(&s))
+                draw_solid(m, link, e, &s, &body->shape);
+            else if (is_drawn && !has_size(&s))
+                kt_left_count(&m->sizeless, e);
+            else if (k == 0)
+                kt_left_count(s.is_mesh ? &m->mesh_pictures : &m->pictures, e);
+        }
+}

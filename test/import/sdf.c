@@ -1,0 +1,422 @@
+/* Models in SDF: what each element becomes, files that are included, what is told, and faults at their places. Places,
+ * inertias and axes are held against another reading in sdf_oracle.py. */
+#define ROBOT "m.sdf"
+#include "robot.h"
+
+#include "kinetree/kinetree.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define SDF(within) "<sdf version='1.9'><model name='m'>" within "</model></sdf>"
+#define LINK(name) "<link name='" name "'/>"
+#define JOINT(name, type, parent, child, within)                                                                       \
+    "<joint name='" name "' type='" type "'><parent>" parent "</parent><child>" child "</child>" within "</joint>"
+
+static bool has_note(const kt_scene *scene, const char *words) {
+    for (int i = 0; i < scene->note_count; i++)
+        if (strstr(scene->notes[i].what, words) != NULL)
+            return true;
+    return false;
+}
+
+static const kt_effect *find_effect(const kt_scene *scene, kt_effect_type type) {
+    for (int i = 0; i < scene->description.effect_count; i++)
+        if (scene->description.effects[i].type == type)
+            return &scene->description.effects[i];
+    (void)kt_check_true(kt_effect_type_name(type), false);
+    return &scene->description.effects[0];
+}
+
+/* ---- what becomes of a model ------------------------------------------------------------------------------------- */
+
+KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
+    kt_scene scene;
+    if (!parse_right(SDF("<pose>1 2 3 0 0 0</pose>" LINK("a")), NULL, &scene))
+        return;
+    const kt_body *a = find_body(&scene, "a");
+    kt_check_equal_int("type", a->joint.type, KT_JOINT_FREE);
+    kt_check_equal_bits("place", a->joint.position, (const double[]){1.0, 2.0, 3.0, 1.0}, 4);
+    kt_check_equal_bits("mass", &a->mass, &(double){1.0}, 1);
+    kt_check_equal_bits("inertia", &a->inertia.xx, (const double[]){1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, 6);
+    kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){0.0, 0.0, -9.8}, 3);
+    kt_check_true("told to be free", has_note(&scene, "links that move freely"));
+    kt_check_true("told to weigh that", has_note(&scene, "that of the format (1 kg, 1 kg m^2): 1"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(joint_types_are_ours) {
+    static const struct {
+        const char *type;
+        kt_joint_type ours;
+        int bodies;
+    } table[] = {
+        {"revolute", KT_JOINT_REVOLUTE, 2},  {"continuous", KT_JOINT_REVOLUTE, 2}, {"prismatic", KT_JOINT_PRISMATIC, 2},
+        {"fixed", KT_JOINT_FIXED, 2},        {"ball", KT_JOINT_SPHERICAL, 2},      {"screw", KT_JOINT_SCREW, 2},
+        {"universal", KT_JOINT_REVOLUTE, 3}, {"revolute2", KT_JOINT_REVOLUTE, 3},  {"piston", KT_JOINT_PRISMATIC, 3}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       SDF(LINK("a") LINK("b") JOINT("j", "%s", "a", "b",
+                                                     "<screw_thread_pitch>2</screw_thread_pitch><axis><xyz>0 2 0</xyz>"
+                                                     "</axis><axis2><xyz>1 0 0</xyz></axis2>")),
+                       table[i].type);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        const kt_joint *joint = &find_body(&scene, "b")->joint;
+        kt_check_equal_int(table[i].type, joint->type, table[i].ours);
+        kt_check_equal_int("bodies", scene.description.body_count, table[i].bodies);
+        if (table[i].ours == KT_JOINT_SCREW)
+            kt_check_near("metres a radian", joint->pitch, 1.0 / acos(-1.0), DBL_EPSILON);
+        kt_check_true("two axes are told", has_note(&scene, "joints of two axes") == (table[i].bodies == 3));
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(forces_of_both_axes_act_in_their_joints) {
+    const kt_robot_options stops = {.stop_stiffness = 1e4, .stop_damping = 2.0};
+    kt_scene scene;
+    if (!parse_right(
+            SDF(LINK("a") LINK("b") JOINT(
+                "j", "universal", "a", "b",
+                "<axis><xyz>1 0 0</xyz><dynamics><damping>0.5</damping><friction>0.25</friction></dynamics>"
+                "<limit><lower>-inf</lower><upper>1.5</upper></limit></axis>"
+                "<axis2><xyz>0 1 0</xyz><dynamics><spring_stiffness>4</spring_stiffness><spring_reference>-1"
+                "</spring_reference></dynamics><limit><lower>-1e16</lower><upper>1e16</upper></limit></axis2>")),
+            &stops, &scene))
+        return;
+    const kt_effect *damper = find_effect(&scene, KT_EFFECT_JOINT_DAMPER);
+    const kt_effect *rub = find_effect(&scene, KT_EFFECT_JOINT_FRICTION);
+    const kt_effect *stop = find_effect(&scene, KT_EFFECT_JOINT_LIMIT);
+    const kt_effect *spring = find_effect(&scene, KT_EFFECT_JOINT_SPRING);
+    kt_check_equal_int("effects", scene.description.effect_count, 4);
+    kt_check_equal_bits("numbers",
+                        (const double[]){damper->damping, rub->coulomb, stop->lower, stop->upper, stop->stiffness,
+                                         stop->damping, spring->stiffness, spring->rest.value},
+                        (const double[]){0.5, 0.25, -(double)INFINITY, 1.5, 1e4, 2.0, 4.0, -1.0}, 8);
+    kt_check_true("the first axis is one joint", strcmp(damper->joint, rub->joint) == 0);
+    kt_check_true("the second another", strcmp(damper->joint, spring->joint) != 0);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(mimic_counts_from_its_reference) {
+    kt_scene scene;
+    if (!parse_right(SDF(LINK("a") LINK("b") LINK("c") JOINT("j", "revolute", "a", "b", "") JOINT(
+                         "k", "revolute", "a", "c",
+                         "<axis><xyz>0 0 1</xyz><mimic joint='j'><multiplier>-2</multiplier><offset>0.25</offset>"
+                         "<reference>0.5</reference></mimic></axis>")),
+                     NULL, &scene))
+        return;
+    if (kt_check_equal_int("loops", scene.description.loop_count, 1)) {
+        const kt_loop *loop = &scene.description.loops[0];
+        kt_check_equal_int("type", loop->type, KT_LOOP_COUPLING);
+        kt_check_equal_bits("q + 2 q' = 0.25 + 2 0.5",
+                            (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
+                            (const double[]){1.0, 2.0, 1.25}, 3);
+    }
+    kt_scene_free(&scene);
+}
+
+/* A pair of gears on parallel axes: t2 = -3 t1. */
+KT_TEST(gearbox_is_a_coupling_of_the_joints_between_its_links) {
+    kt_scene scene;
+    if (!parse_right(
+            SDF(LINK("g") LINK("a") LINK("b") JOINT("w", "fixed", "world", "g", "")
+                    JOINT("j", "revolute", "g", "a", "<axis><xyz>0 1 0</xyz></axis>")
+                        JOINT("k", "revolute", "g", "b", "<axis><xyz>0 -1 0</xyz></axis>")
+                            JOINT("t", "gearbox", "a", "b",
+                                  "<gearbox_ratio>3</gearbox_ratio><gearbox_reference_body>g</gearbox_reference_body>"
+                                  "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>")),
+            NULL, &scene))
+        return;
+    if (kt_check_equal_int("loops", scene.description.loop_count, 1)) {
+        const kt_loop *loop = &scene.description.loops[0];
+        kt_check_equal_int("terms", loop->term_count, 2);
+        kt_check_equal_bits("-q_k + 3 q_j = 0",
+                            (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
+                            (const double[]){-1.0, 3.0, 0.0}, 3);
+    }
+    kt_scene_free(&scene);
+}
+
+KT_TEST(gearbox_about_another_axis_is_told_and_left_out) {
+    kt_scene scene;
+    if (!parse_right(SDF(LINK("g") LINK("a") LINK("b") JOINT("j", "revolute", "g", "a", "")
+                             JOINT("k", "revolute", "g", "b", "<axis><xyz>0 1 0</xyz></axis>")
+                                 JOINT("t", "gearbox", "a", "b",
+                                       "<gearbox_reference_body>g</gearbox_reference_body><axis><xyz>0 0 1</xyz></axis>"
+                                       "<axis2><xyz>0 0 1</xyz></axis2>")),
+                     NULL, &scene))
+        return;
+    kt_check_equal_int("loops", scene.description.loop_count, 0);
+    kt_check_true("told", has_note(&scene, "gearboxes that are left out"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(joints_that_close_loops_are_loops_of_their_kind) {
+    static const struct {
+        const char *type;
+        kt_loop_type ours;
+    } table[] = {{"revolute", KT_LOOP_REVOLUTE},   {"prismatic", KT_LOOP_PRISMATIC}, {"fixed", KT_LOOP_WELD},
+                 {"ball", KT_LOOP_SPHERICAL},      {"screw", KT_LOOP_SCREW},         {"universal", KT_LOOP_UNIVERSAL},
+                 {"revolute2", KT_LOOP_UNIVERSAL}, {"piston", KT_LOOP_CYLINDRICAL}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[900];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "")
+                               JOINT("loop", "%s", "a", "b",
+                                     "<axis><xyz>1 0 0</xyz><dynamics><damping>1</damping></dynamics></axis>"
+                                     "<axis2><xyz>0 1 0</xyz></axis2>")),
+                       table[i].type);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        kt_check_equal_int("bodies", scene.description.body_count, 2);
+        if (kt_check_equal_int("loops", scene.description.loop_count, 1))
+            kt_check_equal_int(table[i].type, scene.description.loops[0].type, table[i].ours);
+        kt_check_true("told", has_note(&scene, "joints that close loops: 1"));
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(joint_carries_its_parent_where_another_carries_the_child) {
+    kt_scene scene;
+    if (!parse_right(SDF(LINK("a") LINK("b") LINK("c") JOINT("j", "revolute", "a", "b", "")
+                             JOINT("k", "revolute", "c", "b", "<axis><xyz>0 1 0</xyz></axis>")),
+                     NULL, &scene))
+        return;
+    kt_check_text("on the child", find_body(&scene, "c")->parent, "b");
+    kt_check_near("about the opposite axis", find_body(&scene, "c")->joint.axis.y, -1.0, DBL_EPSILON);
+    kt_check_true("told", has_note(&scene, "joints that carry their parent"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(static_models_are_fixed_and_links_without_gravity_are_held) {
+    kt_scene scene;
+    if (!parse_right(
+            "<sdf version='1.5'><world name='w'><physics type='ode'><gravity>0 0 -5</gravity></physics>"
+            "<model name='s'><static>true</static>" LINK(
+                "a") "</model><model name='f'><link name='a'>"
+                     "<gravity>0</gravity><inertial><mass>2</mass><pose>0.5 0 0 0 0 0</pose></inertial></link></model>"
+                     "</world></sdf>",
+            NULL, &scene))
+        return;
+    kt_check_equal_int("fixed", find_body(&scene, "s__a")->joint.type, KT_JOINT_FIXED);
+    kt_check_equal_int("free", find_body(&scene, "f__a")->joint.type, KT_JOINT_FREE);
+    const kt_effect *force = find_effect(&scene, KT_EFFECT_FORCE);
+    kt_check_near("against the weight", force->value[2].value, 10.0, DBL_EPSILON);
+    kt_check_near("at the centre of mass", force->between[0].at.x, 0.5, DBL_EPSILON);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(root_that_is_fixed_to_the_world_is_freed_by_floating) {
+    const kt_robot_options floats = {.floating = true};
+    kt_scene scene;
+    if (!parse_right(SDF("<pose>0 0 2 0 0 0</pose>" LINK("a") JOINT("w", "fixed", "world", "a", "")), &floats, &scene))
+        return;
+    kt_check_equal_int("free", find_body(&scene, "a")->joint.type, KT_JOINT_FREE);
+    kt_check_near("where it stood", find_body(&scene, "a")->joint.position[2], 2.0, DBL_EPSILON);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(inertias_that_no_body_has_are_judged_by_rigid_parts) {
+    static const char text[] =
+        SDF("<link name='a'><inertial><mass>5</mass></inertial></link><link name='imu'><inertial><mass>0.01</mass>"
+            "<inertia><ixx>1e-6</ixx><iyy>1e-6</iyy><izz>1</izz></inertia></inertial></link>" JOINT("j", "%s", "a",
+                                                                                                    "imu", ""));
+    char part[900];
+    kt_scene scene;
+    (void)snprintf(part, sizeof part, text, "fixed");
+    if (parse_right(part, NULL, &scene)) {
+        kt_check_equal_int("accepted", (int)scene.description.inertia_check, KT_INERTIA_ACCEPT);
+        kt_check_true("told", has_note(&scene, "inertias that no body has, of links within rigid parts"));
+        kt_scene_free(&scene);
+    }
+    (void)snprintf(part, sizeof part, text, "revolute");
+    kt_check_equal_int("refused where it moves", parse(part, NULL, &scene), KT_ERROR_SCENE);
+    kt_check_contains("words", faults.text, "link 'imu': inertial: inertia: the principal moments are");
+}
+
+KT_TEST(picture_is_the_first_solid_wherever_its_frame_is) {
+    kt_scene scene;
+    if (!parse_right(
+            SDF("<frame name='f'><pose>0 0 1 0 0 0</pose></frame><link name='a'><pose>0 0 0.25 0 0 0</pose>"
+                "<visual name='m'><geometry><mesh><uri>x.dae</uri></mesh></geometry></visual><visual name='v'>"
+                "<pose relative_to='f'>1 0 0 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></visual>"
+                "<collision name='c'><geometry><sphere><radius>1</radius></sphere></geometry></collision></link>"),
+            NULL, &scene))
+        return;
+    const kt_shape *shape = &find_body(&scene, "a")->shape;
+    kt_check_equal_int("type", shape->type, KT_SHAPE_BOX);
+    kt_check_equal_bits("size", &shape->size.x, (const double[]){1.0, 2.0, 3.0}, 3);
+    kt_check_equal_bits("place", &shape->at.x, (const double[]){1.0, 0.0, 0.75}, 3);
+    kt_check_true("meshes are told", has_note(&scene, "meshes that are left out of pictures: 1"));
+    kt_check_true("contacts are told", has_note(&scene, "collision shapes that are left out, since contacts"));
+    kt_scene_free(&scene);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(faults_are_told_at_their_places) {
+    static const char *const wrong[][2] = {
+        {"<sdf><model name='m'><link name='a'/></model></sdf>", "1:1: version: expected 1.4 to 1.12, found ''"},
+        {"<sdf version='1.2'><model name='m'/></sdf>", "1:1: version: expected 1.4 to 1.12, found '1.2'"},
+        {"<sdf version='1.9'/>", "1:1: there is no <model> and no <world>"},
+        {SDF("<link/>"), "1:36: model 'm': link: the attribute 'name' is missing"},
+        {SDF(LINK("a") LINK("a")), "1:52: model 'm': link 'a': the name is that of the link in line 1, too"},
+        {SDF(LINK("arm") JOINT("j", "fixed", "world", "amr", "")), "child: 'amr' does not exist; did you mean 'arm'?"},
+        {SDF(LINK("a") "<joint name='j' type='fixed'><child>a</child></joint>"), "joint 'j': <parent> is missing"},
+        {SDF(LINK("a") JOINT("j", "hinge", "world", "a", "")), "there is no type 'hinge'; it is revolute"},
+        {SDF(LINK("a") JOINT("j", "fixed", "a", "a", "")), "parent and child are the same link"},
+        {SDF(LINK("a") JOINT("j", "revolute", "world", "a", "<axis><xyz>0 0 0</xyz></axis>")),
+         "axis: xyz: the axis is zero"},
+        {SDF(LINK("a") JOINT("j", "revolute", "world", "a", "<axis><xyz>0 1</xyz></axis>")),
+         "axis: xyz: expected 3 numbers, found '0 1'"},
+        {SDF(LINK("a") JOINT("j", "screw", "world", "a", "<thread_pitch>0</thread_pitch>")),
+         "thread_pitch: the thread is zero radians a metre"},
+        {SDF("<link name='a'><pose>1 2 3</pose></link>"), "pose: expected 6 numbers, found '1 2 3'"},
+        {SDF("<link name='a'><pose rotation_format='euler'>0 0 0 0 0 0</pose></link>"), "there is no 'euler'"},
+        {SDF("<link name='a'><pose rotation_format='quat_xyzw'>0 0 0 0 0 0 0</pose></link>"),
+         "the norm of the quaternion is zero"},
+        {SDF("<link name='a'><pose relative_to='b'/></link><frame name='b'><pose relative_to='a'/></frame>"),
+         "poses are relative to each other in a circle"},
+        {SDF(LINK("a") "<frame name='f' attached_to='g'/><frame name='g' attached_to='f'/>" JOINT("j", "fixed", "a",
+                                                                                                  "f", "")),
+         "circle"},
+        {SDF("<model name='n'/>" LINK("a") JOINT("j", "fixed", "a", "n", "")), "child: this is attached to no link"},
+        {SDF("<static>perhaps</static>" LINK("a")), "static: expected true or false, found 'perhaps'"},
+        {SDF("<link name='a'><inertial><mass>-1</mass></inertial></link>"), "mass is -1"},
+        {SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "")
+                 JOINT("u", "universal", "a", "b", "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>1 1 0</xyz></axis2>")),
+         "its axes are not normal to each other: the cosine is 0.707107"},
+        {SDF("<include/>"), "include: <uri> is missing"},
+        {"<!DOCTYPE sdf [<!ENTITY a 'b'>]><sdf version='1.9'/>", "a document type (<!DOCTYPE ...>) is not read"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        kt_scene scene;
+        kt_check_true(wrong[i][0], parse(wrong[i][0], NULL, &scene) != KT_OK);
+        kt_check_contains(wrong[i][0], faults.text, wrong[i][1]);
+    }
+}
+
+/* ---- included files ---------------------------------------------------------------------------------------------- */
+
+static void put_file(const char *folder, const char *name, const char *text) {
+    char path[300];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    if (kt_check_true(name, file != NULL)) {
+        (void)fputs(text, file);
+        (void)fclose(file);
+    }
+}
+
+static kt_status read_in(const char *folder, const char *uri, kt_scene *scene) {
+    char path[300], text[600];
+    kt_error error = {0};
+    (void)snprintf(text, sizeof text, SDF(LINK("a") "<include><uri>%s</uri></include>"), uri);
+    put_file(folder, "inner/m.sdf", text);
+    (void)snprintf(path, sizeof path, "%s/inner/m.sdf", folder);
+    memset(&faults, 0, sizeof faults);
+    (void)snprintf(faults.path, sizeof faults.path, "%.200s", path);
+    return kt_robot_read(path, NULL, scene, kt_collect, &faults, &error);
+}
+
+KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
+    static const char *const refused[][2] = {
+        {"../outer.sdf", "a file is included from the model's folder alone"},
+        {"file:///etc/hostname", "a file is included from the model's folder alone"},
+        {"model://../outer.sdf", "a file is included from the model's folder alone"},
+        {"link.sdf", "the file lies outside of the model's folder, by a link"},
+        {"m.sdf", "files include each other in a circle"},
+        {"one.sdf", "files include each other in a circle"},
+        {"broken.sdf", "broken.sdf:1:29: this is no well-formed XML"},
+        {"robot.urdf", "begins with <robot>, not with <sdf>"},
+    };
+    static const char *const left_out[] = {"nowhere.sdf", "model://sun", "https://fuel.gazebosim.org/x", "light.sdf"};
+    char folder[] = "/tmp/kinetree-sdf-XXXXXX", path[300];
+    kt_scene scene;
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(path, sizeof path, "%s/inner", folder);
+    kt_check_equal_int("folder", mkdir(path, 0700), 0);
+    (void)snprintf(path, sizeof path, "%s/inner/link.sdf", folder);
+    kt_check_equal_int("link", symlink("../outer.sdf", path), 0);
+    put_file(folder, "outer.sdf", SDF(LINK("b")));
+    put_file(folder, "inner/one.sdf", SDF("<include><uri>two.sdf</uri></include>"));
+    put_file(folder, "inner/two.sdf", SDF("<include><uri>one.sdf</uri></include>"));
+    put_file(folder, "inner/broken.sdf", "<sdf version='1.9'><model></sdf>");
+    put_file(folder, "inner/robot.urdf", "<robot/>");
+    put_file(folder, "inner/light.sdf", "<sdf version='1.9'><light/></sdf>");
+    put_file(folder, "inner/right.sdf", SDF(LINK("b")));
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        kt_check_equal_int(refused[i][0], read_in(folder, refused[i][0], &scene), KT_ERROR_SCENE);
+        kt_check_contains(refused[i][0], faults.text, refused[i][1]);
+    }
+    for (size_t i = 0; i < sizeof left_out / sizeof *left_out; i++)
+        if (kt_check_equal_int(left_out[i], read_in(folder, left_out[i], &scene), KT_OK)) {
+            kt_check_true("told", has_note(&scene, left_out[i]));
+            kt_scene_free(&scene);
+        }
+    if (kt_check_equal_int("one that is right", read_in(folder, "right.sdf", &scene), KT_OK)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 2);
+        (void)find_body(&scene, "m__b");
+        kt_scene_free(&scene);
+    }
+    static const char *const names[] = {"inner/m.sdf",
+                                        "inner/one.sdf",
+                                        "inner/two.sdf",
+                                        "inner/broken.sdf",
+                                        "inner/light.sdf",
+                                        "inner/robot.urdf",
+                                        "inner/right.sdf",
+                                        "inner/link.sdf",
+                                        "outer.sdf",
+                                        "inner",
+                                        ""};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        kt_check_equal_int("clean", remove(path), 0);
+    }
+}
+
+/* ---- size -------------------------------------------------------------------------------------------------------- */
+
+/* A chain of frames, each relative to the one before, in the opposite order; a joint for each: time is proportional. */
+KT_TEST(long_chains_of_frames_and_joints_are_read_in_proportional_time) {
+    enum { COUNT = 20000 };
+    const size_t room = (size_t)COUNT * 260 + 200;
+    char *text = malloc(room);
+    size_t length = 0;
+    kt_scene scene;
+    if (!kt_check_true("memory", text != NULL))
+        return;
+    length += (size_t)snprintf(text, room, "<sdf version='1.9'><model name='m'><link name='l0'/><frame name='f0'/>");
+    for (int i = COUNT; i > 0; i--)
+        length += (size_t)snprintf(
+            text + length, room - length,
+            "<frame name='f%d' attached_to='f%d'><pose>0 0 1 0 0 0</pose></frame><link name='l%d'><pose "
+            "relative_to='f%d'"
+            "/></link><joint name='j%d' type='revolute'><parent>l%d</parent><child>l%d</child></joint>",
+            i, i - 1, i, i, i, i - 1, i);
+    (void)snprintf(text + length, room - length, "</model></sdf>");
+    if (parse_right(text, NULL, &scene)) {
+        kt_check_equal_int("bodies", scene.description.body_count, COUNT + 1);
+        kt_check_near("the last on the one before", find_body(&scene, "l20000")->joint.at.z, 1.0, 4.0 * DBL_EPSILON);
+        kt_scene_free(&scene);
+    }
+    free(text);
+}
+
+KT_TEST(comments_with_dashes_are_read_as_other_readers_do) {
+    kt_scene scene;
+    if (parse_right("<sdf version='1.9'><!-- a -- b --- c --><model name='m'><link name='a'/></model></sdf>", NULL,
+                    &scene)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 1);
+        kt_scene_free(&scene);
+    }
+}
