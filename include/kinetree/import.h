@@ -76,7 +76,7 @@ typedef struct kt_robot_options {
  *     collisions. Inertias that no body has are judged as those of URDF.
  *   - Gravity is the world's; without one 9.8 m/s^2 along -z.
  *   - <include> reads files within the folder of `path` alone; what is not there is left out.
- *   - Left out: meshes, contacts, limits of effort and speed, sensors, plugins, states of worlds.
+ *   - Left out: meshes, contacts, sensors, plugins, states of worlds.
  * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
  * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released
  * with kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to

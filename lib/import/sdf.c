@@ -83,6 +83,10 @@ static void note_file(kt_notes *n, const kt_sdf *m) {
 
 static void note_bodies(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
+    kt_note_put(n, &m->renamed_joints,
+                "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
+                "joint has the name: %d",
+                m->renamed_joints.count);
     kt_note_put(n, &m->floating, "links that move freely, since no joint connects them with the world: %d",
                 m->floating.count);
     kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
@@ -127,9 +131,8 @@ static void note_joints(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->disordered, "limits of position that are left out, since lower is above upper: %d",
                 m->disordered.count);
     if (m->source->options->stop_stiffness == 0.0)
-        kt_note_put(n, &m->limits, "limits of position that are left out (--stops makes effects of them): %d",
+        kt_note_put(n, &m->limits, "limits of position that are data alone (--stops makes effects of them): %d",
                     m->limits.count);
-    kt_note_put(n, &m->rates, "limits of effort and speed that are left out: %d", m->rates.count);
 }
 
 static void make_notes(const kt_sdf *m, kt_scene *scene) {

@@ -23,7 +23,7 @@ typedef struct kt_sdf_frame {
     const char *placed;             /* that frame */
     int base;                       /* -1: of the world, or not found yet */
     kt_pose pose, world;            /* in base, in the world */
-    int level;                      /* number of bases below it; -1: not found yet */
+    int depth;                      /* number of bases below it; -1: not found yet */
 
     int follows; /* the frame that it moves with; a link or the world follow themselves; -1: nothing */
     int link;    /* of a link: its number; of a joint: that of its first axis; else -1 */
@@ -50,11 +50,12 @@ typedef struct kt_sdf_joint {
     kt_joint_type type;
     kt_vec3 direction; /* of the axis, in the frame `expressed` */
     int expressed;
-    double pitch;        /* m per radian */
-    bool is_cut;         /* it closes a loop, whatever the tree */
-    bool is_used;        /* it carries a link */
-    bool is_reversed;    /* it carries its parent */
-    const char *carrier; /* the body of the scene that has it; NULL: none */
+    double pitch;     /* m per radian */
+    bool is_cut;      /* it closes a loop, whatever the tree */
+    bool is_used;     /* it carries a link */
+    bool is_reversed; /* it carries its parent */
+    int body;         /* of the scene, that has it; -1: none */
+    const char *name; /* in the scene; NULL: it has no coordinate there */
 } kt_sdf_joint;
 
 /* A mechanism in SDF, from its frames to the scene; the kt_left are what is told. */
@@ -66,20 +67,21 @@ typedef struct kt_sdf {
     int root_scope; /* names of bodies begin below it */
     kt_vec3 gravity;
     kt_names names;
-    kt_namer bodies_named;
+    kt_namer bodies_named, joints_named;
     kt_draft draft;
     kt_list frames, links, joints;  /* kt_sdf_frame ... */
     kt_list gears;                  /* int: frames of gearboxes */
     kt_list parents, link_elements; /* of bodies of the scene: int, const kt_element * */
+    kt_list wanted;                 /* likewise const char *: the name of the joint; NULL: none */
     int *order, order_count;        /* links from the world outwards */
     int *children, *first_child;    /* joints by their parents' links: first_child[i] to first_child[i + 1] */
     int *owners, *first_owner;      /* likewise by their children's links */
     kt_judge judge;
 
     kt_unknown unknown;
-    kt_left renamed, others, missing, newer, no_gravity, floating, at_rest, kinematic, freed;
+    kt_left renamed, renamed_joints, others, missing, newer, no_gravity, floating, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;
-    kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, rates, disordered, friction;
+    kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;
     kt_left gearboxes, lost_gears, mimics, lost_mimics, states;
     kt_left contacts, pictures, mesh_pictures, sizeless;
 } kt_sdf;

@@ -6,6 +6,7 @@
  * which has the joint's name, turns in X shift(p), and the link is fixed to it at -p.
  */
 #include "import/sdf.h"
+#include "model/joint_name.h"
 
 #include <float.h>
 #include <math.h>
@@ -49,10 +50,12 @@ static kt_body *add_body(kt_sdf *m, const kt_element *e, const kt_element *link,
     kt_body *body = kt_draft_body(&m->draft, e);
     int *on = kt_list_add(m->r, &m->r->scratch, &m->parents, sizeof *on);
     const kt_element **of = kt_list_add(m->r, &m->r->scratch, &m->link_elements, sizeof *of);
-    if (body == NULL || on == NULL || of == NULL)
+    const char **wanted = kt_list_add(m->r, &m->r->scratch, &m->wanted, sizeof *wanted);
+    if (body == NULL || on == NULL || of == NULL || wanted == NULL)
         return NULL;
     *on = parent;
     *of = link;
+    *wanted = NULL;
     body->name = name;
     body->parent = parent >= 0 ? ((const kt_body *)m->draft.bodies.items)[parent].name : NULL;
     return body;
@@ -111,6 +114,19 @@ static bool is_end(const kt_sdf *m, const kt_sdf_link *link) {
     return link->is_between && !kt_sdf_other_half(m, link, kt_sdf_joint_at(m, link->carrier))->is_used;
 }
 
+/* The last body has the joint, and its name; the second of two axes has a number behind it. */
+static void want_name(kt_sdf *m, kt_sdf_joint *j) {
+    const bool is_second = kt_sdf_joint_at(m, kt_sdf_frame_at(m, j->frame)->link) != j;
+    kt_phrase path = {.length = 0};
+    add_path(m, &path, j->frame);
+    kt_phrase_add(&path, "%s", is_second ? "_2" : "");
+    j->body = m->draft.bodies.count - 1;
+    const char *name = kt_pool_text(&m->r->scratch, path.text, strlen(path.text));
+    ((const char **)m->wanted.items)[j->body] = name;
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+}
+
 static void make_body(kt_sdf *m, int index) {
     kt_sdf_link *link = kt_sdf_link_at(m, index);
     if (is_end(m, link))
@@ -134,7 +150,7 @@ static void make_body(kt_sdf *m, int index) {
         body = add_body(m, e, link->element, is_off ? make_name(m, j->frame, NULL) : link->body, on->index);
         if (body == NULL)
             return;
-        j->carrier = j->type == KT_JOINT_FIXED ? NULL : body->name;
+        want_name(m, j);
         set_joint(m, j, (kt_pose){pose.rotation, kt_pose_apply(pose, point)}, axis, &body->joint);
         if (is_off) {
             kt_left_count(&m->offsets, e);
@@ -150,6 +166,17 @@ static void make_body(kt_sdf *m, int index) {
     kt_sdf_picture(m, link, body);
 }
 
+/* Effects and loops call joints by their names. */
+static void name_joints(kt_sdf *m) {
+    kt_joints_name(&m->joints_named, m->draft.bodies.items, m->draft.bodies.count, m->wanted.items,
+                   m->draft.body_elements.items, &m->renamed_joints);
+    for (int i = 0; i < m->joints.count; i++) {
+        kt_sdf_joint *j = kt_sdf_joint_at(m, i);
+        if (j->body >= 0 && j->type != KT_JOINT_FIXED)
+            j->name = kt_joint_name_of((const kt_body *)m->draft.bodies.items + j->body);
+    }
+}
+
 static void judge_inertias(kt_sdf *m) {
     m->judge = (kt_judge){.r = m->r,
                           .options = m->source->options,
@@ -161,13 +188,16 @@ static void judge_inertias(kt_sdf *m) {
 }
 
 void kt_sdf_make_bodies(kt_sdf *m) {
-    if (!kt_namer_init(&m->bodies_named, m->r, m->links.count + m->joints.count + 1))
+    const int most = m->links.count + m->joints.count + 1;
+    if (!kt_namer_init(&m->bodies_named, m->r, most) || !kt_namer_init(&m->joints_named, m->r, 2 * most))
         return;
     name_links(m);
     for (int i = 1; i < m->order_count && !m->r->out_of_memory; i++)
         make_body(m, m->order[i]);
-    if (!kt_draft_is_wrong(&m->draft))
-        judge_inertias(m);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    name_joints(m);
+    judge_inertias(m);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */

@@ -17,7 +17,7 @@
 static kt_effect *add_effect(kt_sdf *m, const kt_sdf_joint *j, kt_effect_type type) {
     kt_effect *effect = kt_draft_effect(&m->draft, j->element, type);
     if (effect != NULL)
-        effect->joint = j->carrier;
+        effect->joint = j->name;
     return effect;
 }
 
@@ -30,22 +30,31 @@ static double read_limit(kt_sdf *m, const kt_element *limit, const char *which, 
     return fabs(value) >= 1e16 ? standard : value;
 }
 
+/* A limit of effort or speed; below zero there is none. */
+static double read_rate(kt_sdf *m, const kt_element *limit, const char *which) {
+    const double value = read_limit(m, limit, which, (double)INFINITY);
+    return value >= 0.0 ? value : (double)INFINITY;
+}
+
 static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     const kt_element *limit = j->axis != NULL ? kt_xml_child(j->axis, "limit") : NULL;
     const char *type = kt_xml_attribute(j->element, "type");
     const kt_robot_options *o = m->source->options;
     if (limit == NULL)
         return;
+    kt_joint_limits *data = &((kt_body *)m->draft.bodies.items)[j->body].joint.limits;
     const double lower = read_limit(m, limit, "lower", -(double)INFINITY);
     const double upper = read_limit(m, limit, "upper", (double)INFINITY);
-    if (kt_xml_child(limit, "effort") != NULL || kt_xml_child(limit, "velocity") != NULL)
-        kt_left_count(&m->rates, limit);
+    data->effort = read_rate(m, limit, "effort");
+    data->velocity = read_rate(m, limit, "velocity");
     if ((isinf(lower) && isinf(upper)) || strcmp(type, "continuous") == 0)
         return;
     if (lower > upper) {
         kt_left_count(&m->disordered, limit);
         return;
     }
+    data->lower = lower;
+    data->upper = upper;
     kt_left_count(&m->limits, limit);
     if (lower > 0.0 || upper < 0.0)
         kt_left_count(&m->outside, limit);
@@ -101,7 +110,7 @@ static void float_link(kt_sdf *m, const kt_sdf_link *link) {
 void kt_sdf_make_effects(kt_sdf *m) {
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
         const kt_sdf_joint *j = kt_sdf_joint_at(m, i);
-        if (j->carrier != NULL && kt_sdf_is_scalar(j))
+        if (j->name != NULL && kt_sdf_is_scalar(j))
             act_in_joint(m, j);
     }
     for (int i = 1; i < m->links.count && !m->r->out_of_memory; i++)
@@ -129,7 +138,7 @@ static const kt_sdf_joint *find_axis(const kt_sdf *m, int frame, const char *axi
     const int first = kt_sdf_frame_at(m, frame)->kind == KT_SDF_JOINT ? kt_sdf_frame_at(m, frame)->link : -1;
     const int index = first >= 0 && axis != NULL && strcmp(axis, "axis2") == 0 ? first + 1 : first;
     const kt_sdf_joint *found = index >= 0 && index < m->joints.count ? kt_sdf_joint_at(m, index) : NULL;
-    return found != NULL && found->frame == frame && found->carrier != NULL && kt_sdf_is_scalar(found) ? found : NULL;
+    return found != NULL && found->frame == frame && found->name != NULL && kt_sdf_is_scalar(found) ? found : NULL;
 }
 
 /* q = multiplier (q' - reference) + offset. */
@@ -145,13 +154,13 @@ static void mimic(kt_sdf *m, const kt_sdf_joint *j, const kt_element *e) {
     const kt_sdf_joint *other = frame >= 0 ? find_axis(m, frame, axis) : NULL;
     if (frame < 0)
         return;
-    if (other == NULL || j->carrier == NULL || other == j) {
+    if (other == NULL || j->name == NULL || other == j) {
         kt_left_count(&m->lost_mimics, e);
         return;
     }
-    const kt_term terms[] = {{j->carrier, 1.0}, {other->carrier, -multiplier}};
+    const kt_term terms[] = {{j->name, 1.0}, {other->name, -multiplier}};
     char name[160];
-    (void)snprintf(name, sizeof name, "mimic_%.120s", j->carrier);
+    (void)snprintf(name, sizeof name, "mimic_%.120s", j->name);
     couple(m, e, name, terms, 2, offset - multiplier * reference);
     kt_left_count(&m->mimics, e);
 }
@@ -180,7 +189,7 @@ static int climb(const kt_sdf *m, int link, kt_vec3 axis, double factor, angle *
     if ((turns && fabs(along) < 1.0 - 1e-9) || j->type == KT_JOINT_SPHERICAL || (turns && a->count == TERMS_MOST))
         a->is_none = true;
     else if (turns)
-        a->terms[a->count++] = (kt_term){j->carrier, (j->is_reversed ? -factor : factor) * (along > 0.0 ? 1.0 : -1.0)};
+        a->terms[a->count++] = (kt_term){j->name, (j->is_reversed ? -factor : factor) * (along > 0.0 ? 1.0 : -1.0)};
     return j->is_reversed ? j->child : j->parent;
 }
 

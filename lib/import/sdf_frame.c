@@ -21,7 +21,7 @@ static int add_frame(kt_sdf *m, kt_sdf_kind kind, const kt_element *e, int scope
     kt_sdf_frame *f = kt_list_add(m->r, &m->r->scratch, &m->frames, sizeof *f);
     if (f == NULL)
         return -1;
-    *f = (kt_sdf_frame){.kind = kind, .element = e, .scope = scope, .home = home, .base = -1, .level = -1, .link = -1};
+    *f = (kt_sdf_frame){.kind = kind, .element = e, .scope = scope, .home = home, .base = -1, .depth = -1, .link = -1};
     f->follows = -1;
     f->pose = f->world = kt_pose_identity();
     if (home >= 0) {
@@ -277,7 +277,7 @@ static void place_model(kt_sdf *m, int model) {
 
 /* ---- poses ------------------------------------------------------------------------------------------------------- */
 
-/* Levels and poses in the world, from the bases outwards. */
+/* Depths and poses in the world, from the bases outwards. */
 static void settle(kt_sdf *m) {
     enum { ON_PATH = -2 };
     int *path = kt_pool_take(&m->r->scratch, (size_t)m->frames.count, sizeof *path);
@@ -285,14 +285,14 @@ static void settle(kt_sdf *m) {
         (void)kt_reader_out_of_memory(m->r);
         return;
     }
-    kt_sdf_frame_at(m, 0)->level = 0;
+    kt_sdf_frame_at(m, 0)->depth = 0;
     for (int i = 1; i < m->frames.count; i++) {
         int count = 0, at = i;
-        for (; at >= 0 && kt_sdf_frame_at(m, at)->level == -1; at = kt_sdf_frame_at(m, at)->base) {
-            kt_sdf_frame_at(m, at)->level = ON_PATH;
+        for (; at >= 0 && kt_sdf_frame_at(m, at)->depth == -1; at = kt_sdf_frame_at(m, at)->base) {
+            kt_sdf_frame_at(m, at)->depth = ON_PATH;
             path[count++] = at;
         }
-        if (at < 0 || kt_sdf_frame_at(m, at)->level == ON_PATH) {
+        if (at < 0 || kt_sdf_frame_at(m, at)->depth == ON_PATH) {
             const kt_sdf_frame *f = kt_sdf_frame_at(m, i);
             if (at >= 0)
                 (void)kt_robot_fault(m->r, f->element, "poses are relative to each other in a circle");
@@ -301,7 +301,7 @@ static void settle(kt_sdf *m) {
         }
         while (count-- > 0) {
             kt_sdf_frame *f = kt_sdf_frame_at(m, path[count]), *base = kt_sdf_frame_at(m, at);
-            f->level = base->level + 1;
+            f->depth = base->depth + 1;
             f->world = kt_pose_compose(base->world, f->pose);
             at = path[count];
         }
@@ -325,7 +325,7 @@ kt_pose kt_sdf_pose(const kt_sdf *m, int of, int in) {
     enum { STEPS_MOST = 64 };
     kt_pose up = kt_pose_identity(), down = kt_pose_identity();
     for (int steps = 0; of != in && steps < STEPS_MOST; steps++) {
-        const bool is_upper = kt_sdf_frame_at(m, of)->level >= kt_sdf_frame_at(m, in)->level;
+        const bool is_upper = kt_sdf_frame_at(m, of)->depth >= kt_sdf_frame_at(m, in)->depth;
         int *at = is_upper ? &of : &in;
         kt_pose *pose = is_upper ? &up : &down;
         *pose = kt_pose_compose(kt_sdf_frame_at(m, *at)->pose, *pose);

@@ -115,7 +115,7 @@ static bool is_circle(const kt_sdf *m, const kt_sdf_chain *chain, const char *pa
     return false;
 }
 
-static void leave_out(kt_sdf *m, const kt_element *e, const char *uri) {
+static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
     if (m->missing.count == 0)
         m->missing.what = uri;
     kt_left_count(&m->missing, e);
@@ -136,7 +136,7 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     }
     if (*path == NULL || !is_kind(*path, false)) {
         if (m->r->fault_count == faults)
-            leave_out(m, e, uri);
+            omit(m, e, uri);
         return NULL;
     }
     if (is_circle(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
@@ -153,6 +153,6 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     *version = kt_sdf_version(m, root);
     const kt_element *model = kt_xml_child(root, "model");
     if (model == NULL)
-        leave_out(m, e, uri);
+        omit(m, e, uri);
     return *version > 0 ? model : NULL;
 }

@@ -98,6 +98,7 @@ static void add_joint(kt_sdf *m, int frame, kt_joint_type type, const char *whic
     *j = (kt_sdf_joint){.element = kt_sdf_frame_at(m, frame)->element, .frame = frame, .type = type};
     j->parent = parent;
     j->child = child;
+    j->body = -1;
     j->direction = kt_vec3_make(0.0, 0.0, 1.0);
     j->expressed = frame;
     if (kt_sdf_is_scalar(j))

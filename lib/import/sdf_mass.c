@@ -73,7 +73,7 @@ static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *
     body->inertia = kt_sym3_add(body->inertia, kt_sym3_shift(inertia, mass, com));
 }
 
-static void weigh_collisions(kt_sdf *m, const kt_sdf_link *link, const kt_element *inertial, kt_body *body) {
+static void sum_collisions(kt_sdf *m, const kt_sdf_link *link, const kt_element *inertial, kt_body *body) {
     const double density = kt_sdf_number(m, inertial, "density", 1000.0);
     body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
@@ -90,7 +90,7 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
     const kt_element *inertia = inertial != NULL ? kt_xml_child(inertial, "inertia") : NULL;
     const char *automatic = inertial != NULL ? kt_xml_attribute(inertial, "auto") : NULL;
     if (automatic != NULL && kt_sdf_is_true(m, inertial, automatic)) {
-        weigh_collisions(m, link, inertial, body);
+        sum_collisions(m, link, inertial, body);
         return;
     }
     const kt_pose pose = kt_sdf_read_pose(m, inertial != NULL ? kt_xml_child(inertial, "pose") : NULL);
