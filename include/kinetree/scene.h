@@ -65,6 +65,12 @@ typedef struct kt_scene_parameter {
     bool is_set;      /* by a setting, not by the file */
 } kt_scene_parameter;
 
+/* What an event does to a loop or an effect: {release: NAME} or {engage: NAME}. */
+typedef struct kt_scene_switch {
+    const char *name; /* of the loop or effect, which is switched (kt_switching) */
+    bool on;          /* engage; else release */
+} kt_scene_switch;
+
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
     const char *name;        /* for messages, records and kt_simulation_event_count */
@@ -74,7 +80,9 @@ typedef struct kt_scene_event {
     bool record, stop;       /* a record is written; the run ends, after one */
     const char *const *call; /* names of the program's actions; NULL: none */
     int call_count;          /* length of call */
-    int limit;               /* how often it happens at most; 0: any number */
+    const kt_scene_switch *switches; /* take effect together, before the calls; NULL: none */
+    int switch_count;                /* length of switches */
+    int limit;                       /* how often it happens at most; 0: any number */
 } kt_scene_event;
 
 /* How a file is read. */

@@ -292,7 +292,7 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
                                 kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) ||
         KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
-                      basis || !model->n.loop))
+                      basis || !model->n.group))
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     kt_linearized w;

@@ -237,6 +237,14 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     return KT_OK;
 }
 
+/* With fixed steps: where the present time is in their grid. */
+static void find_grid(kt_integrator *it) {
+    kt_integrator_memory *m = &it->memory;
+    const double h = it->options.step, k = (m->t - m->origin) / h, near = nearbyint(k);
+    m->on_grid = fabs(m->origin + near * h - m->t) <= 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(m->t));
+    m->grid = (int64_t)(m->on_grid ? near : floor(k));
+}
+
 void kt_integrator_retreat(kt_integrator *it, double step) {
     kt_integrator_memory *m = &it->memory;
     if (!m->has_previous)
@@ -250,6 +258,8 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
     m->has_previous = false;
     m->counts.steps--;
     m->counts.rejected++;
+    if (it->options.step > 0.0)
+        find_grid(it);
     forget_history(it);
     set_state(it, it->previous_y);
 }

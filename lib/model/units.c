@@ -14,7 +14,7 @@ double kt_model_extent(const kt_model *model) {
         if (link->parent > 0)
             extent = fmax(extent, kt_vec3_norm(link->at));
     }
-    if (!(extent > 0.0) && model->n.loop)
+    if (!(extent > 0.0) && model->n.group)
         extent = model->length;
     return extent > 0.0 ? extent : 1.0;
 }

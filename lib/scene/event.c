@@ -1,6 +1,6 @@
 /* Events: when something happens, and what is done then.
  *
- *     events: [{name: let go, when: "position.arm - 2.3", direction: rising, then: [record, {call: release}]}]
+ *     events: [{name: let go, when: "position.arm - 2.3", direction: rising, then: [{release: sling}, {call: tell}]}]
  *     simulate: {until: "marker.ball.centre.y < 0"}
  */
 #include "scene/event.h"
@@ -8,7 +8,10 @@
 #include "scene/expression.h"
 #include "scene/part.h"
 
+#include "base/names.h"
+
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
@@ -57,20 +60,81 @@ static const kt_kind kind_when = {.read = read_when, .write = write_when};
 static const char *const action_names[] = {"stop", "record"};
 static const kt_choice actions = {"events.then", action_names, KT_COUNT_OF(action_names), 0};
 
-static bool read_call(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
-    kt_node *name = kt_node_find(node, "call");
-    const kt_scope here = {.outer = scope, .key = "call"};
-    if (node->count != 1 || name == NULL)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                           "expected an action: stop, record, or {call: NAME} for one of the program's own");
-    return kt_read_name(r, &here, name, "the name of an action of the program", out);
+static int find_loop(const kt_description *d, const char *name) {
+    for (int i = 0; i < d->loop_count; i++)
+        if (d->loops[i].name != NULL && strcmp(d->loops[i].name, name) == 0)
+            return i;
+    return -1;
 }
 
-/* One action; a call goes to calls[event->call_count]. */
-static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event, const char **calls) {
+static int find_effect(const kt_description *d, const char *name) {
+    for (int i = 0; i < d->effect_count; i++)
+        if (d->effects[i].name != NULL && strcmp(d->effects[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+/* The name of a loop or of an effect. */
+static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
+    const kt_description *d = r->description;
+    if (d == NULL)
+        return true;
+    const bool is_loop = find_loop(d, name) >= 0, is_effect = find_effect(d, name) >= 0;
+    kt_nearest near = kt_nearest_make(name, &r->effort);
+    if (is_loop != is_effect)
+        return true;
+    if (is_loop)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is a loop and an effect; give one another name",
+                           kt_name_quote(name).text);
+    for (int i = 0; i < d->loop_count; i++)
+        (void)kt_nearest_try(&near, d->loops[i].name);
+    for (int i = 0; i < d->effect_count; i++)
+        (void)kt_nearest_try(&near, d->effects[i].name);
+    if (near.best != NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no loop or effect %s; did you mean %s?",
+                           kt_name_quote(name).text, kt_name_quote(near.best).text);
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no loop or effect %s", kt_name_quote(name).text);
+}
+
+/* What a `then` gathers: names of calls, and switches. */
+typedef struct actions_read {
+    const char **calls;
+    kt_scene_switch *switches;
+} actions_read;
+
+/* {call: NAME}, {release: NAME}, {engage: NAME} */
+static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
+                       const actions_read *to) {
+    static const struct {
+        const char *key, *expected;
+    } kinds[] = {{"call", "the name of an action of the program"},
+                 {"release", "the name of a loop or an effect"},
+                 {"engage", "the name of a loop or an effect"}};
+    for (size_t k = 0; k < KT_COUNT_OF(kinds) && node->count == 1; k++) {
+        kt_node *name = kt_node_find(node, kinds[k].key);
+        const kt_scope here = {.outer = scope, .key = kinds[k].key};
+        const char *text = NULL;
+        if (name == NULL)
+            continue;
+        if (!kt_read_name(r, &here, name, kinds[k].expected, &text))
+            return false;
+        if (k > 0 && !check_switched(r, &here, name, text))
+            return false;
+        if (k == 0)
+            to->calls[event->call_count++] = text;
+        else
+            to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k == 2};
+        return true;
+    }
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                       "expected an action: stop, record, {release: NAME} or {engage: NAME} of a loop or an effect, or "
+                       "{call: NAME} for one of the program's own");
+}
+
+static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
+                        const actions_read *to) {
     if (node->kind == KT_NODE_MAP) {
-        if (read_call(r, scope, node, &calls[event->call_count]))
-            event->call_count++;
+        (void)read_named(r, scope, node, event, to);
         return;
     }
     const int action = kt_choice_read(r, scope, node, &actions);
@@ -86,20 +150,30 @@ static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     (void)field;
     kt_scene_event *event = object;
     const bool is_list = node->kind == KT_NODE_LIST;
-    const char **calls = kt_pool_take(&r->keep, is_list ? node->count + 1 : 1, sizeof *calls);
-    if (calls == NULL)
+    const size_t room = is_list ? node->count + 1 : 1;
+    const actions_read to = {.calls = kt_pool_take(&r->keep, room, sizeof *to.calls),
+                             .switches = kt_pool_take(&r->keep, room, sizeof *to.switches)};
+    if (to.calls == NULL || to.switches == NULL)
         return kt_reader_out_of_memory(r);
     if (is_list && node->count == 0)
         return kt_fault_expected(r, scope, node, "an action or a list of actions: stop, record, {call: NAME}");
     if (!is_list)
-        read_action(r, scope, node, event, calls);
+        read_action(r, scope, node, event, &to);
     int i = 0;
     for (kt_node *item = is_list ? node->of.first : NULL; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        read_action(r, &here, item, event, calls);
+        read_action(r, &here, item, event, &to);
     }
-    event->call = event->call_count > 0 ? calls : NULL;
+    event->call = event->call_count > 0 ? to.calls : NULL;
+    event->switches = event->switch_count > 0 ? to.switches : NULL;
     return !kt_node_is_faulty(node);
+}
+
+static void write_named(kt_emitter *e, const char *key, const char *name) {
+    kt_emit_map(e, true);
+    kt_emit_key(e, key);
+    kt_emit_text(e, name);
+    kt_emit_end(e);
 }
 
 static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -111,12 +185,10 @@ static void write_then(kt_emitter *e, const kt_field *field, const void *object,
         kt_emit_word(e, "stop");
     if (event->record)
         kt_emit_word(e, "record");
-    for (int i = 0; i < event->call_count; i++) {
-        kt_emit_map(e, true);
-        kt_emit_key(e, "call");
-        kt_emit_text(e, event->call[i]);
-        kt_emit_end(e);
-    }
+    for (int i = 0; i < event->switch_count; i++)
+        write_named(e, event->switches[i].on ? "engage" : "release", event->switches[i].name);
+    for (int i = 0; i < event->call_count; i++)
+        write_named(e, "call", event->call[i]);
     kt_emit_end(e);
 }
 
@@ -181,6 +253,21 @@ static void check_names(kt_reader *r, const kt_scope *scope, kt_node **nodes, co
         }
 }
 
+/* What an event releases or engages is switched; where it does not say how it begins, it is on. */
+static void mark_switches(kt_scene *scene, const kt_scene_event *event) {
+    for (int i = 0; i < event->switch_count; i++) {
+        const int loop = find_loop(&scene->description, event->switches[i].name);
+        const int effect = find_effect(&scene->description, event->switches[i].name);
+        kt_switching *switching = NULL;
+        if (loop >= 0) /* these arrays are the scene's own */
+            switching = &((kt_loop *)(uintptr_t)scene->description.loops)[loop].switching;
+        else if (effect >= 0)
+            switching = &((kt_effect *)(uintptr_t)scene->description.effects)[effect].switching;
+        if (switching != NULL && *switching == KT_ALWAYS_ON)
+            *switching = KT_SWITCHED_ON;
+    }
+}
+
 /* Names are compared with each other: a scene has few events. */
 enum { EVENT_COUNT_MAX = 1000 };
 
@@ -201,6 +288,7 @@ static bool read_events(kt_reader *r, const kt_scope *scope, kt_node *node, cons
         const kt_scope here = kt_item_scope("event", "events", i, nodes[i]);
         if (kt_table_read(r, &here, nodes[i], &event_table, &events[i]))
             check_direction(r, &here, nodes[i], &events[i]);
+        mark_switches(scene, &events[i]);
         check_names(r, &here, nodes, events, i);
     }
     scene->events = events;

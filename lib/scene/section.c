@@ -3,6 +3,10 @@
 
 #include <stddef.h>
 
+/* Whether it acts throughout (kt_switching). */
+static const char *const switching_names[] = {"always", "on", "off"};
+static const kt_choice switchings = {"switched", switching_names, KT_SWITCHING_COUNT, 0};
+
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
 #define LOOP_NAME(id, name) #name,
@@ -18,9 +22,10 @@ static const kt_field loop_fields[] = {
      .offset = offsetof(kt_loop, type),
      .flags = KT_FIELD_REQUIRED,
      .detail = &loop_types},
+    {.key = "switched", .kind = &kt_kind_choice, .offset = offsetof(kt_loop, switching), .detail = &switchings},
 };
 static const kt_table loop_table = {.fields = loop_fields,
-                                    .count = 2,
+                                    .count = KT_COUNT_OF(loop_fields),
                                     .flow = true,
                                     .types = &loop_types,
                                     .describe = describe_loop,
@@ -127,9 +132,10 @@ static const kt_field effect_fields[] = {
      .offset = offsetof(kt_effect, type),
      .flags = KT_FIELD_REQUIRED,
      .detail = &effect_types},
+    {.key = "switched", .kind = &kt_kind_choice, .offset = offsetof(kt_effect, switching), .detail = &switchings},
 };
 static const kt_table effect_table = {.fields = effect_fields,
-                                      .count = 2,
+                                      .count = KT_COUNT_OF(effect_fields),
                                       .flow = true,
                                       .types = &effect_types,
                                       .describe = describe_effect,

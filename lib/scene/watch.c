@@ -5,6 +5,8 @@
 #include "base/require.h"
 #include "expression/expression.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
 #include "scene/event.h"
 #include "scene/pool.h"
 
@@ -34,6 +36,7 @@ typedef struct watched {
     formula formula;
     const kt_scene_call **calls;
     int call_count;
+    uint64_t on, off; /* the switches that it engages and releases */
 } watched;
 
 struct kt_scene_watch {
@@ -164,6 +167,9 @@ static int evaluate(const kt_instant *at, double *value, kt_error *error, void *
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const watched *w = user;
     int stops = 0;
+    const uint64_t set = (kt_switch_set(kt_simulation_model(simulation)) & ~w->off) | w->on;
+    if ((w->on | w->off) != 0 && kt_simulation_switch(simulation, set, NULL, error) != KT_OK)
+        return -1;
     for (int i = 0; i < w->call_count; i++) {
         const int code = w->calls[i]->action(simulation, what, error, w->calls[i]->user);
         if (code < 0)
@@ -192,6 +198,22 @@ static kt_status find_calls(kt_pool *pool, const kt_scene_event *event, const kt
     return KT_OK;
 }
 
+/* What is named twice ends as it is named last. */
+static kt_status find_switches(const kt_model *model, const kt_scene_event *event, watched *to, kt_error *error) {
+    for (int i = 0; i < event->switch_count; i++) {
+        const char *name = event->switches[i].name;
+        const int loop = kt_loop_switch(model, kt_loop_find(model, name));
+        const int k = loop >= 0 ? loop : kt_effect_switch(model, kt_effect_find(model, name));
+        if (k < 0)
+            return kt_error_set(error, KT_ERROR_SCENE, event->name,
+                                "the model has no loop or effect '%s' that is switched (kt_switching)", name);
+        const uint64_t bit = (uint64_t)1 << k;
+        to->on = event->switches[i].on ? to->on | bit : to->on & ~bit;
+        to->off = event->switches[i].on ? to->off & ~bit : to->off | bit;
+    }
+    return KT_OK;
+}
+
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
@@ -202,6 +224,8 @@ static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const k
     kt_status status = make_formula(&watch->pool, scene, model, event->when, &to->formula, error);
     if (status == KT_OK)
         status = find_calls(&watch->pool, event, calls, call_count, to, error);
+    if (status == KT_OK)
+        status = find_switches(model, event, to, error);
     const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
     if (status == KT_OK && name == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
@@ -209,10 +233,10 @@ static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const k
         return status;
     const kt_event added = {.name = name,
                             .function = evaluate,
-                            .action = to->call_count > 0 ? act : NULL,
+                            .action = to->call_count > 0 || event->switch_count > 0 ? act : NULL,
                             .user = to,
                             .direction = event->direction,
-                            .record = event->record,
+                            .record = event->record || event->switch_count > 0,
                             .stop = event->stop,
                             .limit = (uint64_t)event->limit};
     return kt_simulation_event_add(simulation, &added, error);

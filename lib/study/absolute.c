@@ -265,9 +265,24 @@ static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
     return KT_OK;
 }
 
+/* The transformed model has no sets of what is switched. */
+static kt_status refuse_switches(const kt_description *d, kt_error *error) {
+    const char *name = NULL;
+    for (int i = 0; i < d->loop_count; i++)
+        name = d->loops[i].switching != KT_ALWAYS_ON ? d->loops[i].name : name;
+    for (int i = 0; i < d->effect_count; i++)
+        name = d->effects[i].switching != KT_ALWAYS_ON ? "of an effect" : name;
+    if (name == NULL)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, name,
+                        "it is switched on and off while the mechanism moves; run it with formulation: tree");
+}
+
 static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
-    const kt_status refused = refuse_formulas(w->from, error);
+    kt_status refused = refuse_formulas(w->from, error);
+    if (refused == KT_OK)
+        refused = refuse_switches(w->from, error);
     if (refused != KT_OK)
         return refused;
     kt_link_poses(w->tree, w->tree->q0, w->pose);

@@ -131,7 +131,9 @@ static bool add_effects(kt_columns *columns) {
 }
 
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
-    *columns = (kt_columns){.model = model, .record = record};
+    /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
+    const kt_model *all = kt_model_switched(model, ((uint64_t)1 << kt_switch_count(model)) - 1);
+    *columns = (kt_columns){.model = all, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_POSITION);
@@ -357,8 +359,8 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
-static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
-    const kt_model *model = columns->model;
+static kt_column_group group_of(const kt_column *c, const kt_record *record) {
+    const kt_model *model = record->model;
     const bool is_marker = c->source >= KT_COLUMN_MARKER && c->source <= KT_COLUMN_MARKER_ACCELERATION;
     const kt_vec3 at = is_marker ? kt_marker_at(model, c->index, c->marker) : kt_vec3_make(0.0, 0.0, 0.0);
     switch (c->source) {
@@ -381,6 +383,12 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
     default:
         return (kt_column_group){{0.0}};
     }
+}
+
+/* Equations have other numbers where other loops are switched on. */
+static double multiplier_of(const kt_column *c, const kt_record *record) {
+    const kt_loop_rows rows = kt_loop_rows_of(record->model, c->index);
+    return c->component < rows.count ? coordinate(record->multipliers, rows.first + c->component) : 0.0;
 }
 
 static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
@@ -416,7 +424,7 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_LOOP_REACTION:
         return component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
-        return coordinate(record->multipliers, c->at);
+        return multiplier_of(c, record);
     case KT_COLUMN_EFFECT:
         return quantities[c->at];
     }
@@ -425,7 +433,7 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
 
 /* NaN if the state is not finite, as the last one of a failed run may be. */
 static void evaluate_quantities(kt_columns *columns, const kt_record *record) {
-    const kt_model *model = columns->model;
+    const kt_model *model = record->model;
     if (kt_effect_quantities_evaluate(model, record->data, record->time, record->q, record->v, columns->quantities,
                                       NULL) == KT_OK)
         return;
@@ -441,7 +449,7 @@ const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) 
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
         if (c->component == 0)
-            group = group_of(columns, c, record);
+            group = group_of(c, record);
         columns->values[i] = value_of(c, record, &group, columns->quantities);
     }
     return columns->values;

@@ -215,6 +215,7 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
     if (motion->is_loose)
         motion->count--;
     motion->is_loose = false;
+    motion->model = record->model;
     if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;

@@ -1,0 +1,263 @@
+/* Loops and effects that are switched while a simulation runs, against closed forms: two discs with springs, between which
+ * a clutch grips and lets go; and what is refused.
+ *
+ * The discs have moments of inertia A and B, springs a and b to the ground, and angles x and y. Apart, each is an
+ * oscillator. While the clutch holds, x' = y', so that with d = y - x, which stays, and s = (a + b) / (A + B),
+ *     x'' = -s (x - c),   c = -b d / (a + b)
+ * When it grips both turn at (A x' + B y') / (A + B), and A B / (A + B) (x' - y')^2 / 2 is lost. */
+#include "kinetree/integrator.h"
+#include "kinetree/loop.h"
+#include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "interpose.h"
+#include "scenes.h"
+
+static const double A = 0.4, B = 1.1, a = 7.0, b = 3.0, period = 0.3, end = 3.2;
+
+typedef struct discs {
+    kt_body body[2];
+    kt_loop clutch;
+    kt_term term[2];
+    kt_effect spring[2];
+    kt_description description;
+} discs;
+
+static void discs_make(discs *d) {
+    static const char *const names[2] = {"x", "y"};
+    *d = (discs){.clutch = kt_loop_default(), .description = kt_description_default()};
+    for (int i = 0; i < 2; i++) {
+        d->body[i] = kt_body_default();
+        d->body[i].name = names[i];
+        d->body[i].joint.type = KT_JOINT_REVOLUTE;
+        d->body[i].mass = 1.0;
+        d->body[i].inertia.xx = d->body[i].inertia.yy = d->body[i].inertia.zz = i ? B : A;
+        d->body[i].joint.position[0] = i ? -0.5 : 1.0;
+        d->body[i].joint.velocity[0] = i ? 2.0 : -0.3;
+        d->term[i] = (kt_term){.joint = names[i], .coefficient = i ? -1.0 : 1.0};
+        d->spring[i] = kt_effect_default();
+        d->spring[i].type = KT_EFFECT_JOINT_SPRING;
+        d->spring[i].joint = names[i];
+        d->spring[i].stiffness = i ? b : a;
+    }
+    d->clutch.name = "clutch";
+    d->clutch.type = KT_LOOP_RATES;
+    d->clutch.terms = d->term;
+    d->clutch.term_count = 2;
+    d->clutch.switching = KT_SWITCHED_OFF;
+    d->description.bodies = d->body;
+    d->description.body_count = 2;
+    d->description.loops = &d->clutch;
+    d->description.loop_count = 1;
+    d->description.effects = d->spring;
+    d->description.effect_count = 2;
+}
+
+/* x(t + h) of an oscillator of frequency w about c. */
+static void turn(double w, double c, double h, double *x, double *v) {
+    const double x0 = *x - c, v0 = *v;
+    *x = c + x0 * cos(w * h) + v0 / w * sin(w * h);
+    *v = v0 * cos(w * h) - w * x0 * sin(w * h);
+}
+
+/* The state at the end, and what has been lost. */
+static double closed_form(double q[2], double v[2]) {
+    double lost = 0.0;
+    q[0] = 1.0;
+    q[1] = -0.5;
+    v[0] = -0.3;
+    v[1] = 2.0;
+    for (int n = 0; n * period < end; n++) {
+        const double h = fmin(period, end - n * period), c = -b * (q[1] - q[0]) / (a + b);
+        if (n % 2 == 0) {
+            turn(sqrt(a / A), 0.0, h, &q[0], &v[0]);
+            turn(sqrt(b / B), 0.0, h, &q[1], &v[1]);
+            continue;
+        }
+        const double d = q[1] - q[0];
+        lost += 0.5 * A * B / (A + B) * (v[0] - v[1]) * (v[0] - v[1]);
+        v[0] = (A * v[0] + B * v[1]) / (A + B);
+        turn(sqrt((a + b) / (A + B)), c, h, &q[0], &v[0]);
+        q[1] = q[0] + d;
+        v[1] = v[0];
+    }
+    return lost;
+}
+
+typedef struct switcher {
+    int count;
+    double lost;
+} switcher;
+
+/* Changes its sign every period. */
+static int clock_of(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error, (void)user;
+    *value = sin(3.14159265358979323846 * at->t / period);
+    return 0;
+}
+
+static int toggle(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    switcher *s = user;
+    double loss = 0.0;
+    (void)what;
+    const uint64_t set = kt_switch_set(kt_simulation_model(simulation));
+    if (kt_simulation_switch(simulation, set ^ 1, &loss, error) != KT_OK)
+        return -1;
+    s->count++;
+    s->lost += loss;
+    return 0;
+}
+
+static kt_simulation *simulate(const kt_model *model, const kt_run *run, unsigned record, switcher *s) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error = {0};
+    options.events = 1;
+    options.record = record;
+    kt_simulation *simulation = kt_scene_simulate(model, run, &options);
+    const kt_event event = {.name = "clutch", .function = clock_of, .action = toggle, .user = s};
+    if (simulation != NULL)
+        (void)kt_fine("event", kt_simulation_event_add(simulation, &event, &error), &error);
+    return simulation;
+}
+
+static double error_of(const kt_simulation *simulation) {
+    double q[2], v[2], most = 0.0;
+    (void)closed_form(q, v);
+    for (int i = 0; i < 2; i++)
+        most = fmax(most, fmax(fabs(kt_simulation_positions(simulation)[i] - q[i]),
+                               fabs(kt_simulation_velocities(simulation)[i] - v[i])));
+    return most;
+}
+
+static double error_with(const kt_model *model, const char *method, double step) {
+    const kt_run run = kt_run_fixed(method, step, end);
+    kt_error error = {0};
+    switcher s = {0};
+    kt_simulation *simulation = simulate(model, &run, 0, &s);
+    if (simulation == NULL)
+        return (double)NAN;
+    (void)kt_fine(method, kt_simulation_advance(simulation, end, &error), &error);
+    kt_check_equal_int("events", s.count, 10);
+    const double most = error_of(simulation);
+    kt_simulation_free(simulation);
+    return most;
+}
+
+KT_TEST(methods_keep_their_order_across_ten_switches) {
+    static const struct {
+        const char *name;
+        double order, step;
+    } methods[] = {{"heun", 2, 0.01},   {"kutta3", 3, 0.01},  {"rk4", 4, 0.02},   {"dopri5", 5, 0.04},
+                   {"tsit5", 5, 0.04},  {"dop853", 8, 0.1},   {"bdf2", 2, 0.002}, {"rkc2", 2, 0.01},
+                   {"radau5", 5, 0.05}, {"rodas5p", 5, 0.04}, {"ab4", 4, 0.005}};
+    discs d;
+    discs_make(&d);
+    kt_model *model = kt_scene_compile(&d.description);
+    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof methods[0]; m++) {
+        if (kt_method_find(methods[m].name) == NULL) {
+            kt_note("there is no %s", methods[m].name);
+            continue;
+        }
+        const double coarse = error_with(model, methods[m].name, methods[m].step);
+        const double fine = error_with(model, methods[m].name, 0.5 * methods[m].step);
+        kt_note("%s: %.3g, %.3g", methods[m].name, coarse, fine);
+        kt_check_above("order", log2(coarse / fine), methods[m].order - 0.35);
+    }
+    kt_model_free(model);
+}
+
+/* All of the energy that the clutch takes, in the balance; and the balance itself. */
+KT_TEST(what_a_clutch_loses_is_dissipated) {
+    discs d;
+    double q[2], v[2];
+    discs_make(&d);
+    kt_model *model = kt_scene_compile(&d.description);
+    kt_run run = kt_run_default();
+    kt_error error = {0};
+    switcher s = {0};
+    run.relative = run.absolute = 1e-12;
+    run.integrator = "dop853";
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, KT_RECORD_BALANCE | KT_RECORD_ENERGY, &s) : NULL;
+    kt_record first = {0}, last = {0};
+    if (simulation != NULL && kt_fine("sense", kt_simulation_sense(simulation, &first, &error), &error) &&
+        kt_fine("runs", kt_simulation_advance(simulation, end, &error), &error) &&
+        kt_fine("sense", kt_simulation_sense(simulation, &last, &error), &error)) {
+        const double lost = closed_form(q, v);
+        kt_check_near("state", error_of(simulation), 0.0, 1e-10);
+        kt_check_near("lost, J", s.lost, lost, 1e-10);
+        kt_check_near("dissipated, J", last.work.dissipated, lost, 1e-10);
+        kt_check_near("supplied, J", last.work.supplied, 0.0, 1e-10);
+        kt_check_near("balance, J", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
+                      first.kinetic + first.potential, 1e-10);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* A checkpoint holds the set: the second half has the bits of a run that never stopped, by an explicit, an implicit and a
+ * multistep method, and nothing allocates. */
+KT_TEST(checkpoint_between_switches_goes_on_with_the_same_bits) {
+    static const struct {
+        const char *name;
+        double step;
+    } methods[] = {{"dopri5", 0.0}, {"radau5", 0.0}, {"rkc2", 0.0}, {"bdf2", 0.004}, {"ab4", 0.007}};
+    discs d;
+    discs_make(&d);
+    kt_model *model = kt_scene_compile(&d.description);
+    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof methods[0]; m++) {
+        kt_run run = methods[m].step > 0.0 ? kt_run_fixed(methods[m].name, methods[m].step, end) : kt_run_default();
+        kt_error error = {0};
+        switcher s = {0}, again = {0};
+        run.integrator = methods[m].name;
+        run.relative = run.absolute = 1e-7;
+        kt_simulation *one = simulate(model, &run, 0, &s), *two = simulate(model, &run, 0, &again);
+        void *block = one != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
+        if (two != NULL && block != NULL && kt_fine("first half", kt_simulation_advance(one, 1.0, &error), &error)) {
+            kt_simulation_save(one, block);
+            kt_check_equal_int("the clutch holds", (long long)kt_switch_set(kt_simulation_model(one)), 1);
+            kt_interpose_start();
+            const kt_status status = kt_simulation_advance(one, end, &error);
+            kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+            (void)kt_fine("second half", status, &error);
+            (void)kt_fine("restores", kt_simulation_restore(two, block, &error), &error);
+            kt_check_equal_int("it holds again", (long long)kt_switch_set(kt_simulation_model(two)), 1);
+            (void)kt_fine("second half again", kt_simulation_advance(two, end, &error), &error);
+            kt_check_equal_bits("positions", kt_simulation_positions(two), kt_simulation_positions(one), 2);
+            kt_check_equal_bits("velocities", kt_simulation_velocities(two), kt_simulation_velocities(one), 2);
+        }
+        free(block);
+        kt_simulation_free(one);
+        kt_simulation_free(two);
+    }
+    kt_model_free(model);
+}
+
+/* A coupling that is 1.5 rad from holding cannot be switched on, nor a switch that there is not; the simulation stays as it
+ * was, and goes on. */
+KT_TEST(a_switch_that_is_refused_leaves_the_simulation) {
+    discs d;
+    discs_make(&d);
+    d.clutch.type = KT_LOOP_COUPLING;
+    kt_model *model = kt_scene_compile(&d.description);
+    const kt_run run = kt_run_default();
+    kt_error error = {0};
+    kt_simulation *one = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *two = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (one != NULL && two != NULL) {
+        kt_check_true("open", kt_simulation_switch(one, 1, NULL, &error) == KT_ERROR_CONSTRAINT);
+        kt_check_true("in words", strstr(error.message, "open by 1.5 (m or rad)") != NULL);
+        kt_check_true("no such switch", kt_simulation_switch(one, 2, NULL, &error) == KT_ERROR_ARGUMENT);
+        kt_check_true("still off", kt_simulation_model(one) == model);
+        (void)kt_fine("goes on", kt_simulation_advance(one, 0.2, &error), &error);
+        (void)kt_fine("alone", kt_simulation_advance(two, 0.2, &error), &error);
+        kt_check_equal_bits("positions", kt_simulation_positions(one), kt_simulation_positions(two), 2);
+    }
+    kt_simulation_free(one);
+    kt_simulation_free(two);
+    kt_model_free(model);
+}
