@@ -218,10 +218,14 @@ typedef struct kt_simulation_options {
     double max_step;         /* s, adaptive; 0: no limit but that of the run */
     uint64_t max_steps;      /* accepted and rejected together; 0: no limit */
     unsigned record;         /* KT_RECORD_ bits to compute at each record besides run->record */
-    bool unprojected; /* no projection, so that loops drift open: to measure the cost and the benefit of projection */
-    bool watch_works; /* works are estimated from the powers at the ends of steps, to tell wrong energies: the
+    bool unprojected;   /* no projection, so that loops drift open: to measure the cost and the benefit of projection */
+    bool smooth_inputs; /* torques and wrenches are samples of smooth signals at every tick, as a controller's are: ab2,
+                           ab4 and two-step (rho from 0.42) keep their past steps across them, instead of starting anew;
+                           what is constant for a tick lags behind the signal by half a tick either way. bdf2 starts
+                           anew: it would lag by a tick. Where inputs jump, leave it off */
+    bool watch_works;   /* works are estimated from the powers at the ends of steps, to tell wrong energies: the
                          motion keeps its bits. Not with equations of the caller's, nor in a library without Jacobians */
-    bool kinematics;  /* a record's data hold the kinematics for queries, as they do if run has markers */
+    bool kinematics;    /* a record's data hold the kinematics for queries, as they do if run has markers */
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
                                          still those of the engine's equations, and the engine assembles the initial
                                          state */
@@ -273,7 +277,8 @@ KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, d
                                                     const double *v, kt_error *error);
 
 /* Sets the torques and forces of the joints (nv, in the order of velocities; NULL: none), which are constant from the
- * next step on until they are set again. A recorder may set them, too. Errors: KT_ERROR_NOT_FINITE naming the joint;
+ * next step on until they are set again. A recorder may set them, too. Multistep methods start anew,
+ * unless kt_simulation_options.smooth_inputs is set. Errors: KT_ERROR_NOT_FINITE naming the joint;
  * those set before then remain in force. O(nv). */
 KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error);
 
@@ -534,7 +539,7 @@ KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
 /* Restores a checkpoint: all subsequent results have the same bits as without the interruption. What they depend on is
  * compared: the structure of the model (names, order and types of bodies, loops and effects, but not the values of
- * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, and the
+ * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, `smooth_inputs`, and the
  * library's version. Errors: KT_ERROR_ARGUMENT naming what differs, or for a block that is no checkpoint,
  * KT_ERROR_NOT_FINITE; the simulation is then as before.
  *

@@ -31,6 +31,12 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
 
 static void forget(kt_integrator *it) { memset(it->history, 0, it->sizes.history * sizeof(double)); }
 
+/* Past slopes with the inputs of their own time are those of the motion under smooth ones. */
+static void change(kt_integrator *it, bool smooth) {
+    if (!smooth)
+        forget(it);
+}
+
 /* The state with these weights of f (0: none), f_0 and the past slopes. */
 static void advance(kt_integrator *it, const kt_interval *in, const double *weights) {
     double *k[KT_METHOD_STEPS_MAX + 1] = {it->k[SLOT_PREDICTED], it->k[SLOT_START]};
@@ -76,6 +82,7 @@ const kt_method_family kt_family_adams = {
     .measure = measure,
     .init = kt_explicit_init,
     .start = forget,
+    .change = change,
     .try_step = try_step,
     .error = kt_no_error,
     .error_at = kt_no_error_at,

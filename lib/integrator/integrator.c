@@ -219,6 +219,15 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
     return KT_OK;
 }
 
+/* The last step, and what step control remembers of it. */
+static void forget_step(kt_integrator *it) {
+    it->memory.previous_t = it->memory.t;
+    it->memory.last_step = 0.0;
+    it->memory.last_error = (double)NAN;
+    it->memory.control_error = KT_CONTROL_ERROR_FLOOR;
+    it->memory.has_previous = false;
+}
+
 kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error) {
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
@@ -227,14 +236,19 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     kt_status status = check_state(it, it->memory.t, y, error);
     if (status != KT_OK)
         return status;
-    it->memory.previous_t = it->memory.t;
-    it->memory.last_step = 0.0;
-    it->memory.last_error = (double)NAN;
-    it->memory.control_error = KT_CONTROL_ERROR_FLOOR;
-    it->memory.has_previous = false;
+    forget_step(it);
     forget_history(it);
     set_state(it, y);
     return KT_OK;
+}
+
+void kt_integrator_change(kt_integrator *it, bool smooth) {
+    forget_step(it);
+    if (it->family->change != NULL)
+        it->family->change(it, smooth);
+    else
+        forget_history(it);
+    set_state(it, it->y);
 }
 
 /* With fixed steps: where the present time is in their grid. */

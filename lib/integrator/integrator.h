@@ -152,6 +152,10 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte);
  * forgotten. */
 void kt_integrator_retreat(kt_integrator *it, double step);
 
+/* As kt_integrator_jump to the present state, which stays, because inputs of the right-hand side have changed; smooth:
+ * they are samples of smooth signals, and slopes from before continue them. */
+void kt_integrator_change(kt_integrator *it, bool smooth);
+
 /* f(t, y) at the present time and state, where it is known; NULL: it is not. */
 const double *kt_integrator_known_derivative(const kt_integrator *it);
 
@@ -245,9 +249,12 @@ struct kt_method_family {
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
     kt_status (*check_order)(const kt_method *method, kt_error *error); /* NULL: conditions of the table alone */
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
-    void (*init)(kt_integrator *it);    /* sets fresh, gives_end_derivative and the table; the memory is laid out and
+    void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
                                          zeroed */
-    void (*start)(kt_integrator *it);   /* NULL: no history. Sets the history of a motion that begins or jumps */
+    void (*start)(kt_integrator *it); /* NULL: no history. Sets the history of a motion that begins or jumps */
+    /* NULL: as start. The same where inputs of the right-hand side have changed at the present time, but not the state:
+     * what of the history holds on, always or if they are samples of smooth signals, is kept. */
+    void (*change)(kt_integrator *it, bool smooth);
     void (*restore)(kt_integrator *it); /* NULL: nothing to do. What follows from a history that was put back */
 
     /* One step. `prepare` (NULL: nothing to do) computes what all tries of the step need in addition to f(t, y), which

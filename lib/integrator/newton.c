@@ -434,10 +434,14 @@ void kt_newton_want(kt_integrator *it) {
     m->wanted = 1.0;
 }
 
-void kt_newton_forget(kt_integrator *it) {
+void kt_newton_renew(kt_integrator *it) {
     const kt_newton_memory fresh = {.state = KT_JACOBIAN_NONE, .ratio = 1.0};
-    memset(it->history, 0, it->sizes.history * sizeof(double));
     memcpy(it->history, &fresh, sizeof fresh);
+}
+
+void kt_newton_forget(kt_integrator *it) {
+    memset(it->history, 0, it->sizes.history * sizeof(double));
+    kt_newton_renew(it);
 }
 
 /* The contraction rate grows with the step, at least in proportion. A step may grow until it is foreseen to be this

@@ -110,6 +110,9 @@ void kt_newton_accept(kt_integrator *it);
 void kt_newton_want(kt_integrator *it);
 void kt_newton_forget(kt_integrator *it);
 
+/* Forgets the Jacobian, and leaves the rest of the history. */
+void kt_newton_renew(kt_integrator *it);
+
 /* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21); not
  * so long that the iteration would fail. */
 double kt_newton_control(const kt_integrator *it, double h, double error);

@@ -305,6 +305,9 @@ static double imaginary_limit(const kt_stability *s) {
     return y > 2e-3 ? y : 0.0;
 }
 
+/* Inputs hardly change how fast the right-hand side decays; the radius is estimated again when it is due. */
+static void change(kt_integrator *it, bool smooth) { (void)it, (void)smooth; }
+
 static int stages_of_step(const kt_method *method, double z) {
     return kt_chebyshev_stages(KT_RADIUS_MARGIN * z, kt_chebyshev_damping(method));
 }
@@ -320,6 +323,7 @@ const kt_method_family kt_family_stabilised = {
     .measure = measure,
     .init = init,
     .start = kt_radius_forget,
+    .change = change,
     .prepare = kt_need_radius,
     .try_step = try_step,
     .error = kt_error_norm,

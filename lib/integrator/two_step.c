@@ -28,6 +28,20 @@ static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n) + HISTORY_STATE + 2 * sizes->n);
 }
 
+/* Inputs that are samples of a signal at the start of each step act at its end, too: the part b_0 / (b_0 + b_1 + b_2) of
+ * the forces lags by h. Where the past were forgotten all of them would lag by h / 2, so that it is kept where that part
+ * is at most a half: not by BDF2, whose error would be twice as large. The Jacobian is not kept: that of the history is
+ * computed again with the inputs of the present (newton.c), and would have other bits after a checkpoint. */
+static void change(kt_integrator *it, bool smooth) {
+    const kt_multistep w = kt_multistep_of(it->method);
+    const double *b = w.slopes;
+    if (smooth && 2.0 * b[0] <= b[0] + b[1] + b[2])
+        kt_newton_renew(it);
+    else
+        kt_newton_forget(it);
+    kt_newton_history(it)[KT_DIRK_FLAG] = 0.0; /* the slope at the start is another one */
+}
+
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
 static bool is_regular(const kt_integrator *it, double h) { return kt_is_same_step(h, past_of(it)[HISTORY_STEP]); }
@@ -87,6 +101,7 @@ const kt_method_family kt_family_two_step = {
     .measure = measure,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
+    .change = change,
     .prepare = kt_dirk_prepare,
     .try_step = try_step,
     .error = kt_no_error,

@@ -26,6 +26,7 @@
     X(duration, "a duration of", simulation->duration)                                                                 \
     X(interval, "an interval between records of", simulation->interval)                                                \
     X(unprojected, "the option 'unprojected' at", simulation->unprojected)                                             \
+    X(smooth_inputs, "the option 'smooth_inputs' at", simulation->smooth_inputs)                                       \
     X(accelerates, "accelerations of the caller's at", simulation->acceleration != NULL)                               \
     X(projects, "a projection of the caller's at", simulation->projection != NULL)
 

@@ -209,6 +209,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->unprojected = settings->options.unprojected;
+    simulation->smooth_inputs = settings->options.smooth_inputs;
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;

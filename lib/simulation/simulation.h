@@ -180,6 +180,7 @@ struct kt_simulation {
     const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */
     bool unprojected;
+    bool smooth_inputs;
     bool watches_works;               /* works are estimated at the ends of steps */
     const double *end_slope;          /* of the evaluation that gave end_power; NULL: none in this step */
     kt_power end_power;               /* of the evaluation that may become that of the end */

@@ -1,6 +1,7 @@
 /* The steps of a simulation, its inputs, counts and state. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -34,9 +35,13 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         if (KT_HAS_JACOBIAN && simulation->watches_works)
             kt_simulation_complete_powers(simulation);
         simulation->memory.powers.count = 0;
-        /* The right-hand side jumps: slopes from before are not those of the next step. */
+        /* The right-hand side jumps: slopes from before are not those of the next step, but those of smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
-        kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+        kt_status status = KT_OK;
+        if (simulation->memory.changed) /* the model itself */
+            status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+        else
+            kt_integrator_change(simulation->integrator, simulation->smooth_inputs);
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */
         memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
