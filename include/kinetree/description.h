@@ -514,6 +514,9 @@ typedef struct kt_description {
                                        of the position where none of it is given; and, unless the loops cannot
                                        be closed then, the velocity where no joint's velocity is given */
     int hold_count;                 /* length of hold */
+    double tolerance;               /* by which loops may contradict each other, or held joints, where data are rounded:
+                                       relative to a radian or the length of the longest loop. 0: not at all; default:
+                                       1e-6 (kt_loop_disagreement_of tells) */
     kt_inertia_limit inertia_check; /* default: strict. Else kt_inertia_excess is what was accepted */
 } kt_description;
 

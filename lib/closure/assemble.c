@@ -36,8 +36,7 @@ static double square(const double *x, size_t n) {
     return sum;
 }
 
-/* right <- A d - phi */
-static void aim_nearest(const kt_model *model, kt_data *data, const double *d) {
+void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
@@ -126,7 +125,7 @@ static bool find_step(const approach *a) {
         !kernels->prepare(a->model, a->data, KT_ROWS_CLOSED, false))
         return false;
     kt_position_subtract(a->model, a->q, a->given, a->d);
-    aim_nearest(a->model, a->data, a->d);
+    kt_aim_nearest(a->model, a->data, a->d);
     if (!kernels->least_step(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->step))
         return false;
     for (size_t k = 0; k < a->model->n.v; k++)
@@ -217,6 +216,11 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
         if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED))
             return KT_OK;
     }
+    if (gap <= model->tolerance) { /* held joints whose values are rounded move in their last digits */
+        gap = kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, q);
+        if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED))
+            return KT_OK;
+    }
     return kt_open_loops_error(model, data, t,
                                "the loops cannot be closed from the given positions (they are out of reach, contradict "
                                "each other, or held joints prevent it); these stay open",
@@ -291,6 +295,10 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     if (kernels->residuals(model, data, t, q, v, NULL, &violation) &&
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
+    if (violation.slip <= model->tolerance * speed &&
+        close_velocities(model, data, t, q, v, NULL, &violation, &speed) &&
+        kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
+        return KT_OK; /* those that are held are rounded */
     (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);
     kt_velocity_gaps_least_squares(model, data);
     return kt_open_loops_error(model, data, t,

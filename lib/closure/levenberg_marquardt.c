@@ -152,6 +152,12 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
     const bool least =
         kt_group_has_fronts(&model->group[g]) && after != before && fabs(after - before) <= 1e-10 * before;
     const bool rounding = before <= 1e-28 * (double)w->k;
+    /* What loops disagree by is least somewhere along the motion that they leave, but a search ends where it meets it. */
+    const double gap = gap_of(w);
+    if (after > 0.5 * before && gap > KT_CLOSED_STEP && gap <= model->disagreement) {
+        data->settled[g] = true;
+        return false;
+    }
     double *mu = &data->damping[g];
     if (after < before) {
         *mu = fmax(*mu * 0.1, UNDAMPED);

@@ -130,6 +130,13 @@ static bool is_undecided(const kt_model *model, const kt_data *data, double gap)
            smallest(model, data, KT_ROWS_CLOSED) < RESOLVED;
 }
 
+/* What loops disagree by is divided by the size of the smallest direction, as far as the root of it: more next to a
+ * singular position. */
+static double left_by_disagreement(const kt_model *model, const kt_data *data) {
+    const double root = sqrt(model->disagreement);
+    return kt_is_near_singular(model, data) ? root : fmin(root, model->disagreement / KT_NEAR_SINGULAR);
+}
+
 /* Closes the velocities at positions whose equations are filled. */
 KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                                   double tolerance, bool *changed, kt_violation *violation) {
@@ -138,6 +145,7 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
+    tolerance = fmax(tolerance, left_by_disagreement(model, data));
     if (violation->slip <= tolerance * violation->speed)
         return KT_CLOSURE_DONE;
     /* In a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
@@ -156,6 +164,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
     const kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
+    tolerance = fmax(tolerance, left_by_disagreement(model, data));
     if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
         return KT_CLOSURE_OPEN;
     return close_motion(model, data, t, q, v, tolerance, changed, violation);

@@ -48,6 +48,9 @@ kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, 
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
                             kt_error *error);
 
+/* right <- A d - phi in all groups, as last filled. */
+void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d);
+
 /* Stores -(A v + phi_t) in `right` and its violation in *violation: of one group, added to what is there; of all. */
 void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
                                  kt_violation *violation);

@@ -352,6 +352,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_attach_fill_effects(a, m);
     kt_aligned_release(*model);
     *model = m;
+    m->tolerance = d->tolerance;
     return KT_HAS_LOOPS ? kt_groups_rank(m, error) : KT_OK;
 }
 

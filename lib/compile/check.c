@@ -149,6 +149,9 @@ static void check_scene(kt_checker *checker) {
     checker->item = KT_ITEM_SCENE;
     checker->index = 0;
     kt_checker_vector(checker, "gravity", -1, "", checker->description->gravity);
+    if (KT_HAS_LOOPS && !(checker->description->tolerance >= 0.0 && checker->description->tolerance <= 1e-3))
+        kt_checker_fault(checker, "initial.tolerance", -1, "tolerance is %g; give 0 to 1e-3",
+                         checker->description->tolerance);
     if ((unsigned)checker->description->inertia_check >= KT_INERTIA_LIMIT_COUNT)
         kt_checker_fault(checker, "inertia_check", -1,
                          "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",

@@ -27,11 +27,13 @@ enum { SAMPLES = 7 };
 typedef struct samples {
     double *q;        /* three positions; the third of each group's links where its rank was found */
     double *fraction; /* of the displacements, from which a group closes */
+    double *near;     /* a displacement that the equations allow */
     bool *alive, *sampled;
-    bool *chosen;  /* KT_ROWS_COUNT times the equations: at the best position of each group */
-    int32_t *rank; /* KT_ROWS_COUNT a group */
-    int32_t *cap;  /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
-    double *usual; /* likewise: the largest size of the last one */
+    bool *open, *seen; /* groups that no sample closes; those of them that one closes but for a disagreement */
+    bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
+    int32_t *rank;     /* KT_ROWS_COUNT a group */
+    int32_t *cap;      /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
+    double *usual;     /* likewise: the largest size of the last one */
 } samples;
 
 /* A step that moves the coordinates of groups by up to `size` and the group's fraction of their units. */
@@ -177,6 +179,12 @@ static bool factor(const kt_model *model, kt_data *data, int rows) {
            kt_reduction_kernels_of(model)->factor(model, data, (kt_rows)rows, false);
 }
 
+/* Whether a group is closed as last filled, to what rounding leaves where the description puts it: coordinates that have
+ * run away round to more. */
+static bool is_closed(const kt_model *model, const kt_data *data, size_t g) {
+    return kt_group_is_closed(model, data, g, model->q0, KT_CLOSED_STEP);
+}
+
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
  * not close, which assembly reports later, and the given position is all that is known of them. */
 static void sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
@@ -190,7 +198,7 @@ static void sample_groups(kt_model *model, kt_data *data, const double *q, bool 
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-            if (closed ? !kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) : found->sampled[g])
+            if (closed ? !is_closed(model, data, g) : found->sampled[g])
                 continue;
             const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                                         &group->usual[rows]);
@@ -216,11 +224,10 @@ static void sample_groups(kt_model *model, kt_data *data, const double *q, bool 
 
 /* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long
  * chain small rotations add up to large gaps, from which hundreds of steps may not lead back. */
-static bool shrink_displacements(const kt_model *model, kt_data *data, const double *q, double *fraction) {
+static bool shrink_displacements(const kt_model *model, kt_data *data, double *fraction) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        if (!kt_group_has_fronts(&model->group[g]) || kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP) ||
-            fraction[g] < FRACTION_LEAST)
+        if (!kt_group_has_fronts(&model->group[g]) || is_closed(model, data, g) || fraction[g] < FRACTION_LEAST)
             continue;
         fraction[g] *= 0.25;
         any = true;
@@ -236,7 +243,77 @@ static void take_sample(const kt_model *model, kt_data *data, double size, size_
         scatter(model, size, found->fraction, sample, data->delta);
         kt_position_add(model, base, data->delta, q);
         (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_SAMPLE, q);
-    } while (shrink_displacements(model, data, q, found->fraction));
+    } while (shrink_displacements(model, data, found->fraction));
+}
+
+/* ---- rounded data ------------------------------------------------------------------------------------------------ */
+
+/* What motion may make of a disagreement that samples show. */
+#define DISAGREEMENT_GROWTH 30.0
+
+/* Whether a displacement of a group that its equations allow at the base, by a share of their units, stays when the loops are
+ * closed after it. Equations that repeat each other leave the motion; those of a linkage that is stretched and out of
+ * reach by a little allow it to first order alone, and closing takes it back. */
+static bool motion_stays(const kt_model *model, kt_data *data, size_t g, samples *found) {
+    static const double share = 0.03;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_group *group = &model->group[g];
+    const double *base = found->q;
+    double *q = found->q + model->n.q, *allowed = data->delta, *step = data->scratch_v, *moved = data->moved_v;
+    kt_violation violation;
+    for (size_t sample = 0; sample < SAMPLES; sample++) {
+        memset(found->fraction, 0, model->n.group * sizeof *found->fraction);
+        found->fraction[g] = 1.0;
+        scatter(model, share, found->fraction, sample, allowed);
+        if (!kernels->residuals(model, data, 0.0, base, NULL, NULL, &violation) ||
+            !kernels->prepare(model, data, KT_ROWS_CLOSED, false))
+            return false;
+        for (size_t h = 0; h < model->n.group; h++) {
+            const kt_group_work w = kt_group_matrices(model, data, h, KT_ROWS_CLOSED);
+            memset(w.residual, 0, (size_t)w.k * sizeof *w.residual);
+        }
+        kt_aim_nearest(model, data, allowed);
+        if (!kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, step))
+            return false;
+        double before = 0.0, after = 0.0;
+        for (size_t i = 0; i < model->n.v; i++)
+            allowed[i] -= step[i];
+        memcpy(step, allowed, model->n.v * sizeof *step); /* the search overwrites delta */
+        kt_position_add(model, base, step, q);
+        memcpy(found->near, step, model->n.v * sizeof *step);
+        (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_SAMPLE, q);
+        if (!is_closed(model, data, g))
+            return false;
+        kt_position_subtract(model, q, base, moved);
+        for (int i = 0; i < group->v_count; i++) {
+            const int32_t v = model->group_v[group->v + i];
+            const double unit = model->unit[group->v + i] * model->unit[group->v + i];
+            before += found->near[v] * found->near[v] / unit;
+            after += found->near[v] * moved[v] / unit;
+        }
+        if (before > 1e-6 * share * share && !(after >= 0.98 * before))
+            return false;
+    }
+    return true;
+}
+
+/* The largest residuals, relative to their scales, that samples within the tolerance leave in a group. */
+static double disagreement_of(kt_model *model, kt_data *data, size_t g) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    double most = 0.0;
+    for (int i = 0; i < group->loop_count; i++) {
+        kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        for (int r = 0; r < loop->row_count; r++) {
+            const int32_t k = kt_rows_slots(model, group, loop)[r];
+            if (k < 0 || w.closes[k] == 0.0)
+                continue;
+            const bool is_length = kt_loop_measure_of(model, (int)(loop - model->loop), r) == KT_MEASURE_LENGTH;
+            most = fmax(most, fabs(w.residual[k]) / w.scale[k]);
+            loop->disagreement[is_length ? 0 : 1] = fmax(loop->disagreement[is_length ? 0 : 1], fabs(w.residual[k]));
+        }
+    }
+    return most;
 }
 
 static void find_ranks(kt_model *model, kt_data *data, samples *found) {
@@ -250,7 +327,77 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
             take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
             sample_groups(model, data, q, true, found);
         }
-    sample_groups(model, data, model->q0, false, found);
+}
+
+static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w);
+
+/* Takes the equations of a group for as uncertain as the model's rounding. */
+static void coarsen(kt_model *model, const kt_data *data, size_t g) {
+    kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
+        group->least[rows] = least_of(model, group, &w);
+}
+
+/* The disagreement of the groups that no sample closes; 0 where one is larger than the tolerance. */
+static double find_disagreement(kt_model *model, kt_data *data, samples *found) {
+    double most = 0.0, *base = found->q;
+    bool *open = found->open, *seen = found->seen;
+    memset(seen, 0, model->n.group * sizeof *seen);
+    model->disagreement = model->rounding = model->tolerance;
+    memcpy(base, model->q0, model->n.q * sizeof *base);
+    for (size_t g = 0; g < model->n.group; g++) {
+        open[g] = !found->sampled[g];
+        found->fraction[g] = 1.0;
+    }
+    (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, base);
+    for (size_t s = 0; s < SAMPLES; s++) {
+        take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
+        for (size_t g = 0; g < model->n.group; g++)
+            if (open[g] && is_closed(model, data, g)) {
+                most = fmax(most, disagreement_of(model, data, g));
+                seen[g] = true;
+            }
+    }
+    for (size_t g = 0; g < model->n.group; g++)
+        most = open[g] && !seen[g] ? 0.0 : most;
+    return most;
+}
+
+/* Where groups close at no position but for a disagreement below the tolerance: equations that repeat each other, of
+ * rounded data. They count as closed to what motion may make of it, and directions that are not larger do not count. */
+static void accept_disagreement(kt_model *model, kt_data *data, samples *found) {
+    const double rounding = model->rounding;
+    bool any = false;
+    for (size_t g = 0; g < model->n.group; g++)
+        any |= !found->sampled[g];
+    model->disagreement = 0.0;
+    if (!any || !(model->tolerance > 0.0))
+        return;
+    const double most = find_disagreement(model, data, found);
+    bool accepted = most > 0.0;
+    model->disagreement = DISAGREEMENT_GROWTH * most;
+    model->rounding = fmax(rounding, model->disagreement);
+    for (size_t g = 0; g < model->n.group && accepted; g++)
+        if (found->open[g])
+            coarsen(model, data, g);
+    if (accepted)
+        find_ranks(model, data, found);
+    for (size_t g = 0; g < model->n.group && accepted; g++)
+        accepted = !found->open[g] || (found->sampled[g] && motion_stays(model, data, g, found));
+    if (accepted)
+        return;
+    model->disagreement = 0.0;
+    model->rounding = rounding;
+    for (size_t i = 0; i < model->n.loop; i++)
+        model->loop[i].disagreement[0] = model->loop[i].disagreement[1] = 0.0;
+    for (size_t g = 0; g < model->n.group; g++)
+        if (found->open[g]) {
+            found->sampled[g] = false;
+            found->rank[KT_ROWS_COUNT * g] = found->rank[KT_ROWS_COUNT * g + 1] = 0;
+            model->group[g].usual[0] = model->group[g].usual[1] = 0.0;
+            coarsen(model, data, g);
+        }
 }
 
 /* The least size that the largest direction counts as: KT_RANK_FLOOR of what it could be, or more where the rounding of
@@ -388,20 +535,26 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
                      .fraction = malloc(model->n.group * sizeof(double)),
                      .alive = calloc(model->n.row, sizeof(bool)),
                      .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
+                     .near = malloc((model->n.v + 1) * sizeof(double)),
                      .sampled = calloc(model->n.group, sizeof(bool)),
+                     .open = calloc(model->n.group, sizeof(bool)),
+                     .seen = calloc(model->n.group, sizeof(bool)),
                      .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t)),
                      .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
                      .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
-    if (!found.q || !found.fraction || !found.alive || !found.chosen || !found.sampled || !found.rank || !found.cap ||
-        !found.usual)
+    if (!found.q || !found.fraction || !found.alive || !found.chosen || !found.sampled || !found.rank || !found.near ||
+        !found.open || !found.seen || !found.cap || !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
         begin(model, data, found.alive);
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
+        model->disagreement = model->tolerance; /* searches end where loops disagree by less */
         find_ranks(model, data, &found);
+        accept_disagreement(model, data, &found);
+        sample_groups(model, data, model->q0, false, &found);
         finish(model, data, &found);
         status = choose_among_delayed(model, &found, error);
     }
@@ -409,6 +562,9 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     free(found.usual);
     free(found.cap);
     free(found.rank);
+    free(found.seen);
+    free(found.open);
+    free(found.near);
     free(found.sampled);
     free(found.chosen);
     free(found.alive);

@@ -126,3 +126,10 @@ double kt_loop_residual_angle(const kt_model *model, int loop, int row, double r
     return kt_loop_kinds_baseline[model->loop[loop].kind]->part[row] == KT_PART_NORMAL ? 2.0 * atan(residual / 2.0)
                                                                                        : 4.0 * atan(residual / 4.0);
 }
+
+kt_loop_disagreement kt_loop_disagreement_of(const kt_model *model, int loop) {
+    if (!model || !KT_IS_INDEX(loop, model->n.loop))
+        return (kt_loop_disagreement){(double)NAN, (double)NAN};
+    const double *found = model->loop[loop].disagreement;
+    return (kt_loop_disagreement){.length = found[0], .angle = found[1]};
+}

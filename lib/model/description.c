@@ -46,7 +46,7 @@ kt_effect kt_effect_default(void) {
 }
 
 kt_description kt_description_default(void) {
-    const kt_description description = {.name = NULL};
+    const kt_description description = {.name = NULL, .tolerance = 1e-6};
     return description;
 }
 

@@ -114,15 +114,17 @@ struct kt_model {
     kt_metric metric;
     kt_structure structure;
     unsigned excluded_forms;
-    kt_sweep sweep;    /* which links there are: spatial, planar or both */
-    double length;     /* of the longest loop, once around: the scale of lengths */
-    double rounding;   /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
-    bool ordered;      /* velocity coordinates have the order of the links */
-    bool driven;       /* some loop depends on time, or drives at a constant speed */
-    bool has_delassus; /* some group is solved by reduction/delassus.h */
-    bool has_armature; /* some joint has armature */
-    bool placed;       /* in the caller's memory (kt_model_copy) */
-    uint32_t name;     /* offset in text */
+    kt_sweep sweep;      /* which links there are: spatial, planar or both */
+    double length;       /* of the longest loop, once around: the scale of lengths */
+    double tolerance;    /* that of the description: by which loops may contradict each other (compile/rank.c) */
+    double disagreement; /* by which they do, and what motion may add to it; 0: they do not */
+    double rounding;     /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
+    bool ordered;        /* velocity coordinates have the order of the links */
+    bool driven;         /* some loop depends on time, or drives at a constant speed */
+    bool has_delassus;   /* some group is solved by reduction/delassus.h */
+    bool has_armature;   /* some joint has armature */
+    bool placed;         /* in the caller's memory (kt_model_copy) */
+    uint32_t name;       /* offset in text */
     kt_names
         names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope
                           1 + b); the table lies in `index` */

@@ -117,6 +117,7 @@ typedef struct kt_loop_record {
     int32_t length[2];        /* of the paths */
     int32_t term, term_count; /* relations: in model->term; -1 terms: it is switched off */
     int32_t group;            /* -1: it is switched off */
+    double disagreement[2];   /* with others: the largest residual that stays, a length and an angle */
     int32_t equation;         /* its first row among those of all loops */
     int32_t row, row_count;   /* rows in its group: first, number */
     kt_curve curve;           /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */

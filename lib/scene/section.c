@@ -113,6 +113,7 @@ static bool same_hold(const kt_field *field, const void *object, const void *sta
 static const kt_kind kind_hold = {read_hold, write_hold, same_hold};
 static const kt_field initial_fields[] = {
     {.key = "hold", .kind = &kind_hold},
+    {.key = "tolerance", .kind = &kt_kind_number, .offset = offsetof(kt_scene, description.tolerance)},
     {.key = "from", .kind = &kt_kind_text, .offset = offsetof(kt_scene, from)},
 };
 const kt_table kt_initial_table = {.fields = initial_fields, .count = KT_COUNT_OF(initial_fields)};

@@ -90,6 +90,82 @@ static bool closes_with_joint(const kt_scene *scene, int body, kt_vec3 axis) {
     return closed;
 }
 
+/* ---- equations that repeat each other ----------------------------------------------------------------------------- */
+
+/* Types with fewer equations, the first of which may stand in place of another. */
+static const kt_loop_type lesser[] = {KT_LOOP_INLINE, KT_LOOP_UNIVERSAL, KT_LOOP_SPHERICAL, KT_LOOP_CYLINDRICAL,
+                                      KT_LOOP_PLANAR};
+
+/* What loops leave: degrees of freedom, and whether their equations disagree. */
+typedef struct mobility {
+    bool closes, disagrees;
+    int left;
+} mobility;
+
+static mobility mobility_of(const kt_scene *scene, const kt_description *description) {
+    const kt_model_options options = kt_compile_options(scene);
+    kt_model *model = NULL;
+    mobility found = {.closes = closes(scene, description)};
+    if (!found.closes || kt_model_compile(description, &options, &model, NULL) != KT_OK)
+        return (mobility){.closes = false};
+    found.left = kt_model_mobility(model).minimal;
+    for (int i = 0; i < kt_loop_count(model); i++) {
+        const kt_loop_disagreement d = kt_loop_disagreement_of(model, i);
+        found.disagrees |= d.length > 0.0 || d.angle > 0.0;
+    }
+    kt_model_free(model);
+    return found;
+}
+
+/* The type that a loop may have instead, with which the mechanism closes, moves as before (left: its degrees of freedom;
+ * -1: not known) and has no equations that disagree; NULL: none of those tried. */
+static const char *find_lesser(const kt_scene *scene, int loop, int left) {
+    kt_description d = scene->description;
+    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
+    const char *found = NULL;
+    if (loops == NULL)
+        return NULL;
+    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
+    d.loops = loops;
+    d.tolerance = 0.0;
+    for (size_t k = 0; k < sizeof lesser / sizeof *lesser && found == NULL; k++) {
+        if (loops[loop].type < KT_LOOP_REVOLUTE || loops[loop].type > KT_LOOP_WELD || lesser[k] == loops[loop].type)
+            break;
+        loops[loop].type = lesser[k];
+        const mobility with = mobility_of(scene, &d);
+        if (with.closes && !with.disagrees && (left < 0 || with.left == left))
+            found = kt_loop_type_name(lesser[k]);
+        loops[loop] = scene->description.loops[loop];
+    }
+    free(loops);
+    return found;
+}
+
+int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
+    const int loops = kt_loop_count(model);
+    int count = 0;
+    for (int i = 0; i < loops; i++) {
+        const kt_loop_disagreement d = kt_loop_disagreement_of(model, i);
+        if (!(d.length > 0.0) && !(d.angle > 0.0))
+            continue;
+        if (count++ == 0)
+            kt_say("loops repeat each other and disagree, by the rounding of their data (up to 'initial: {tolerance: "
+                   "%g}' is accepted); they are closed in the sense of least squares, and what they repeat is left "
+                   "out:",
+                   scene->description.tolerance);
+        if (count > LISTED_MAX)
+            continue;
+        fprintf(stderr, "  loop '%s' (%s) by up to %.2g m, %.2g deg", kt_loop_name(model, i),
+                kt_loop_type_name(kt_loop_type_of(model, i)), d.length, d.angle / degree);
+        const char *type = count <= TRIED_MAX ? find_lesser(scene, i, kt_model_mobility(model).minimal) : NULL;
+        if (type != NULL)
+            fprintf(stderr, "; 'type: %s' leaves the same motion and has no such equations", type);
+        fputs(count == 1 && type == NULL ? "; give more digits, fewer equations, or a bushing in its place\n" : "\n",
+              stderr);
+    }
+    return count;
+}
+
 /* ---- lengths of a loop's links ----------------------------------------------------------------------------------- */
 
 /* A length in a loop: the distance from a body's origin to a child's joint on it, or to an end of the loop. Between two
@@ -307,6 +383,7 @@ typedef struct reached {
     kt_data *data;    /* with its kinematics */
     double *state;    /* q and v */
     double *residual; /* of all equations */
+    double most;      /* the largest of them, m or rad */
 } reached;
 
 static void free_reached(reached *r) {
@@ -437,10 +514,29 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
     return found;
 }
 
+/* Residuals that data with few digits may leave, m or rad. */
+#define NEARLY 1e-3
+
+/* Equations that repeat others and nearly agree with them. */
+static int advise_on_types(const kt_scene *scene, const int *open, int count) {
+    for (int i = 0; i < count; i++) {
+        const char *type = find_lesser(scene, open[i], -1);
+        if (type == NULL)
+            continue;
+        fprintf(
+            stderr,
+            "  they close with 'type: %s' in loop '%s', which has fewer equations, or with a bushing in its place\n",
+            type, scene->description.loops[open[i]].name);
+        return 1;
+    }
+    return 0;
+}
+
 static void advise(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
     const kt_description *d = &scene->description;
     const int held = advise_on_hold(scene);
     int found = kt_say_double_motions("  ", scene);
+    found += r->most < NEARLY ? advise_on_types(scene, open, count) : 0;
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_millimetres(scene, open[i]);
     for (int i = 0; i < count; i++)
@@ -471,7 +567,7 @@ void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     double gap[TRIED_MAX], most = 0.0;
     const int loops = find_reached(model, &r) ? kt_loop_count(model) : 0;
     for (int i = 0; i < loops; i++)
-        most = fmax(most, largest_gap(model, i, r.residual));
+        r.most = most = fmax(most, largest_gap(model, i, r.residual));
     for (int i = 0, said = 0; i < loops && said < LISTED_MAX; i++) {
         if (!(largest_gap(model, i, r.residual) > 1e-3 * most))
             continue;

@@ -16,4 +16,8 @@ int kt_say_double_motions(const char *before, const kt_scene *scene);
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);
 
+/* Says which loops of a compiled model disagree because their data are rounded, by how much, and what is free of it.
+ * Returns how many. */
+int kt_say_disagreement(const kt_scene *scene, const kt_model *model);
+
 #endif

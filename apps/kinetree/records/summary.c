@@ -162,6 +162,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
                                   dof.rank, "minimal", dof.minimal));
     json_object_set(root, "moved", outcome->moved);
+    json_object_set_new(root, "disagreement", kt_start_disagreement(outcome->model));
     json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));

@@ -184,6 +184,7 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
     kt_model_initial(model, q, v);
     const kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
     if (status == KT_OK) {
+        (void)kt_say_disagreement(scene, model);
         (void)kt_start_say_moved(NULL, scene, model, q, v);
         return KT_EXIT_DONE;
     }
@@ -273,6 +274,17 @@ json_t *kt_start_inertias(const kt_scene *scene) {
         const double excess = excess_of(&d->bodies[i]);
         if (excess > 0.0)
             json_object_set_new(object, d->bodies[i].name, kt_json_number(excess)); /* null: infinite */
+    }
+    return object;
+}
+
+json_t *kt_start_disagreement(const kt_model *model) {
+    json_t *object = json_object();
+    for (int i = 0; i < kt_loop_count(model); i++) {
+        const kt_loop_disagreement d = kt_loop_disagreement_of(model, i);
+        if (d.length > 0.0 || d.angle > 0.0)
+            json_object_set_new(object, kt_loop_name(model, i),
+                                kt_json_numbers((const double[]){d.length, d.angle}, 2));
     }
     return object;
 }

@@ -31,6 +31,9 @@ int kt_start_say_inertias(const kt_scene *scene);
 /* Object that maps each body whose inertia violates the triangle inequality to the relative excess. */
 json_t *kt_start_inertias(const kt_scene *scene);
 
+/* The loops that disagree, by [m, rad] (kt_loop_disagreement_of). */
+json_t *kt_start_disagreement(const kt_model *model);
+
 /* Whether a loop that changes with time drives the mechanism. */
 bool kt_is_driven(const kt_description *description);
 

@@ -537,6 +537,8 @@ static void report_start(kt_outcome *outcome, bool quiet) {
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
+        (void)kt_say_disagreement(outcome->scene, outcome->model);
+    if (!quiet)
         (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
 }
 
