@@ -536,7 +536,7 @@ static void advise(const kt_scene *scene, const reached *r, const int *open, con
     const kt_description *d = &scene->description;
     const int held = advise_on_hold(scene);
     int found = kt_say_double_motions("  ", scene);
-    found += r->most < NEARLY ? advise_on_types(scene, open, count) : 0;
+    const int types = r->most < NEARLY ? advise_on_types(scene, open, count) : 0;
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_millimetres(scene, open[i]);
     for (int i = 0; i < count; i++)
@@ -553,7 +553,7 @@ static void advise(const kt_scene *scene, const reached *r, const int *open, con
             fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
-    if (found == 0)
+    if (found + types == 0)
         fputs(
             "  none of these changes closes them: another axis in one of the loops or their joints, one joint less in "
             "'hold', one length changed by the gap or by twice the gap, one end moved to the other: check the lengths, "
