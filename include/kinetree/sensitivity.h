@@ -86,11 +86,13 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
                                              double *next_v, kt_error *error);
 
 /* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and
- * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that
- * give no derivatives see kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives (KT_ERROR_SINGULAR next to a
- * singular position of the loops). Outputs are then untouched. Cost: the derivatives of the accelerations at each
- * stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense factors besides. Of the
- * governor, over a step of a simulation: implicit-euler 1.4, radau5 2.3 (meson test plan/implicit). */
+ * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that give no
+ * derivatives see kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives:
+ * KT_ERROR_SINGULAR next to a singular position of the loops, at a stage or after the step, where rounding leaves the
+ * derivatives uncertain by more than 1e-3 of the largest. Outputs are then untouched. Cost: the derivatives of the
+ * accelerations at each stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense
+ * factors besides. Of the governor, over a step of a simulation: implicit-euler 1.4, radau5 2.3 (meson test
+ * plan/implicit). */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
@@ -113,8 +115,9 @@ KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model,
 
 /* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the
  * state after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
- * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives. Cost, with effects in joints
- * alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
+ * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives, but that next to a singular
+ * position the uncertainty is compared with accelerations, and not with the derivatives themselves. Cost, with effects
+ * in joints alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
  * inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
  * projection likewise. With effects between bodies and a caller's own, and of implicit methods, the derivatives at each stage. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,

@@ -400,16 +400,26 @@ static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, co
     return apart > ERRORS_MOST * (error + system->error) * whole;
 }
 
+/* Whether the path that the state is on bends next to a singular position: its acceleration is not interpolated there.
+ * Differences would look across the bend. */
+static bool is_bent(kt_linearization *l) {
+    return kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->ahead, NULL) != KT_OK ||
+           !l->data->interpolated;
+}
+
 /* Next to a singular position exact derivatives have an error that grows as it comes nearer, while differences reach
  * states that are farther from it. These see nothing of a path that bends within their steps; then both are apart by
  * more than their errors, and the exact ones hold. Otherwise those with the smaller error are taken, as for the
  * accelerations themselves (mechanism/singular_crossing.c). */
 static kt_status differentiate(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
                                kt_error *error) {
-    const kt_status status = kt_exact_is_possible(l) ? fill(l, out, system, true, error) : KT_ERROR_SINGULAR;
+    const bool near = KT_HAS_LOOPS && system->near_singular;
+    const kt_status status = near || kt_exact_is_possible(l) ? fill(l, out, system, true, error) : KT_ERROR_SINGULAR;
+    if (status == KT_ERROR_SINGULAR && near && is_bent(l))
+        return status;
     if (status == KT_ERROR_SINGULAR)
         return fill(l, out, system, false, error);
-    if (status != KT_OK || !system->near_singular)
+    if (status != KT_OK || !near)
         return status;
     const double exact = system->error;
     memcpy(l->other_state, out->state, (size_t)system->states * (size_t)system->states * sizeof *l->other_state);

@@ -34,6 +34,18 @@ static inline bool kt_is_near_singular(const kt_model *model, const kt_data *dat
     return false;
 }
 
+/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size; 0
+ * where one is lost, 1 where none is near. `rows` are factored, with all directions. */
+static inline double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows rows) {
+    double least = 1.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const bool lost = data->rank[g] < model->group[g].rank[rows];
+        if (data->near[g])
+            least = fmin(least, lost ? 0.0 : data->last[g] / model->group[g].usual[rows]);
+    }
+    return least;
+}
+
 /* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
  * drift). Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);

@@ -7,15 +7,12 @@
 #include "derivative/stiffness.h"
 
 #include "derivative/kkt.h"
+#include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
-
-/* How well derivatives next to singular positions are known at least, relative to the largest. */
-#define KT_KNOWN 1e-3
 
 static size_t kkt_size(const kt_model *model) {
     if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
@@ -109,7 +106,7 @@ static kt_status solve_forces(work *w, kt_error *error) {
     return solve(w, w->d_tau, NULL, error);
 }
 
-/* Refuses derivatives next to a singular position that are known to less than KT_KNOWN of the largest. */
+/* Refuses derivatives next to a singular position that are known too little. */
 static kt_status refuse_unknown(const work *w, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n;
@@ -119,14 +116,7 @@ static kt_status refuse_unknown(const work *w, kt_error *error) {
             const size_t row = (size_t)model->group_v[i], column = (size_t)model->group_v[j];
             most = fmax(most, fabs(w->of.d_q[column * n + row]) * model->unit[j] / model->unit[i]);
         }
-    if (w->of.error <= KT_KNOWN * most)
-        return KT_OK;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "derivatives, t = %.9g s", w->of.t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "next to a singular position of the loops rounding leaves derivatives of the accelerations "
-                        "uncertain by %.2g of the largest, more than %g; take a state farther away",
-                        w->of.error / most, KT_KNOWN);
+    return kt_derivatives_refuse_unknown(w->of.t, w->of.error, most, error);
 }
 
 kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
@@ -160,7 +150,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve(&w, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)
         status = solve(&w, w.of.d_v, w.of.e_v, error);
-    if (status == KT_OK && w.of.error > 0.0)
+    if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0)
         status = refuse_unknown(&w, error);
     if (status == KT_OK && da_dtau)
         status = solve_forces(&w, error);

@@ -2,8 +2,11 @@
 #include "derivative/loop_response.h"
 
 #include "closure/project.h"
+#include "mechanism/evaluate.h"
 #include "reduction/groups.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static kt_status refuse_overflow(kt_error *error) {
@@ -11,12 +14,22 @@ static kt_status refuse_overflow(kt_error *error) {
                         "the loops' equations overflow: look for a position that is huge");
 }
 
-kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error) {
-    return !kt_is_near_singular(model, data)
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                              "the loops are at a singular position, or next to one, where accelerations have no "
-                              "defined derivative; take a neighbouring one");
+static kt_status refuse_singular(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
+                        "the loops are at a singular position, or next to one, where accelerations have no defined "
+                        "derivative; take a neighbouring one");
+}
+
+kt_status kt_loops_refuse_near(const kt_model *model, const kt_data *data, kt_error *error) {
+    return kt_is_near_singular(model, data) ? refuse_singular(error) : KT_OK;
+}
+
+/* Whether a direction is lost altogether. */
+static bool is_lost(const kt_model *model, const kt_data *data) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (data->rank[g] < model->group[g].rank[data->factored[g]])
+            return true;
+    return false;
 }
 
 kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
@@ -28,9 +41,66 @@ kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const 
 }
 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
-    return kt_reduction_kernels_of(model)->prepare(model, data, rows, true)
-               ? kt_loops_refuse_singular(model, data, error)
+    if (!kt_reduction_kernels_of(model)->prepare(model, data, rows, false))
+        return refuse_overflow(error);
+    return kt_is_near_singular(model, data) && is_lost(model, data) ? refuse_singular(error) : KT_OK;
+}
+
+/* ---- next to a singular position ---------------------------------------------------------------------------------
+ *
+ * The error of an acceleration that is computed directly grows like 1 / s^3 (singular_crossing.c), so that of its change
+ * within s is three times as large. Where accelerations are interpolated from neighbouring states their error is of
+ * these, and no derivative can be computed. */
+
+/* The measured error of an acceleration, or infinity; it is left out of what data tell of the motion: nothing moves
+ * there. */
+static kt_status measure(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                         const double *tau, const kt_wrench *external, double *a, double *size, kt_error *error) {
+    const kt_passage passage = data->passage;
+    const kt_crossings crossings = data->crossings;
+    data->passage = (kt_passage){0.0, 0.0};
+    data->crossings.error = 0.0;
+    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    const bool measured = data->passage.acceleration > 0.0 || data->crossings.error == 0.0;
+    *size = measured && !data->interpolated ? data->passage.acceleration : (double)INFINITY;
+    data->passage = passage;
+    data->crossings = crossings;
+    return status;
+}
+
+kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                    const double *tau, const kt_wrench *external, double *a, double *size,
+                                    kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    kt_violation violation;
+    *size = 0.0;
+    if (!kernels->residuals(model, data, t, q, v, NULL, &violation) ||
+        !kernels->factor(model, data, KT_ROWS_ALL, false))
+        return refuse_overflow(error);
+    if (!kt_is_near_singular(model, data))
+        return KT_OK;
+    const double s = kt_smallest_direction(model, data, KT_ROWS_ALL);
+    const kt_status status = measure(model, data, t, q, v, tau, external, a, size, error);
+    if (status != KT_OK)
+        return status;
+    *size *= 3.0 / s;
+    if (!isfinite(*size)) /* of NaN, 0 / 0, too */
+        return refuse_singular(error);
+    return kernels->residuals(model, data, t, q, v, NULL, &violation) &&
+                   kernels->factor(model, data, KT_ROWS_ALL, false)
+               ? KT_OK
                : refuse_overflow(error);
+}
+
+kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error) {
+    if (size <= KT_KNOWN * most)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "derivatives, t = %.9g s", t);
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "next to a singular position of the loops rounding leaves derivatives of the accelerations "
+                        "uncertain by %.2g of the largest, more than %g; take a state farther away",
+                        size / most, KT_KNOWN);
 }
 
 /* The arrays of a group's equations. */
@@ -79,7 +149,9 @@ static kt_status refactor(const kt_model *model, kt_data *data, kt_error *error)
     if (!some)
         return KT_OK;
     KT_BY_ISA(model->isa, fine =, kt_groups_refactor, (model, data));
-    return fine ? kt_loops_refuse_singular(model, data, error) : refuse_overflow(error);
+    if (!fine)
+        return refuse_overflow(error);
+    return kt_is_near_singular(model, data) && is_lost(model, data) ? refuse_singular(error) : KT_OK;
 }
 
 kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,

@@ -4,17 +4,29 @@
 
 #include "reduction/kernel.h"
 
-/* Poses, and the equations of one kind at (t, q), factored. Errors: KT_ERROR_SINGULAR at a singular position or next to
- * one, where accelerations have no defined derivative; KT_ERROR_NOT_FINITE. */
+/* How well derivatives next to singular positions are known at least, relative to the largest. */
+#define KT_KNOWN 1e-3
+
+/* Poses, and the equations of one kind at (t, q), factored. Errors: KT_ERROR_SINGULAR at a singular position, where
+ * accelerations have no defined derivative; KT_ERROR_NOT_FINITE. */
 KT_CHECKED kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
                                      kt_error *error);
 
 /* The same of another kind where kt_loops_factor was the last to set poses. */
 KT_CHECKED kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error);
 
-/* KT_ERROR_SINGULAR where the last factors are near a singular position: accelerations have no defined derivative
- * there. */
-KT_CHECKED kt_status kt_loops_refuse_singular(const kt_model *model, const kt_data *data, kt_error *error);
+/* KT_ERROR_SINGULAR where the last factors are near a singular position. */
+KT_CHECKED kt_status kt_loops_refuse_near(const kt_model *model, const kt_data *data, kt_error *error);
+
+/* The error of the derivatives of accelerations at a state, over the coordinates' units: 0 where it is near no singular
+ * position. Next to one the acceleration of the motion is evaluated, into a (n). Leaves the equations factored.
+ * KT_ERROR_SINGULAR where no derivative can be computed. */
+KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, double t, const double *q,
+                                               const double *v, const double *tau, const kt_wrench *external, double *a,
+                                               double *size, kt_error *error);
+
+/* Refuses derivatives that are known to less than KT_KNOWN of the largest of them. */
+KT_CHECKED kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error);
 
 /* After kt_loops_factor: the least x with J x = right (numbers by the order of the loops' equations; NULL: zeros), as
  * `least_step` in kernel.h, force being what acts besides. */

@@ -74,49 +74,18 @@ static void reduce(kt_linearized *w) {
 /* ---- all terms -----------------------------------------------------------------------------------------------------
  * */
 
-static bool factor_loops(const kt_linearized *w, const double *q, const double *v) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
-    kt_violation violation;
-    return kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
-           kernels->factor(w->model, w->data, KT_ROWS_ALL, false);
-}
-
-/* Estimates the error of derivatives next to a singular position. The error of an acceleration that is computed directly
- * grows like 1 / s^3 (singular_crossing.c), so that of its change within s is three times as large. Where accelerations
- * are interpolated from neighbouring states their error is of these, and no derivative can be computed. */
-static kt_status estimate_error(kt_linearized *w, const double *q, const double *v, const double *tau,
-                                const kt_wrench *external, kt_error *error) {
-    kt_data *data = w->data;
-    const kt_passage before = data->passage;
-    data->passage = (kt_passage){0.0, 0.0};
-    const kt_status status = kt_acceleration_evaluate(w->model, data, w->t, q, v, tau, external, w->change, error);
-    const kt_passage here = data->passage;
-    data->passage = (kt_passage){fmax(before.acceleration, here.acceleration),
-                                 before.time > 0.0 ? fmin(before.time, here.time) : here.time};
-    const bool interpolated = data->interpolated;
-    if (status != KT_OK)
-        return status;
-    const bool near = factor_loops(w, q, v);
-    for (size_t g = 0; near && g < w->model->n.group; g++) {
-        const double usual = w->model->group[g].usual[KT_ROWS_ALL];
-        if (!data->near[g])
-            continue;
-        if (interpolated || !(here.acceleration > 0.0) || data->rank[g] < w->model->group[g].rank[KT_ROWS_ALL])
-            return kt_loops_refuse_singular(w->model, data, error);
-        w->error = fmax(w->error, 3.0 * here.acceleration * usual / data->last[g]);
-    }
-    return KT_OK;
-}
-
-/* Factors the loops' equations. Refuses singular positions, where the acceleration may be interpolated from neighbouring
- * states, or estimates the error next to them. */
+/* Factors the loops' equations. Next to singular positions the error is measured, or they are refused. */
 static kt_status refuse_singular(kt_linearized *w, const double *q, const double *v, const double *tau,
                                  const kt_wrench *external, kt_error *error) {
     if (!KT_HAS_LOOPS || !w->model->n.group)
         return KT_OK;
-    (void)factor_loops(w, q, v);
-    return w->estimates && kt_is_near_singular(w->model, w->data) ? estimate_error(w, q, v, tau, external, error)
-                                                                  : kt_loops_refuse_singular(w->model, w->data, error);
+    if (w->estimates)
+        return kt_loops_derivative_error(w->model, w->data, w->t, q, v, tau, external, w->change, &w->error, error);
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    kt_violation violation;
+    (void)(kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
+           kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
+    return kt_loops_refuse_near(w->model, w->data, error);
 }
 
 /* The tree's part of M and D, at the accelerations of the motion. */
@@ -216,6 +185,25 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
     }
 }
 
+/* Refuses what is known too little next to a singular position: an error e of accelerations is one of |Z' M Z| |Z'| e. */
+static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis, const double *mass,
+                                const double *stiffness, kt_error *error) {
+    const kt_model *model = w->model;
+    double size = 0.0, most = 0.0;
+    if (w->error == 0.0)
+        return KT_OK;
+    for (size_t i = 0; i < f; i++) {
+        double sum = 0.0;
+        for (size_t l = 0; l < f; l++)
+            for (size_t k = 0; k < model->n.group_v; k++)
+                sum += fabs(mass[l * f + i] * basis[l * w->n + (size_t)model->group_v[k]]) * model->unit[k];
+        size = fmax(size, sum * w->error);
+        for (size_t k = 0; k < model->n.group_v; k++)
+            most = fmax(most, fabs(stiffness[(size_t)model->group_v[k] * f + i]) * model->unit[k]);
+    }
+    return kt_derivatives_refuse_unknown(w->t, size, most, error);
+}
+
 static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
@@ -302,16 +290,19 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         return status;
     const bool by_tree = is_along_tree(model);
     const size_t used = kt_linearized_init(&w, memory, model, data, t, !by_tree);
+    w.estimates = true;
     status = kt_linearized_fill(&w, q, v, tau, external, a, error);
     if (status != KT_OK)
         return status;
     if (!is_finite(&w))
         return kt_linearized_overflow(error);
     if (KT_HAS_LOOPS && by_tree)
-        return write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, error);
-    if (KT_HAS_LOOPS && w.p)
+        status = write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, error);
+    else if (KT_HAS_LOOPS && w.p)
         write_closed(&w, basis, mass, stiffness, damping);
     else
         write_tree(&w, basis, mass, stiffness, damping);
-    return KT_OK;
+    return status == KT_OK && KT_HAS_LOOPS && w.p
+               ? refuse_unknown(&w, (size_t)kt_model_mobility(model).minimal, basis, mass, stiffness, error)
+               : status;
 }

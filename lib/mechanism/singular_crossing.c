@@ -95,17 +95,6 @@ static double difference(const kt_model *model, const double *a, const double *b
     return most;
 }
 
-/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. */
-static double smallest(const kt_model *model, const kt_data *data) {
-    double least = 1.0;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const bool lost = data->rank[g] < model->group[g].rank[KT_ROWS_ALL];
-        if (data->near[g])
-            least = fmin(least, lost ? 0.0 : data->last[g] / model->group[g].usual[KT_ROWS_ALL]);
-    }
-    return least;
-}
-
 /* ---- directly ---------------------------------------------------------------------------------------------------- */
 
 /* Moves q to residuals of `off` times what rounding leaves, in one of Newton's steps, from equations filled at q. The
@@ -346,7 +335,7 @@ static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    double *a = data->scratch, s = lost ? 0.0 : smallest(model, data);
+    double *a = data->scratch, s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
     size_t failed = 0;
     c->closed = data->scratch_v + 4 * kt_lanes8(model->n.v);
     c->open = c->rounding = (double)INFINITY;

@@ -12,6 +12,10 @@
  * phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move projects the
  * changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
+ * Next to a singular position the manifold bends as x y = d (mechanism/singular_crossing.c): at the size s of the
+ * smallest direction a residual c turns its tangent by c / s^2, and what projects velocities changes with q by c / s^3 a
+ * unit of speed more or less. Derivatives that are not known to KT_KNOWN of the largest are refused.
+ *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h); d(M
  * x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
 #include "closure/project.h"
@@ -22,7 +26,11 @@
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
+#include <math.h>
 #include <string.h>
+
+/* By how much residuals may be off after a projection, relative to their scales. */
+#define LEFT (4.0 * KT_CLOSED)
 
 KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p,
                 size_t m, size_t factors)
@@ -271,13 +279,32 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
     return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, true, error) : status;
 }
 
-/* Refuses singular positions, next to which the projection leaves a direction out. */
-static kt_status refuse_singular(const kt_projection_work *w, kt_error *error) {
-    return !kt_is_near_singular(w->model, w->data)
+/* The size of the smallest direction after the step; a singular position is refused. */
+static kt_status measure_smallest(kt_projection_work *w, const double *q, kt_error *error) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    kt_violation violation;
+    w->smallest = 1.0;
+    if (!kt_is_near_singular(w->model, w->data))
+        return KT_OK;
+    if (kernels->residuals(w->model, w->data, w->t, q, NULL, NULL, &violation) &&
+        kernels->factor(w->model, w->data, KT_ROWS_ALL, false))
+        w->smallest = kt_smallest_direction(w->model, w->data, KT_ROWS_ALL);
+    return w->smallest > 0.0
                ? KT_OK
                : kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                              "the loops are at a singular position, or next to one, after the step; take a shorter "
-                              "or a longer one");
+                              "the loops are at a singular position after the step; take a shorter or a longer one");
+}
+
+kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double *v, double by_q, double v_by_q,
+                                       kt_error *error) {
+    double speed = 0.0;
+    if (w->smallest >= KT_NEAR_SINGULAR)
+        return KT_OK;
+    for (size_t k = 0; k < w->model->n.group_v; k++)
+        speed = fmax(speed, fabs(v[w->model->group_v[k]]) / w->model->unit[k]);
+    const double s = w->smallest, off = LEFT / (s * s);
+    const kt_status status = kt_derivatives_refuse_unknown(w->t, off, by_q, error);
+    return status == KT_OK ? kt_derivatives_refuse_unknown(w->t, off * speed / s, v_by_q, error) : status;
 }
 
 kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
@@ -293,7 +320,7 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     if (status == KT_OK)
         status = kt_state_project(w->model, w->data, w->t, q, v, NULL, error);
     w->iterations = w->data->closing.position;
-    return status == KT_OK ? refuse_singular(w, error) : status;
+    return status == KT_OK ? measure_smallest(w, q, error) : status;
 }
 
 /* Columns of changes, by the correction `by` of positions. */

@@ -192,6 +192,7 @@ typedef struct kt_projection_work {
     kt_kkt kkt;                                   /* this one */
     kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
     uint32_t iterations;                          /* of the positions, by the last kt_projection_run */
+    double smallest;                              /* the size of the smallest direction then (closure/project.h) */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
 } kt_projection_work;
 
@@ -210,6 +211,11 @@ KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const 
  * w->iterations is how often the positions moved. Then a gradient with respect to the state after it, x (2 nv), becomes
  * that with respect to the state before. */
 KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
+
+/* Refuses derivatives of the last kt_projection_run that are known too little next to a singular position; by_q and
+ * v_by_q: the largest of positions and of velocities by positions, over their units. */
+KT_CHECKED kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double *v, double by_q,
+                                                  double v_by_q, kt_error *error);
 KT_CHECKED kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
                                               kt_error *error);

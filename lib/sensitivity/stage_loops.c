@@ -4,9 +4,30 @@
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
+#include <math.h>
+
+/* Next to a singular position the error of derivatives is compared with accelerations, by a unit of their coordinates:
+ * a gradient does not form the derivatives themselves, which are larger where the path bends. */
+static kt_status refuse_unknown(kt_step_work *w, double t, const double *q, double *a, kt_error *error) {
+    const kt_model *model = w->model;
+    const double *v = q + model->n.q;
+    double size, most = 0.0;
+    const kt_status status =
+        kt_loops_derivative_error(model, w->data, t, q, v, w->step->tau, w->step->external, a, &size, error);
+    if (status != KT_OK || size == 0.0)
+        return status;
+    for (size_t i = 0; i < model->n.group_v; i++) {
+        const double speed = v[model->group_v[i]] / model->unit[i];
+        most = fmax(most, fmax(fabs(a[model->group_v[i]]) / model->unit[i], speed * speed));
+    }
+    return kt_derivatives_refuse_unknown(t, size, most, error);
+}
+
 kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                            kt_error *error) {
-    const kt_status status = kt_loops_factor(w->model, w->data, t, q, KT_ROWS_ALL, error);
+    kt_status status = refuse_unknown(w, t, q, by_tau, error);
+    if (status == KT_OK)
+        status = kt_loops_factor(w->model, w->data, t, q, KT_ROWS_ALL, error);
     return status == KT_OK ? kt_loops_respond(w->model, w->data, KT_METRIC_MASS, NULL, mu, by_tau, error) : status;
 }
 

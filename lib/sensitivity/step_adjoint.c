@@ -16,8 +16,10 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     if (status != KT_OK)
         return status;
     memcpy(w->raw, w->next, N * sizeof *w->raw);
-    if (closes(w))
-        return kt_projection_run(&w->projection, w->next, w->next + nq, error);
+    if (closes(w)) {
+        const kt_status closed = kt_projection_run(&w->projection, w->next, w->next + nq, error);
+        return closed == KT_OK ? kt_projection_refuse_unknown(&w->projection, w->next + nq, 1.0, 1.0, error) : closed;
+    }
     return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
 }
 

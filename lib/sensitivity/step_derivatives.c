@@ -65,6 +65,20 @@ static void combine(kt_step_work *w, const kt_products *products, const double *
     products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
 }
 
+/* Refuses what is known too little next to a singular position after the step. */
+static kt_status refuse_unknown(const kt_step_work *w, kt_error *error) {
+    const kt_model *model = w->model;
+    const size_t n = model->n.v;
+    double by_q = 0.0, v_by_q = 0.0;
+    for (size_t i = 0; i < model->n.group_v; i++)
+        for (size_t j = 0; j < model->n.group_v && w->projection.smallest < 1.0; j++) {
+            const double *column = w->end + 2 * n * (size_t)model->group_v[j], unit = model->unit[j] / model->unit[i];
+            by_q = fmax(by_q, fabs(column[model->group_v[i]]) * unit);
+            v_by_q = fmax(v_by_q, fabs(column[n + (size_t)model->group_v[i]]) * unit);
+        }
+    return kt_projection_refuse_unknown(&w->projection, w->next + model->n.q, by_q, v_by_q, error);
+}
+
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
@@ -77,8 +91,11 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
             kt_tangent_drop(model, w->next, w->change_q + j * Q, end);
         memcpy(end + n, change_v + j * V, n * sizeof *end);
     }
-    if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected)
-        return kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
+    if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected) {
+        const kt_status status =
+            kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
+        return status == KT_OK ? refuse_unknown(w, error) : status;
+    }
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
 
