@@ -4,6 +4,7 @@
 
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
+#include "kinetree/batch.h"
 #include "kinetree/closure.h"
 #include "kinetree/control.h"
 #include "kinetree/description.h"

@@ -84,7 +84,7 @@ KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) {
     return (kt_v8){q[i[0]], q[i[1]], q[i[2]], q[i[3]], q[i[4]], q[i[5]], q[i[6]], q[i[7]]};
 }
 
-void KT_KERNEL(kt_sincos_gather)(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
+void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t i = 0; i < count; i += KT_SINCOS_LANES) {
         const size_t lanes = count - i < KT_SINCOS_LANES ? count - i : KT_SINCOS_LANES;
         union {

@@ -19,7 +19,7 @@ KT_SINCOS_DECLARE(v4)
 #undef KT_SINCOS_DECLARE
 
 #ifdef KT_ISA
-#define kt_sincos_gather KT_KERNEL(kt_sincos_gather)
+#define kt_sincos_gather KT_PASTE(kt_sincos_gather_, KT_ISA)
 #else
 #define kt_sincos_gather kt_sincos_gather_baseline
 #endif

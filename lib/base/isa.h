@@ -5,7 +5,11 @@
 
 #define KT_PASTE_(a, b) a##b
 #define KT_PASTE(a, b) KT_PASTE_(a, b)
+#ifdef KT_LANES /* for several states at once (algebra/real3.h) */
+#define KT_KERNEL(name) KT_PASTE(name##_lanes_, KT_ISA)
+#else
 #define KT_KERNEL(name) KT_PASTE(name##_, KT_ISA)
+#endif
 
 /* Calls name_ISA with arguments in parentheses; result: `x =`, or nothing. */
 #ifdef KT_ISAS

@@ -2,8 +2,8 @@
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 
-size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                             const kt_wrench *external, double *a) {
+size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                             const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
     const size_t end = model->n.spatial;
     kt_articulated_motion(model, data, q, v, end);
     if (external)

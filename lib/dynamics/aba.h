@@ -42,75 +42,81 @@
 /* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if it is not positive definite
  * beyond rounding. The rounding error of entry kk is proportional to size[k]; with E = diag(size) and m a row of L^-1,
  * that of the row's pivot is proportional to m E m'. */
-KT_INLINE bool kt_factor3(const kt_v4 a[3], kt_v4 size, kt_v4 *l, kt_v4 *e) {
-    const double l00 = a[0][0];
-    if (!(l00 > KT_NO_INERTIA * size[0]))
-        return false;
-    const double l10 = a[0][1] / l00, l20 = a[0][2] / l00;
-    const double d1 = a[1][1] - l10 * a[0][1];
-    if (!(d1 > KT_NO_INERTIA * (size[1] + l10 * l10 * size[0])))
-        return false;
-    const double b21 = a[1][2] - l10 * a[0][2], l21 = b21 / d1;
-    const double d2 = a[2][2] - l20 * a[0][2] - l21 * b21;
-    const double m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
-    if (!(d2 > KT_NO_INERTIA * (size[2] + l21 * l21 * size[1] + m20 * m20 * size[0])))
-        return false;
-    *l = (kt_v4){l10, l20, l21, 0.0};
-    *e = (kt_v4){1.0 / l00, 1.0 / d1, 1.0 / d2, 0.0};
-    return true;
+KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *l, kt_real3 *e) {
+    kt_condition positive = kt_condition_true();
+    const kt_real1 l00 = kt_part3(a[0], 0);
+    KT_REQUIRE_LANES(positive, l00 > KT_NO_INERTIA * kt_part3(size, 0));
+    const kt_real1 l10 = kt_part3(a[0], 1) / l00, l20 = kt_part3(a[0], 2) / l00;
+    const kt_real1 d1 = kt_part3(a[1], 1) - l10 * kt_part3(a[0], 1);
+    KT_REQUIRE_LANES(positive, d1 > KT_NO_INERTIA * (kt_part3(size, 1) + l10 * l10 * kt_part3(size, 0)));
+    const kt_real1 b21 = kt_part3(a[1], 2) - l10 * kt_part3(a[0], 2), l21 = b21 / d1;
+    const kt_real1 d2 = kt_part3(a[2], 2) - l20 * kt_part3(a[0], 2) - l21 * b21;
+    const kt_real1 m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
+    KT_REQUIRE_LANES(positive, d2 > KT_NO_INERTIA * (kt_part3(size, 2) + l21 * l21 * kt_part3(size, 1) +
+                                                     m20 * m20 * kt_part3(size, 0)));
+    *l = kt_make3(l10, l20, l21);
+    *e = kt_make3(1.0 / l00, 1.0 / d1, 1.0 / d2);
+    return positive;
 }
 
 /* Inverts a symmetric matrix by its factors; returns false as kt_factor3. */
-KT_INLINE bool kt_invert3(const kt_v4 a[3], kt_v4 size, kt_v4 out[3]) {
-    kt_v4 l, e;
-    if (!kt_factor3(a, size, &l, &e))
-        return false;
-    const double m20 = l[0] * l[2] - l[1];
-    const double xy = -l[0] * e[1] - m20 * l[2] * e[2], xz = m20 * e[2], yz = -l[2] * e[2];
-    out[0] = (kt_v4){e[0] + l[0] * l[0] * e[1] + m20 * m20 * e[2], xy, xz, 0.0};
-    out[1] = (kt_v4){xy, e[1] + l[2] * l[2] * e[2], yz, 0.0};
-    out[2] = (kt_v4){xz, yz, e[2], 0.0};
-    return true;
+KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 out[3]) {
+    kt_condition positive = kt_condition_true();
+    kt_real3 l, e;
+    KT_REQUIRE_LANES(positive, kt_factor3(a, size, &l, &e));
+    const kt_real1 l10 = kt_part3(l, 0), l20 = kt_part3(l, 1), l21 = kt_part3(l, 2);
+    const kt_real1 e0 = kt_part3(e, 0), e1 = kt_part3(e, 1), e2 = kt_part3(e, 2), m20 = l10 * l21 - l20;
+    const kt_real1 xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
+    out[0] = kt_make3(e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz);
+    out[1] = kt_make3(xy, e1 + l21 * l21 * e2, yz);
+    out[2] = kt_make3(xz, yz, e2);
+    return positive;
 }
 
 /* (L D L')^-1 b by substitution. */
-KT_INLINE kt_v4 kt_solve3(kt_v4 l, kt_v4 e, kt_v4 b) {
-    const double y1 = b[1] - l[0] * b[0], y2 = b[2] - l[1] * b[0] - l[2] * y1;
-    const double x2 = y2 * e[2], x1 = y1 * e[1] - l[2] * x2;
-    return (kt_v4){b[0] * e[0] - l[0] * x1 - l[1] * x2, x1, x2, 0.0};
+KT_INLINE kt_real3 kt_solve3(kt_real3 l, kt_real3 e, kt_real3 b) {
+    const kt_real1 l10 = kt_part3(l, 0), l20 = kt_part3(l, 1), l21 = kt_part3(l, 2), y0 = kt_part3(b, 0);
+    const kt_real1 y1 = kt_part3(b, 1) - l10 * y0, y2 = kt_part3(b, 2) - l20 * y0 - l21 * y1;
+    const kt_real1 x2 = y2 * kt_part3(e, 2), x1 = y1 * kt_part3(e, 1) - l21 * x2;
+    return kt_make3(y0 * kt_part3(e, 0) - l10 * x1 - l20 * x2, x1, x2);
 }
 
-KT_INLINE kt_v4 kt_diagonal3(const kt_v4 a[3]) {
+KT_INLINE kt_real3 kt_diagonal3(const kt_real3 a[3]) {
+#ifdef KT_LANES
+    return kt_make3(a[0].x, a[1].y, a[2].z);
+#else
     return __builtin_shufflevector(__builtin_shufflevector(a[0], a[1], 0, 5, 2, 3), a[2], 0, 1, 6, 3);
+#endif
 }
 
 /* The link's own inertia and bias wrench, that of external ones included. */
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, const kt_link_origin *load,
                                     kt_articulated *out) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    const kt_v4 h = kt_v4_apply_to(m->axes, link->moment);
-    kt_v4_rotate_inertia(m->axes, &link->inertia, out->j);
-    out->h[0] = (kt_v4){0.0, h[2], -h[1], 0.0}; /* [h] */
-    out->h[1] = (kt_v4){-h[2], 0.0, h[0], 0.0};
-    out->h[2] = (kt_v4){h[1], -h[0], 0.0, 0.0};
+    const kt_real3 none = kt_zero3();
+    const kt_real3 h = kt_apply_to3(m->axes, link->moment);
+    kt_rotate_inertia3(m->axes, &link->inertia, out->j);
+    const kt_real1 zero = kt_real1_splat(0.0), hx = kt_part3(h, 0), hy = kt_part3(h, 1), hz = kt_part3(h, 2);
+    out->h[0] = kt_make3(zero, hz, -hy); /* [h] */
+    out->h[1] = kt_make3(-hz, zero, hx);
+    out->h[2] = kt_make3(hy, -hx, zero);
     for (int k = 0; k < 3; k++) {
-        out->g[k] = -out->h[k];
+        out->g[k] = kt_minus3(out->h[k]);
         out->m[k] = none;
-        out->m[k][k] = link->mass;
+        kt_set_part3(&out->m[k], k, kt_real1_splat(link->mass));
     }
-    out->moment = kt_v4_cross(m->omega, kt_v4_apply(out->j, m->omega)) + load->moment;
-    out->force = kt_v4_cross(m->omega, kt_v4_cross(m->omega, h)) + load->force;
+    out->moment = kt_add3(kt_cross3(m->omega, kt_apply3(out->j, m->omega)), load->moment);
+    out->force = kt_add3(kt_cross3(m->omega, kt_cross3(m->omega, h)), load->force);
 }
 
 KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
     for (int k = 0; k < 3; k++) {
-        to->j[k] += from->j[k];
-        to->g[k] += from->g[k];
-        to->h[k] += from->h[k];
-        to->m[k] += from->m[k];
+        to->j[k] = kt_add3(to->j[k], from->j[k]);
+        to->g[k] = kt_add3(to->g[k], from->g[k]);
+        to->h[k] = kt_add3(to->h[k], from->h[k]);
+        to->m[k] = kt_add3(to->m[k], from->m[k]);
     }
-    to->moment += from->moment;
-    to->force += from->force;
+    to->moment = kt_add3(to->moment, from->moment);
+    to->force = kt_add3(to->force, from->force);
 }
 
 /* Zeros where several children add what they pass on. */
@@ -121,137 +127,155 @@ KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
     memset(sum, 0, sizeof *sum);
 #else /* a string instruction, which compilers take for memset, is slow to begin */
     for (int k = 0; k < 3; k++)
-        sum->j[k] = sum->g[k] = sum->h[k] = sum->m[k] = kt_v4_splat(0.0);
-    sum->moment = sum->force = kt_v4_splat(0.0);
+        sum->j[k] = sum->g[k] = sum->h[k] = sum->m[k] = kt_zero3();
+    sum->moment = sum->force = kt_zero3();
 #endif
 }
 
 /* From the child's origin to the parent's. */
-KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_v4 r) {
-    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
-    x->j[0] -= rz * x->h[1] - ry * x->h[2];
-    x->j[1] -= rx * x->h[2] - rz * x->h[0];
-    x->j[2] -= ry * x->h[0] - rx * x->h[1];
-    x->g[0] -= rz * x->m[1] - ry * x->m[2];
-    x->g[1] -= rx * x->m[2] - rz * x->m[0];
-    x->g[2] -= ry * x->m[0] - rx * x->m[1];
+KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_real3 r) {
+    const kt_real1 rx = kt_part3(r, 0), ry = kt_part3(r, 1), rz = kt_part3(r, 2);
+    x->j[0] = kt_sub3(x->j[0], kt_sub3(kt_scale3(rz, x->h[1]), kt_scale3(ry, x->h[2])));
+    x->j[1] = kt_sub3(x->j[1], kt_sub3(kt_scale3(rx, x->h[2]), kt_scale3(rz, x->h[0])));
+    x->j[2] = kt_sub3(x->j[2], kt_sub3(kt_scale3(ry, x->h[0]), kt_scale3(rx, x->h[1])));
+    x->g[0] = kt_sub3(x->g[0], kt_sub3(kt_scale3(rz, x->m[1]), kt_scale3(ry, x->m[2])));
+    x->g[1] = kt_sub3(x->g[1], kt_sub3(kt_scale3(rx, x->m[2]), kt_scale3(rz, x->m[0])));
+    x->g[2] = kt_sub3(x->g[2], kt_sub3(kt_scale3(ry, x->m[0]), kt_scale3(rx, x->m[1])));
     for (int k = 0; k < 3; k++) {
-        x->j[k] += kt_v4_cross(r, x->g[k]);
-        x->h[k] += kt_v4_cross(r, x->m[k]);
+        x->j[k] = kt_add3(x->j[k], kt_cross3(r, x->g[k]));
+        x->h[k] = kt_add3(x->h[k], kt_cross3(r, x->m[k]));
     }
-    x->moment += kt_v4_cross(r, x->force);
+    x->moment = kt_add3(x->moment, kt_cross3(r, x->force));
+}
+
+/* The parent gain and the free acceleration of a joint with one degree of freedom. */
+KT_INLINE void kt_response_set(kt_response *response, kt_real3 angular, kt_real3 linear, kt_real1 free) {
+    response->gain_angular = angular;
+    response->gain_linear = linear;
+#ifdef KT_LANES
+    response->free = free;
+#else
+    response->gain_angular[3] = free;
+#endif
+}
+KT_INLINE kt_real1 kt_response_free(const kt_response *response) {
+#ifdef KT_LANES
+    return response->free;
+#else
+    return response->gain_angular[3];
+#endif
 }
 
 /* Projects one degree of freedom out of x, and stores the joint's response, shifted to the parent's origin. */
-KT_INLINE bool kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, double tau, kt_articulated *x,
-                                           kt_response *response) {
-    const kt_v4 s = kt_link_axis(link, m), cn = m->alpha, cf = m->linear;
-    const kt_v4 sx = kt_v4_splat(s[0]), sy = kt_v4_splat(s[1]), sz = kt_v4_splat(s[2]);
-    kt_v4 un, uf;
-    double inertia, bias, size;
+KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, kt_real1 tau,
+                                                   kt_articulated *x, kt_response *response) {
+    const kt_real3 s = kt_link_axis(link, m), cn = m->alpha, cf = m->linear;
+    kt_condition has_inertia = kt_condition_true();
+    kt_real3 un, uf;
+    kt_real1 inertia, bias, size;
     if (link->motion == KT_MOTION_REVOLUTE) {
-        un = x->j[0] * sx + x->j[1] * sy + x->j[2] * sz;
-        uf = x->g[0] * sx + x->g[1] * sy + x->g[2] * sz;
-        inertia = kt_v4_dot(s, un);
-        bias = kt_v4_dot(s, x->moment);
-        size = kt_v4_dot(s * s, kt_diagonal3(x->j));
+        un = kt_apply3(x->j, s);
+        uf = kt_apply3(x->g, s);
+        inertia = kt_dot3(s, un);
+        bias = kt_dot3(s, x->moment);
+        size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->j));
     } else {
-        un = x->h[0] * sx + x->h[1] * sy + x->h[2] * sz;
-        uf = x->m[0] * sx + x->m[1] * sy + x->m[2] * sz;
-        inertia = kt_v4_dot(s, uf);
-        bias = kt_v4_dot(s, x->force);
-        size = kt_v4_dot(s * s, kt_diagonal3(x->m));
+        un = kt_apply3(x->h, s);
+        uf = kt_apply3(x->m, s);
+        inertia = kt_dot3(s, uf);
+        bias = kt_dot3(s, x->force);
+        size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->m));
         if (link->motion == KT_MOTION_SCREW) {
             const double pitch = kt_link_pitch(link);
-            const kt_v4 p = kt_v4_splat(pitch);
-            un = p * un + (x->j[0] * sx + x->j[1] * sy + x->j[2] * sz);
-            uf = p * uf + (x->g[0] * sx + x->g[1] * sy + x->g[2] * sz);
-            inertia = kt_v4_dot(s, un + p * uf);
-            bias = kt_v4_dot(s, x->moment + p * x->force);
-            size = kt_v4_dot(s * s, kt_diagonal3(x->j)) + pitch * pitch * size;
+            const kt_real1 p = kt_real1_splat(pitch);
+            un = kt_add3(kt_scale3(p, un), kt_apply3(x->j, s));
+            uf = kt_add3(kt_scale3(p, uf), kt_apply3(x->g, s));
+            inertia = kt_dot3(s, kt_add3(un, kt_scale3(p, uf)));
+            bias = kt_dot3(s, kt_add3(x->moment, kt_scale3(p, x->force)));
+            size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->j)) + pitch * pitch * size;
         }
     }
-    if (!(inertia > KT_NO_INERTIA * (size + link->size)))
-        return false;
-    const double d = 1.0 / inertia;
-    const kt_v4 dd = kt_v4_splat(d);
-    const double y = (tau - bias - kt_v4_dot2(un, cn, uf, cf)) * d;
-    const kt_v4 yy = kt_v4_splat(y);
-    x->moment += kt_v4_apply(x->j, cn) + kt_v4_apply(x->h, cf) + un * yy;
-    x->force += kt_v4_apply(x->g, cn) + kt_v4_apply(x->m, cf) + uf * yy;
-    const kt_v4 vn = un * dd, vf = uf * dd;
+    KT_REQUIRE_LANES(has_inertia, inertia > KT_NO_INERTIA * (size + link->size));
+    const kt_real1 d = 1.0 / inertia;
+    const kt_real1 y = (tau - bias - kt_dots3(un, cn, uf, cf)) * d;
+    x->moment = kt_add3(x->moment, kt_add3(kt_add3(kt_apply3(x->j, cn), kt_apply3(x->h, cf)), kt_scale3(y, un)));
+    x->force = kt_add3(x->force, kt_add3(kt_add3(kt_apply3(x->g, cn), kt_apply3(x->m, cf)), kt_scale3(y, uf)));
+    const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
     for (int k = 0; k < 3; k++) {
-        const kt_v4 nk = kt_v4_splat(vn[k]), fk = kt_v4_splat(vf[k]);
-        x->j[k] -= un * nk;
-        x->g[k] -= uf * nk;
-        x->h[k] -= un * fk;
-        x->m[k] -= uf * fk;
+        const kt_real1 nk = kt_part3(vn, k), fk = kt_part3(vf, k);
+        x->j[k] = kt_sub3(x->j[k], kt_scale3(nk, un));
+        x->g[k] = kt_sub3(x->g[k], kt_scale3(nk, uf));
+        x->h[k] = kt_sub3(x->h[k], kt_scale3(fk, un));
+        x->m[k] = kt_sub3(x->m[k], kt_scale3(fk, uf));
     }
-    response->gain_angular = vn + kt_v4_cross(m->offset, vf);
-    response->gain_angular[3] = y;
-    response->gain_linear = vf;
-    return true;
+    kt_response_set(response, kt_add3(vn, kt_cross3(m->offset, vf)), vf, y);
+    return has_inertia;
 }
 
 /* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, M - Y' D^-1 Y is passed
  * on. This is done by substitution, not with the inverse: the inverse of a needle, which has next to no inertia about
  * its own axis, is huge, and so would be its rounding errors; Y and D are exact to the rounding of J all the same.
  * Stores l and 1 / D in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
-KT_INLINE bool kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m, const double *tau,
-                                                kt_articulated *x, kt_articulated *kept) {
-    const kt_v4 none = kt_v4_splat(0.0), applied = kt_v4_apply(m->axes, kt_load3(tau + link->v));
-    kt_v4 l, e;
-    if (!kt_factor3(x->j, kt_diagonal3(x->j) + kt_v4_splat(link->size), &l, &e))
-        return false;
+KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m,
+                                                        const kt_real1 *tau, kt_articulated *x, kt_articulated *kept) {
+    const kt_real3 none = kt_zero3(), applied = kt_apply3(m->axes, kt_load3(tau + link->v));
+    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
+    kt_condition has_inertia = kt_condition_true();
+    kt_real3 l, e;
+    KT_REQUIRE_LANES(has_inertia, kt_factor3(x->j, size, &l, &e));
     kept->j[0] = l;
     kept->j[1] = e;
-    kept->moment = applied - x->moment;
-    x->force += kt_v4_apply(x->g, kt_solve3(l, e, kept->moment));
-    const kt_v4 y0 = x->g[0], y1 = x->g[1] - kt_v4_splat(l[0]) * y0; /* rows of Y; those of H are columns of G */
-    const kt_v4 y2 = x->g[2] - kt_v4_splat(l[1]) * y0 - kt_v4_splat(l[2]) * y1;
-    const kt_v4 z0 = kt_v4_splat(e[0]) * y0, z1 = kt_v4_splat(e[1]) * y1, z2 = kt_v4_splat(e[2]) * y2;
+    kept->moment = kt_sub3(applied, x->moment);
+    x->force = kt_add3(x->force, kt_apply3(x->g, kt_solve3(l, e, kept->moment)));
+    /* rows of Y; those of H are columns of G */
+    const kt_real3 y0 = x->g[0], y1 = kt_sub3(x->g[1], kt_scale3(kt_part3(l, 0), y0));
+    const kt_real3 y2 = kt_sub3(kt_sub3(x->g[2], kt_scale3(kt_part3(l, 1), y0)), kt_scale3(kt_part3(l, 2), y1));
+    const kt_real3 z0 = kt_scale3(kt_part3(e, 0), y0), z1 = kt_scale3(kt_part3(e, 1), y1);
+    const kt_real3 z2 = kt_scale3(kt_part3(e, 2), y2);
     for (int i = 0; i < 3; i++)
-        x->m[i] -= kt_v4_splat(z0[i]) * y0 + kt_v4_splat(z1[i]) * y1 + kt_v4_splat(z2[i]) * y2;
-    x->force += kt_v4_apply(x->m, m->linear);
+        x->m[i] = kt_sub3(x->m[i], kt_add3(kt_add3(kt_scale3(kt_part3(z0, i), y0), kt_scale3(kt_part3(z1, i), y1)),
+                                           kt_scale3(kt_part3(z2, i), y2)));
+    x->force = kt_add3(x->force, kt_apply3(x->m, m->linear));
     for (int i = 0; i < 3; i++) {
         kept->h[i] = x->h[i];
         x->j[i] = x->g[i] = x->h[i] = none;
     }
     x->moment = applied;
-    return true;
+    return has_inertia;
 }
 
 /* Solves for all six degrees of freedom of a free joint, by blocks, the mass first:
  *   (J - H M^-1 G) alpha = n - H M^-1 f
  *   a = M^-1 (f - G alpha)
  * Stores the acceleration itself in `kept`: alpha in moment, a in force. */
-KT_INLINE bool kt_articulated_project_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
-                                           const double *tau, kt_articulated *x, kt_articulated *kept) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    kt_v4 base[3], mass[3], k[3], about[3], inverse[3];
+KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt_link_motion *parent,
+                                                   const kt_link_motion *m, const kt_real1 *tau, kt_articulated *x,
+                                                   kt_articulated *kept) {
+    const kt_real3 none = kt_zero3();
+    kt_real3 base[3], mass[3], k[3], about[3], inverse[3];
     kt_rest_axes(link, parent->axes, base);
-    const kt_v4 force = kt_v4_apply(base, kt_load3(tau + link->v));
-    const kt_v4 moment = kt_v4_apply(m->axes, kt_load3(tau + link->v + 3));
-    if (!kt_invert3(x->m, kt_diagonal3(x->m), mass))
-        return false;
-    kt_v4_multiply(mass, x->g, k); /* M^-1 G */
+    const kt_real3 force = kt_apply3(base, kt_load3(tau + link->v));
+    const kt_real3 moment = kt_apply3(m->axes, kt_load3(tau + link->v + 3));
+    kt_condition has_inertia = kt_condition_true();
+    KT_REQUIRE_LANES(has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), mass));
+    kt_multiply3(mass, x->g, k); /* M^-1 G */
     for (int i = 0; i < 3; i++)
-        about[i] = x->j[i] - kt_v4_apply(x->h, k[i]);
-    if (!kt_invert3(about, kt_diagonal3(x->j) + kt_v4_splat(link->size), inverse))
-        return false;
-    const kt_v4 f = force - x->force, n = moment - x->moment;
-    const kt_v4 alpha = kt_v4_apply(inverse, n - kt_v4_apply(x->h, kt_v4_apply(mass, f)));
+        about[i] = kt_sub3(x->j[i], kt_apply3(x->h, k[i]));
+    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
+    KT_REQUIRE_LANES(has_inertia, kt_invert3(about, size, inverse));
+    const kt_real3 f = kt_sub3(force, x->force), n = kt_sub3(moment, x->moment);
+    const kt_real3 alpha = kt_apply3(inverse, kt_sub3(n, kt_apply3(x->h, kt_apply3(mass, f))));
     kept->moment = alpha;
-    kept->force = kt_v4_apply(mass, f - kt_v4_apply(x->g, alpha));
+    kept->force = kt_apply3(mass, kt_sub3(f, kt_apply3(x->g, alpha)));
     for (int i = 0; i < 3; i++)
         x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
     x->moment = moment;
     x->force = force;
-    return true;
+    return has_inertia;
 }
 
-KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                      kt_articulated *x) {
+KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                              kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
     switch ((kt_motion)link->motion) {
@@ -267,60 +291,69 @@ KT_INLINE bool kt_articulated_project(const kt_model *model, kt_data *data, size
     case KT_MOTION_NONE:
         break;
     }
-    return false;
+    return kt_condition_false();
 }
 
 /* ---- armature ---------------------------------------------------------------------------------------------------- */
 
 /* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of
  * its angular part, and y. */
-static inline kt_v4 *kt_armature_gain(kt_articulated *kept, int row) {
-    kt_v4 *const part[] = {kept->j, kept->g, kept->h, kept->m};
+static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) {
+    kt_real3 *const part[] = {kept->j, kept->g, kept->h, kept->m};
     return &part[row / 3][row % 3];
+}
+/* d is for inverse inertias, which are of one state. */
+static inline void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
+#ifdef KT_LANES
+    (void)kept, (void)row, (void)d;
+#else
+    (*kt_armature_gain(kept, row))[3] = d;
+#endif
 }
 
 /* Joint accelerations, and from them the link's, from those of its parent; c and the parent's accelerations, shifted to
  * the link's origin, have been added to the link's alpha and linear. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                               const kt_response *response, double *a) {
-    const double x = response->gain_angular[3] -
-                     kt_v4_dot2(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
+                               const kt_response *response, kt_real1 *a) {
+    const kt_real1 x = kt_response_free(response) -
+                       kt_dots3(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
     *a = x;
-    const kt_v4 along = kt_v4_splat(x) * kt_link_axis(link, m);
+    const kt_real3 along = kt_scale3(x, kt_link_axis(link, m));
     if (link->motion != KT_MOTION_PRISMATIC)
-        m->alpha += along;
+        m->alpha = kt_add3(m->alpha, along);
     if (link->motion != KT_MOTION_REVOLUTE)
-        m->linear += link->motion == KT_MOTION_SCREW ? kt_v4_splat(kt_link_pitch(link)) * along : along;
+        m->linear = kt_add3(
+            m->linear, link->motion == KT_MOTION_SCREW ? kt_scale3(kt_real1_splat(kt_link_pitch(link)), along) : along);
 }
 
-KT_INLINE void kt_respond_rotations(kt_v4 alpha, kt_link_motion *m, double *a) {
+KT_INLINE void kt_respond_rotations(kt_real3 alpha, kt_link_motion *m, kt_real1 *a) {
     for (int k = 0; k < 3; k++)
-        a[k] = kt_v4_dot(m->axes[k], alpha - m->alpha);
+        a[k] = kt_dot3(m->axes[k], kt_sub3(alpha, m->alpha));
     m->alpha = alpha;
 }
 
-KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kept, double *a) {
-    const kt_v4 moment = kept->moment - kt_v4_apply(kept->h, m->linear);
+KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kept, kt_real1 *a) {
+    const kt_real3 moment = kt_sub3(kept->moment, kt_apply3(kept->h, m->linear));
     kt_respond_rotations(kt_solve3(kept->j[0], kept->j[1], moment), m, a);
 }
 
 KT_INLINE void kt_respond_free(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                               const kt_articulated *kept, double *a) {
-    kt_v4 base[3];
+                               const kt_articulated *kept, kt_real1 *a) {
+    kt_real3 base[3];
     kt_rest_axes(link, parent->axes, base);
     for (int k = 0; k < 3; k++)
-        a[k] = kt_v4_dot(base[k], kept->force - m->linear);
+        a[k] = kt_dot3(base[k], kt_sub3(kept->force, m->linear));
     m->linear = kept->force;
     kt_respond_rotations(kept->moment, m, a + 3);
 }
 
 /* Accelerations of one link from its parent's and the joint's response; writes the joint accelerations to a. */
-KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, double *a) {
+KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *parent = &data->motion[link->parent];
     kt_link_motion *m = &data->motion[i];
-    m->alpha += parent->alpha;
-    m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
+    m->alpha = kt_add3(m->alpha, parent->alpha);
+    m->linear = kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset)));
     switch ((kt_motion)link->motion) {
     case KT_MOTION_REVOLUTE:
     case KT_MOTION_PRISMATIC:
@@ -340,7 +373,7 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, d
 
 /* The same of a link that may have armature. */
 static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_model *model, kt_data *data, size_t i,
-                                                                       double *a) {
+                                                                       kt_real1 *a) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *parent = &data->motion[link->parent];
     kt_link_motion *m = &data->motion[i];
@@ -350,15 +383,15 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
         kt_link_respond(model, data, i, a);
         return;
     }
-    m->alpha += parent->alpha;
-    m->linear += parent->linear + kt_v4_cross(parent->alpha, m->offset);
+    m->alpha = kt_add3(m->alpha, parent->alpha);
+    m->linear = kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset)));
     kt_link_subspace(link, parent, m, &s);
     for (int k = 0; k < s.count; k++) {
-        const double y = (k < 3 ? &kept->moment : &kept->force)[0][k % 3];
-        const double x =
-            y - kt_v4_dot2(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
-        m->alpha += s.angular[k] * kt_v4_splat(x);
-        m->linear += s.linear[k] * kt_v4_splat(x);
+        const kt_real1 y = kt_part3(k < 3 ? kept->moment : kept->force, k % 3);
+        const kt_real1 x =
+            y - kt_dots3(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
+        m->alpha = kt_add3(m->alpha, kt_scale3(x, s.angular[k]));
+        m->linear = kt_add3(m->linear, kt_scale3(x, s.linear[k]));
         a[link->v + k] = x;
     }
 }
@@ -367,13 +400,13 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
  * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
 
 /* Forward pass: poses and velocities, and zeros for what children pass on; no external wrenches. */
-KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
+KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                      size_t end) {
     kt_link_motion *motion = data->motion;
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
-    kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
+    kt_angles_gather(model, data, q, 0, angles, data->sine, data->cosine);
     const bool far = kt_is_far(model);
-    kt_ground_set(model->gravity, &motion[0]);
+    kt_ground_set(kt_splat3(model->gravity), &motion[0]);
     for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];
@@ -391,29 +424,31 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
 typedef enum kt_elimination { KT_ELIMINATION_SINGULAR, KT_ELIMINATION_PASSED, KT_ELIMINATION_ENDED } kt_elimination;
 
 /* x is the articulated inertia of link i with all it carries; it receives the projected one. */
-typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau,
+typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                     kt_articulated *x, void *context);
 
 /* Of a link that is in no group. */
-KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const double *tau,
+KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x, void *context) {
     (void)context;
-    return kt_articulated_project(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+    return kt_is_refused(data, kt_articulated_project(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
+                                                                               : KT_ELIMINATION_PASSED;
 }
 
 #ifdef KT_ISA
 /* The same of a link that may have armature. */
 static __attribute__((noinline, unused)) kt_elimination kt_eliminate_armature(const kt_model *model, kt_data *data,
-                                                                              size_t i, const double *tau,
+                                                                              size_t i, const kt_real1 *tau,
                                                                               kt_articulated *x, void *context) {
     if (!model->link[i].has_armature)
         return kt_eliminate_joint(model, data, i, tau, x, context);
-    return KT_KERNEL(kt_project_armature)(model, data, i, tau, x) ? KT_ELIMINATION_PASSED : KT_ELIMINATION_SINGULAR;
+    return kt_is_refused(data, KT_KERNEL(kt_project_armature)(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
+                                                                                       : KT_ELIMINATION_PASSED;
 }
 #endif
 
 /* Backward pass. Returns a link without inertia along a degree of freedom, or 0. */
-KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const double *tau, size_t end,
+KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,
                                          kt_eliminate *eliminate, void *context) {
     const size_t stride = data->has_external ? 1 : 0; /* from the wrench of a link to the next one's */
     const bool far = kt_is_far(model);
@@ -447,10 +482,10 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
 }
 
 /* Forward pass: accelerations; `respond` is kt_link_respond, or does more. */
-typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, double *a);
+typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a);
 
 KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,
-                                      double *a) {
+                                      kt_real1 *a) {
     const bool far = kt_is_far(model);
     for (size_t i = 1; i < end; i++) {
         if (far) {

@@ -144,4 +144,24 @@ KT_KERNELS_DECLARE(baseline)
 KT_KERNELS_DECLARE(v3)
 KT_KERNELS_DECLARE(v4)
 
+#ifdef KT_LANES
+
+/* The recursions of trees in lanes: numbers of all states of a coordinate are neighbours, q[coordinate][lane]. What is
+ * refused stands in data->sound. */
+size_t KT_KERNEL(kt_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *tau,
+                             const kt_external *, kt_real1 *a);
+size_t KT_KERNEL(kt_planar_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
+                                    const kt_real1 *tau, const kt_external *, kt_real1 *a);
+kt_condition KT_KERNEL(kt_project_armature)(const kt_model *, kt_data *, size_t, const kt_real1 *, kt_articulated *);
+size_t KT_KERNEL(kt_armature_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
+                                      const kt_real1 *tau, const kt_external *, kt_real1 *a);
+size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
+                                             const kt_real1 *tau, const kt_external *, kt_real1 *a);
+void KT_KERNEL(kt_inverse)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
+                           const kt_external *, kt_real1 *tau);
+void KT_KERNEL(kt_planar_inverse)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
+                                  const kt_external *, kt_real1 *tau);
+
+#endif
+
 #endif

@@ -10,15 +10,15 @@
 /* The motion for which sums leave out what is zero: by far the most frequent. */
 KT_INLINE bool kt_link_is_revolute(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE; }
 
-KT_INLINE kt_v4 kt_load3(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0}; }
+KT_INLINE kt_real3 kt_load3(const kt_real1 *x) { return kt_make3(x[0], x[1], x[2]); }
 
 /* The link's axes at joint position zero, in the world. */
-KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 out[3]) {
+KT_INLINE void kt_rest_axes(const kt_link *link, const kt_real3 parent[3], kt_real3 out[3]) {
     if (link->rest_is_rotated) {
         const kt_mat3 *rest = &kt_link_rest_of(link)->axes;
-        out[0] = kt_v4_apply_to(parent, rest->x);
-        out[1] = kt_v4_apply_to(parent, rest->y);
-        out[2] = kt_v4_apply_to(parent, rest->z);
+        out[0] = kt_apply_to3(parent, rest->x);
+        out[1] = kt_apply_to3(parent, rest->y);
+        out[2] = kt_apply_to3(parent, rest->z);
     } else {
         out[0] = parent[0];
         out[1] = parent[1];
@@ -27,30 +27,29 @@ KT_INLINE void kt_rest_axes(const kt_link *link, const kt_v4 parent[3], kt_v4 ou
 }
 
 /* s */
-KT_INLINE kt_v4 kt_link_axis(const kt_link *link, const kt_link_motion *m) { return m->axes[link->axis]; }
+KT_INLINE kt_real3 kt_link_axis(const kt_link *link, const kt_link_motion *m) { return m->axes[link->axis]; }
 
 /* ---- poses: axes and offset from the axes at rest, with the offset at rest set --------------------------------
  */
 
 /* Rotates two columns of `base` in their plane and leaves the third: base times R1, R2 or R3 of the angle. */
-KT_INLINE void kt_rotate_axes(int axis, const kt_v4 base[3], double c, double s, kt_v4 out[3]) {
-    const kt_v4 cc = kt_v4_splat(c), ss = kt_v4_splat(s);
+KT_INLINE void kt_rotate_axes(int axis, const kt_real3 base[3], kt_real1 c, kt_real1 s, kt_real3 out[3]) {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     out[axis] = base[axis];
-    out[j] = cc * base[j] + ss * base[k];
-    out[k] = cc * base[k] - ss * base[j];
+    out[j] = kt_add3(kt_scale3(c, base[j]), kt_scale3(s, base[k]));
+    out[k] = kt_sub3(kt_scale3(c, base[k]), kt_scale3(s, base[j]));
 }
 
 /* The columns of base times R(p), for a quaternion p of any non-zero norm. */
-KT_INLINE void kt_quaternion_axes(const double *p, const kt_v4 base[3], kt_v4 out[3]) {
-    kt_v4 r[3];
-    kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
-    kt_v4_multiply(base, r, out);
+KT_INLINE void kt_quaternion_axes(const kt_real1 *p, const kt_real3 base[3], kt_real3 out[3]) {
+    kt_real3 r[3];
+    kt_rotation3(p, r);
+    kt_multiply3(base, r, out);
 }
 
-KT_INLINE void kt_revolute_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
-                                const double *sine, kt_link_motion *out) {
-    const double c = cosine[link->angle], s = sine[link->angle];
+KT_INLINE void kt_revolute_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
+                                const kt_real1 *sine, kt_link_motion *out) {
+    const kt_real1 c = cosine[link->angle], s = sine[link->angle];
     (void)q;
     switch (link->axis) {
     case 0:
@@ -65,42 +64,42 @@ KT_INLINE void kt_revolute_pose(const kt_link *link, const kt_v4 base[3], const 
     }
 }
 
-KT_INLINE void kt_prismatic_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
-                                 const double *sine, kt_link_motion *out) {
+KT_INLINE void kt_prismatic_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
+                                 const kt_real1 *sine, kt_link_motion *out) {
     (void)cosine, (void)sine;
     for (int k = 0; k < 3; k++)
         out->axes[k] = base[k];
-    out->offset += kt_v4_splat(q[link->q]) * base[link->axis];
+    out->offset = kt_add3(out->offset, kt_scale3(q[link->q], base[link->axis]));
 }
 
-KT_INLINE void kt_screw_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
-                             const double *sine, kt_link_motion *out) {
+KT_INLINE void kt_screw_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
+                             const kt_real1 *sine, kt_link_motion *out) {
     kt_revolute_pose(link, base, q, cosine, sine, out);
-    out->offset += kt_v4_splat(kt_link_pitch(link) * q[link->q]) * base[link->axis];
+    out->offset = kt_add3(out->offset, kt_scale3(kt_link_pitch(link) * q[link->q], base[link->axis]));
 }
 
-KT_INLINE void kt_spherical_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
-                                 const double *sine, kt_link_motion *out) {
+KT_INLINE void kt_spherical_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
+                                 const kt_real1 *sine, kt_link_motion *out) {
     (void)cosine, (void)sine;
     kt_quaternion_axes(q + link->q, base, out->axes);
 }
 
-KT_INLINE void kt_free_pose(const kt_link *link, const kt_v4 base[3], const double *q, const double *cosine,
-                            const double *sine, kt_link_motion *out) {
+KT_INLINE void kt_free_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
+                            const kt_real1 *sine, kt_link_motion *out) {
     (void)cosine, (void)sine;
     kt_quaternion_axes(q + link->q + 3, base, out->axes);
-    out->offset += kt_v4_apply(base, kt_load3(q + link->q));
+    out->offset = kt_add3(out->offset, kt_apply3(base, kt_load3(q + link->q)));
 }
 
 /* Pose of one link from its parent's: axes, offset. */
-KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const double *q, const double *cosine,
-                            const double *sine, kt_link_motion *out) {
-    out->offset = kt_v4_apply_to(parent->axes, link->at);
+KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const kt_real1 *q,
+                            const kt_real1 *cosine, const kt_real1 *sine, kt_link_motion *out) {
+    out->offset = kt_apply_to3(parent->axes, link->at);
     if (kt_link_is_revolute(link) && !link->rest_is_rotated) {
         kt_revolute_pose(link, parent->axes, q, cosine, sine, out);
         return;
     }
-    kt_v4 base[3];
+    kt_real3 base[3];
     kt_rest_axes(link, parent->axes, base);
     switch ((kt_motion)link->motion) {
 #define KT_MOTION_POSE(id, name, ...)                                                                                  \
@@ -123,69 +122,67 @@ typedef struct kt_dof {
     kt_dof_kind kind;
     int index;  /* among those of the link */
     bool first; /* of its kind */
-    kt_v4 u;
+    kt_real3 u;
     double pitch; /* p */
 } kt_dof;
 
-KT_INLINE kt_v4 kt_dof_angular(const kt_dof *dof) {
-    return dof->kind == KT_DOF_TRANSLATION ? kt_v4_splat(0.0) : dof->u;
-}
+KT_INLINE kt_real3 kt_dof_angular(const kt_dof *dof) { return dof->kind == KT_DOF_TRANSLATION ? kt_zero3() : dof->u; }
 
-KT_INLINE kt_v4 kt_dof_linear(const kt_dof *dof) {
+KT_INLINE kt_real3 kt_dof_linear(const kt_dof *dof) {
     switch (dof->kind) {
     case KT_DOF_TRANSLATION:
         return dof->u;
     case KT_DOF_SCREW:
-        return kt_v4_splat(dof->pitch) * dof->u;
+        return kt_scale3(kt_real1_splat(dof->pitch), dof->u);
     case KT_DOF_ROTATION:
         break;
     }
-    return kt_v4_splat(0.0);
+    return kt_zero3();
 }
 
 /* What is done with a degree of freedom. */
 typedef void kt_dof_visit(const kt_dof *dof, void *context);
 
 /* Three of one kind. */
-KT_INLINE void kt_dofs_visit3(kt_dof_kind kind, int first, const kt_v4 u[3], kt_dof_visit *visit, void *context) {
+KT_INLINE void kt_dofs_visit3(kt_dof_kind kind, int first, const kt_real3 u[3], kt_dof_visit *visit, void *context) {
     for (int k = 0; k < 3; k++)
         visit(&(kt_dof){.kind = kind, .index = first + k, .first = k == 0, .u = u[k]}, context);
 }
 
-KT_INLINE void kt_revolute_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
-                                void *context) {
+KT_INLINE void kt_revolute_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3],
+                                kt_dof_visit *visit, void *context) {
     (void)parent;
     visit(&(kt_dof){.kind = KT_DOF_ROTATION, .first = true, .u = axes[link->axis]}, context);
 }
 
-KT_INLINE void kt_prismatic_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
-                                 void *context) {
+KT_INLINE void kt_prismatic_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3],
+                                 kt_dof_visit *visit, void *context) {
     (void)parent;
     visit(&(kt_dof){.kind = KT_DOF_TRANSLATION, .first = true, .u = axes[link->axis]}, context);
 }
 
-KT_INLINE void kt_screw_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+KT_INLINE void kt_screw_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3], kt_dof_visit *visit,
                              void *context) {
     (void)parent;
     visit(&(kt_dof){.kind = KT_DOF_SCREW, .first = true, .u = axes[link->axis], .pitch = kt_link_pitch(link)}, context);
 }
 
-KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
-                                 void *context) {
+KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3],
+                                 kt_dof_visit *visit, void *context) {
     (void)link, (void)parent;
     kt_dofs_visit3(KT_DOF_ROTATION, 0, axes, visit, context);
 }
 
-KT_INLINE void kt_free_dofs(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+KT_INLINE void kt_free_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3], kt_dof_visit *visit,
                             void *context) {
-    kt_v4 base[3];
+    kt_real3 base[3];
     kt_rest_axes(link, parent, base);
     kt_dofs_visit3(KT_DOF_TRANSLATION, 0, base, visit, context);
     kt_dofs_visit3(KT_DOF_ROTATION, 3, axes, visit, context);
 }
 
 /* Visits the degrees of freedom of a link in their order. parent, axes: the axes of its parent and its own. */
-KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const kt_v4 axes[3], kt_dof_visit *visit,
+KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3], kt_dof_visit *visit,
                              void *context) {
     switch ((kt_motion)link->motion) {
 #define KT_MOTION_DOFS(id, name, ...)                                                                                  \
@@ -202,26 +199,26 @@ KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_v4 parent[3], const k
 /* ---- their twist ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_twist_sum {
-    const double *x;
-    kt_v4 angular, linear;
+    const kt_real1 *x;
+    kt_real3 angular, linear;
 } kt_twist_sum;
 
 /* Adds x S; the first of a kind is not added to zero. */
 KT_INLINE void kt_twist_add(const kt_dof *dof, void *context) {
     kt_twist_sum *sum = context;
-    const kt_v4 x = kt_v4_splat(sum->x[dof->index]) * dof->u;
+    const kt_real3 x = kt_scale3(sum->x[dof->index], dof->u);
     if (dof->kind != KT_DOF_TRANSLATION)
-        sum->angular = dof->first ? x : sum->angular + x;
+        sum->angular = dof->first ? x : kt_add3(sum->angular, x);
     if (dof->kind == KT_DOF_TRANSLATION)
-        sum->linear = dof->first ? x : sum->linear + x;
+        sum->linear = dof->first ? x : kt_add3(sum->linear, x);
     if (dof->kind == KT_DOF_SCREW)
-        sum->linear = kt_v4_splat(dof->pitch * sum->x[dof->index]) * dof->u;
+        sum->linear = kt_scale3(dof->pitch * sum->x[dof->index], dof->u);
 }
 
 /* The joint's relative velocity for the rates v: its angular and linear parts. */
 KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *self,
-                              const double *v, kt_v4 *angular, kt_v4 *linear) {
-    kt_twist_sum sum = {.x = v + link->v, .angular = kt_v4_splat(0.0), .linear = kt_v4_splat(0.0)};
+                              const kt_real1 *v, kt_real3 *angular, kt_real3 *linear) {
+    kt_twist_sum sum = {.x = v + link->v, .angular = kt_zero3(), .linear = kt_zero3()};
     kt_dofs_visit(link, parent->axes, self->axes, kt_twist_add, &sum);
     *angular = sum.angular;
     *linear = sum.linear;
@@ -232,7 +229,7 @@ KT_INLINE void kt_joint_twist(const kt_link *link, const kt_link_motion *parent,
 /* S, column by column. */
 typedef struct kt_subspace {
     int count;
-    kt_v4 angular[KT_DOF_MAX], linear[KT_DOF_MAX];
+    kt_real3 angular[KT_DOF_MAX], linear[KT_DOF_MAX];
 } kt_subspace;
 
 KT_INLINE void kt_subspace_add(const kt_dof *dof, void *context) {
@@ -249,8 +246,8 @@ KT_INLINE void kt_link_subspace(const kt_link *link, const kt_link_motion *paren
 }
 
 /* S . (moment, force) of one column. */
-KT_INLINE double kt_along(kt_v4 angular, kt_v4 linear, kt_v4 moment, kt_v4 force) {
-    return kt_v4_dot(angular, moment) + kt_v4_dot(linear, force);
+KT_INLINE kt_real1 kt_along(kt_real3 angular, kt_real3 linear, kt_real3 moment, kt_real3 force) {
+    return kt_dot3(angular, moment) + kt_dot3(linear, force);
 }
 
 #endif

@@ -13,38 +13,39 @@
 
 /* J u = R (Jb (R' u)) for two vectors would cost more than rotating J once. */
 KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_link_origin *load) {
-    kt_v4 j[3];
-    kt_v4_rotate_inertia(m->axes, &link->inertia, j);
-    const kt_v4 h = kt_v4_apply_to(m->axes, link->moment);
+    kt_real3 j[3];
+    kt_rotate_inertia3(m->axes, &link->inertia, j);
+    const kt_real3 h = kt_apply_to3(m->axes, link->moment);
     load->moment =
-        kt_v4_apply(j, m->alpha) + kt_v4_cross(m->omega, kt_v4_apply(j, m->omega)) + kt_v4_cross(h, m->linear);
-    load->force = kt_v4_splat(link->mass) * m->linear + kt_v4_cross(m->alpha, h) +
-                  kt_v4_cross(m->omega, kt_v4_cross(m->omega, h));
+        kt_add3(kt_add3(kt_apply3(j, m->alpha), kt_cross3(m->omega, kt_apply3(j, m->omega))), kt_cross3(h, m->linear));
+    load->force = kt_add3(kt_add3(kt_scale3(kt_real1_splat(link->mass), m->linear), kt_cross3(m->alpha, h)),
+                          kt_cross3(m->omega, kt_cross3(m->omega, h)));
 }
 
 /* S . (n, f), the joint force of one degree of freedom. */
 typedef struct projection {
     const kt_link_origin *load;
-    double *tau;
+    kt_real1 *tau;
 } projection;
 
 KT_INLINE void project(const kt_dof *dof, void *context) {
     const projection *p = context;
-    const kt_v4 n = p->load->moment, f = p->load->force;
-    p->tau[dof->index] = kt_v4_dot(dof->u, dof->kind == KT_DOF_ROTATION      ? n
-                                           : dof->kind == KT_DOF_TRANSLATION ? f
-                                                                             : n + kt_v4_splat(dof->pitch) * f);
+    const kt_real3 n = p->load->moment, f = p->load->force;
+    p->tau[dof->index] =
+        kt_dot3(dof->u, dof->kind == KT_DOF_ROTATION      ? n
+                        : dof->kind == KT_DOF_TRANSLATION ? f
+                                                          : kt_add3(n, kt_scale3(kt_real1_splat(dof->pitch), f)));
 }
 
-void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                           const kt_wrench *external, double *tau) {
+void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                           const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
     kt_link_origin *load = data->origin;
     const bool far = kt_is_far(model);
     projection p;
-    kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);
-    kt_ground_set(model->gravity, &motion[0]);
+    kt_angles_gather(model, data, q, 0, model->n.spatial_angle, data->sine, data->cosine);
+    kt_ground_set(kt_splat3(model->gravity), &motion[0]);
     memset(&load[0], 0, sizeof load[0]);
     for (size_t i = 1; i < count; i++) {
         const kt_link *link = &model->link[i];
@@ -71,7 +72,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const double *q
         p.load = own;
         p.tau = &tau[link->v];
         kt_dofs_visit(link, motion[link->parent].axes, m->axes, project, &p);
-        parent->moment += own->moment + kt_v4_cross(m->offset, own->force);
-        parent->force += own->force;
+        parent->moment = kt_add3(parent->moment, kt_add3(own->moment, kt_cross3(m->offset, own->force)));
+        parent->force = kt_add3(parent->force, own->force);
     }
 }

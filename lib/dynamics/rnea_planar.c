@@ -11,16 +11,16 @@
 #include "dynamics/sweep_planar.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
-    const kt_v2 first = kt_planar_sum(kt_v2_load(m->rotation), link->moment[0], link->moment[1]); /* m c */
-    const kt_v2 h = kt_v2_across(first), linear = kt_v2_load(m->linear);
-    m->moment = link->inertia * m->alpha + kt_v2_dot(h, linear);
-    kt_v2_store(m->force, kt_v2_splat(link->mass) * linear +
-                              (kt_v2_splat(m->alpha) * h - kt_v2_splat(m->omega * m->omega) * first));
+    const kt_real2 first = kt_planar_sum_of(kt_load2(m->rotation), link->moment); /* m c */
+    const kt_real2 h = kt_across2(first), linear = kt_load2(m->linear);
+    m->moment = link->inertia * m->alpha + kt_dot2(h, linear);
+    kt_store2(m->force, kt_add2(kt_scale2(kt_real1_splat(link->mass), linear),
+                                kt_sub2(kt_scale2(m->alpha, h), kt_scale2(m->omega * m->omega, first))));
 }
 
-static inline void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
-                                const double *v, const double *a) {
-    const double *cosine = data->planar_cosine, *sine = data->planar_sine;
+static inline void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_real1 *q,
+                                const kt_real1 *v, const kt_real1 *a) {
+    const kt_real1 *cosine = data->planar_cosine, *sine = data->planar_sine;
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_planar_ground_set(plane->gravity, &motion[0]);
@@ -33,23 +33,23 @@ static inline void forward_pass(const kt_model *model, kt_data *data, const kt_p
     }
 }
 
-static inline void backward_pass(const kt_model *model, kt_data *data, double *tau) {
+static inline void backward_pass(const kt_model *model, kt_data *data, kt_real1 *tau) {
     const kt_planar_link *link = &model->planar[model->n.planar] - 1;
     kt_planar_motion *motion = data->planar, *m = &motion[model->n.planar] - 1;
     for (; m > motion; link--, m--) {
         kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
-        const kt_v2 force = kt_v2_load(m->force), p = kt_v2_across(kt_v2_load(m->offset));
+        const kt_real2 force = kt_load2(m->force), p = kt_across2(kt_load2(m->offset));
         if (link->revolute)
             tau[link->v] = link->sign * m->moment;
         else
-            tau[link->v] = kt_v2_dot(force, kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]));
-        parent->moment += m->moment + kt_v2_dot(p, force);
-        kt_v2_store(parent->force, kt_v2_load(parent->force) + force);
+            tau[link->v] = kt_dot2(force, kt_planar_sum_of(kt_load2(m->rotation), link->along));
+        parent->moment += m->moment + kt_dot2(p, force);
+        kt_store2(parent->force, kt_add2(kt_load2(parent->force), force));
     }
 }
 
-void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                  const double *a, const kt_wrench *external, double *tau) {
+void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                  const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
         forward_pass(model, data, &model->plane[p], q, v, a);

@@ -15,6 +15,31 @@
 
 #include <string.h>
 
+/* Sines and cosines of the angles `first` to `first + count` of all. */
+KT_INLINE void kt_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, size_t first, size_t count,
+                                kt_real1 *sine, kt_real1 *cosine) {
+#ifdef KT_LANES
+    (void)model;
+    kt_sincos_gather((const double *)q, data->lane_angle + KT_LANES * first, KT_LANES * count, (double *)sine,
+                     (double *)cosine);
+#else
+    (void)data;
+    kt_sincos_gather(q, model->angle + first, count, sine, cosine);
+#endif
+}
+
+/* Whether a recursion of one state ends because a joint has no inertia. Of several states the others go on: it is noted
+ * which are not sound, and what is computed of these means nothing. */
+KT_INLINE bool kt_is_refused(void *data, kt_condition has_inertia) {
+#ifdef KT_LANES
+    ((kt_data *)data)->sound &= has_inertia;
+    return false;
+#else
+    (void)data;
+    return !has_inertia;
+#endif
+}
+
 /* Asks for memory that a sweep comes to a few links later. A mechanism that no cache holds is read and written faster
  * so: processors look ahead along few arrays at a time, and less so backwards. One that a cache holds is not. */
 enum { KT_LINKS_AHEAD = 8, KT_LINKS_NEAR = 3000 };
@@ -40,51 +65,53 @@ KT_INLINE void kt_link_fetch(const kt_model *model, const kt_data *data, size_t 
 }
 
 /* Velocity of one link and its velocity-product accelerations c_n (in alpha) and c_f (in linear). */
-KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *parent, const double *v,
+KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *parent, const kt_real1 *v,
                                 kt_link_motion *out) {
-    const kt_v4 w = parent->omega, around = kt_v4_cross(w, kt_v4_cross(w, out->offset));
+    const kt_real3 w = parent->omega, around = kt_cross3(w, kt_cross3(w, out->offset));
     if (kt_link_is_revolute(link)) { /* the most frequent motion, without terms that it does not need */
-        const kt_v4 rate = kt_v4_splat(v[link->v]) * kt_link_axis(link, out);
-        out->omega = w + rate;
-        out->alpha = kt_v4_cross(w, rate);
+        const kt_real3 rate = kt_scale3(v[link->v], kt_link_axis(link, out));
+        out->omega = kt_add3(w, rate);
+        out->alpha = kt_cross3(w, rate);
         out->linear = around;
         return;
     }
-    kt_v4 angular, linear;
+    kt_real3 angular, linear;
     kt_joint_twist(link, parent, out, v, &angular, &linear);
-    out->omega = w + angular;
-    out->alpha = kt_v4_cross(w, angular);
-    out->linear = around + kt_v4_splat(2.0) * kt_v4_cross(w, linear);
+    out->omega = kt_add3(w, angular);
+    out->alpha = kt_cross3(w, angular);
+    out->linear = kt_add3(around, kt_scale3(kt_real1_splat(2.0), kt_cross3(w, linear)));
 }
 
 /* From c_n, c_f to the full accelerations, for joint accelerations a. */
-KT_INLINE void kt_link_acceleration(const kt_link *link, const kt_link_motion *parent, const double *a,
+KT_INLINE void kt_link_acceleration(const kt_link *link, const kt_link_motion *parent, const kt_real1 *a,
                                     kt_link_motion *out) {
-    kt_v4 angular, linear;
+    kt_real3 angular, linear;
     kt_joint_twist(link, parent, out, a, &angular, &linear);
-    out->alpha += parent->alpha + angular;
-    out->linear += parent->linear + kt_v4_cross(parent->alpha, out->offset) + linear;
+    out->alpha = kt_add3(out->alpha, kt_add3(parent->alpha, angular));
+    out->linear = kt_add3(out->linear, kt_add3(kt_add3(parent->linear, kt_cross3(parent->alpha, out->offset)), linear));
 }
 
 /* The ground: world axes, at rest, with the acceleration -gravity. */
-KT_INLINE void kt_ground_set(kt_v4 gravity, kt_link_motion *ground) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    *ground = (kt_link_motion){.axes = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
-                               .offset = none,
-                               .omega = none,
-                               .alpha = none,
-                               .linear = -gravity};
+KT_INLINE void kt_ground_set(kt_real3 gravity, kt_link_motion *ground) {
+    const kt_real3 none = kt_zero3();
+    const kt_real1 zero = kt_real1_splat(0.0), one = kt_real1_splat(1.0);
+    *ground =
+        (kt_link_motion){.axes = {kt_make3(one, zero, zero), kt_make3(zero, one, zero), kt_make3(zero, zero, one)},
+                         .offset = none,
+                         .omega = none,
+                         .alpha = none,
+                         .linear = kt_minus3(gravity)};
 }
 
 /* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links. */
-KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const kt_wrench *external) {
+KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const kt_external *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
         kt_link_origin *load = &data->origin[body->link];
-        const kt_v4 arm = kt_v4_apply(data->motion[body->link].axes, kt_v4_from(body->in_link.position));
-        const kt_v4 force = kt_v4_from(external[b].force);
-        load->moment -= kt_v4_from(external[b].moment) + kt_v4_cross(arm, force);
-        load->force -= force;
+        const kt_real3 arm = kt_apply3(data->motion[body->link].axes, kt_from3(body->in_link.position));
+        const kt_real3 force = kt_of_external3(external[b].force);
+        load->moment = kt_sub3(load->moment, kt_add3(kt_of_external3(external[b].moment), kt_cross3(arm, force)));
+        load->force = kt_sub3(load->force, force);
     }
 }
 
@@ -95,7 +122,7 @@ KT_INLINE void kt_external_none(kt_data *data) {
 }
 
 /* The wrenches of links on which these alone act. */
-KT_INLINE void kt_external_set(const kt_model *model, kt_data *data, const kt_wrench *external) {
+KT_INLINE void kt_external_set(const kt_model *model, kt_data *data, const kt_external *external) {
     memset(data->origin, 0, model->n.link * sizeof *data->origin);
     kt_external_subtract(model, data, external);
     data->has_external = true;

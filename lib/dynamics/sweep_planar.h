@@ -11,95 +11,104 @@
 #ifndef KT_DYNAMICS_SWEEP_PLANAR_H
 #define KT_DYNAMICS_SWEEP_PLANAR_H
 
-#include "algebra/sincos.h"
-#include "model/model.h"
+#include "dynamics/sweep.h"
 
 /* x e + y e', where e' is e rotated by a right angle: the vector (x, y), given at q = 0, in the axes e and e'. */
-KT_INLINE kt_v2 kt_planar_sum(kt_v2 e, double x, double y) {
-    return kt_v2_splat(x) * e + kt_v2_splat(y) * kt_v2_across(e);
+KT_INLINE kt_real2 kt_planar_sum(kt_real2 e, kt_real1 x, kt_real1 y) {
+    return kt_add2(kt_scale2(x, e), kt_scale2(y, kt_across2(e)));
+}
+
+/* The same of a vector of the model. */
+KT_INLINE kt_real2 kt_planar_sum_of(kt_real2 e, const double u[2]) {
+    return kt_planar_sum(e, kt_real1_splat(u[0]), kt_real1_splat(u[1]));
 }
 
 /* The vector u, given at q = 0, rotated with the link m. */
-KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], double out[2]) {
-    kt_v2_store(out, kt_planar_sum(kt_v2_load(m->rotation), u[0], u[1]));
+KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], kt_real1 out[2]) {
+    kt_store2(out, kt_planar_sum_of(kt_load2(m->rotation), u));
 }
 
 /* The direction of a prismatic joint, which is fixed in its link. */
-KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motion *m, double out[2]) {
+KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 out[2]) {
     kt_planar_rotate(m, link->along, out);
 }
 
 /* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
-KT_INLINE kt_v2 kt_planar_pose_after(const kt_planar_link *link, kt_v2 e, const double *q, const double *cosine,
-                                     const double *sine, kt_planar_motion *out) {
+KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, const kt_real1 *q,
+                                        const kt_real1 *cosine, const kt_real1 *sine, kt_planar_motion *out) {
     if (link->revolute) {
-        const kt_v2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
-        kt_v2_store(out->offset, kt_planar_sum(e, link->at[0], link->at[1]));
-        kt_v2_store(out->rotation, own);
+        const kt_real2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
+        kt_store2(out->offset, kt_planar_sum_of(e, link->at));
+        kt_store2(out->rotation, own);
         return own;
     }
-    const kt_v2 at = kt_v2_load(link->at) + kt_v2_splat(q[link->q]) * kt_v2_load(link->along);
-    kt_v2_store(out->offset, kt_planar_sum(e, at[0], at[1]));
-    kt_v2_store(out->rotation, e);
+    const kt_real2 at = kt_add2(kt_from2(link->at), kt_scale2(q[link->q], kt_from2(link->along)));
+    kt_store2(out->offset, kt_planar_sum(e, kt_part2(at, 0), kt_part2(at, 1)));
+    kt_store2(out->rotation, e);
     return e;
 }
 
 /* Velocity of one link whose pose is known, from its parent's angular velocity w; stores c_f in linear. Returns its own
  * omega. */
-KT_INLINE double kt_planar_velocity_after(const kt_planar_link *link, double w, const double *v,
-                                          kt_planar_motion *out) {
-    const kt_v2 around = kt_v2_splat(-(w * w)) * kt_v2_load(out->offset);
-    const double x = v[link->v];
+KT_INLINE kt_real1 kt_planar_velocity_after(const kt_planar_link *link, kt_real1 w, const kt_real1 *v,
+                                            kt_planar_motion *out) {
+    const kt_real2 around = kt_scale2(-(w * w), kt_load2(out->offset));
+    const kt_real1 x = v[link->v];
     if (link->revolute) {
-        kt_v2_store(out->linear, around);
+        kt_store2(out->linear, around);
         return out->omega = w + link->sign * x;
     }
-    const kt_v2 u = kt_planar_sum(kt_v2_load(out->rotation), link->along[0], link->along[1]);
-    kt_v2_store(out->linear, around + kt_v2_splat(2.0 * (w * x)) * kt_v2_across(u));
+    const kt_real2 u = kt_planar_sum_of(kt_load2(out->rotation), link->along);
+    kt_store2(out->linear, kt_add2(around, kt_scale2(2.0 * (w * x), kt_across2(u))));
     return out->omega = w;
 }
 
 /* The pose and velocity of one link from the parent's motion. */
-KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const double *q,
-                              const double *cosine, const double *sine, kt_planar_motion *out) {
-    (void)kt_planar_pose_after(link, kt_v2_load(parent->rotation), q, cosine, sine, out);
+KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const kt_real1 *q,
+                              const kt_real1 *cosine, const kt_real1 *sine, kt_planar_motion *out) {
+    (void)kt_planar_pose_after(link, kt_load2(parent->rotation), q, cosine, sine, out);
 }
 
-KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const double *v,
+KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const kt_real1 *v,
                                   kt_planar_motion *out) {
     (void)kt_planar_velocity_after(link, parent->omega, v, out);
 }
 
 /* From c_f to the full accelerations, for joint accelerations a. */
-KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_planar_motion *parent, const double *a,
+KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_planar_motion *parent, const kt_real1 *a,
                                       kt_planar_motion *out) {
-    const double alpha = parent->alpha, x = a[link->v];
-    const kt_v2 p = kt_v2_across(kt_v2_load(out->offset));
-    const kt_v2 linear = kt_v2_load(out->linear) + (kt_v2_load(parent->linear) + kt_v2_splat(alpha) * p);
+    const kt_real1 alpha = parent->alpha, x = a[link->v];
+    const kt_real2 p = kt_across2(kt_load2(out->offset));
+    const kt_real2 linear = kt_add2(kt_load2(out->linear), kt_add2(kt_load2(parent->linear), kt_scale2(alpha, p)));
     if (link->revolute) {
-        kt_v2_store(out->linear, linear);
+        kt_store2(out->linear, linear);
         out->alpha = alpha + link->sign * x;
         return;
     }
-    const kt_v2 u = kt_planar_sum(kt_v2_load(out->rotation), link->along[0], link->along[1]);
-    kt_v2_store(out->linear, linear + kt_v2_splat(x) * u);
+    const kt_real2 u = kt_planar_sum_of(kt_load2(out->rotation), link->along);
+    kt_store2(out->linear, kt_add2(linear, kt_scale2(x, u)));
     out->alpha = alpha;
 }
 
 /* The ground in a plane: at rest, with the acceleration -gravity. */
 KT_INLINE void kt_planar_ground_set(const double gravity[2], kt_planar_motion *ground) {
-    *ground = (kt_planar_motion){.c = 1.0, .linear = {-gravity[0], -gravity[1]}};
+    *ground = (kt_planar_motion){.c = kt_real1_splat(1.0),
+                                 .linear = {kt_real1_splat(-gravity[0]), kt_real1_splat(-gravity[1])}};
 }
 
 /* Sines and cosines of the planar links. */
-KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const double *q) {
-    kt_sincos_gather(q, model->angle + model->n.spatial_angle, model->n.angle - model->n.spatial_angle,
-                     data->planar_sine, data->planar_cosine);
+KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const kt_real1 *q) {
+    kt_angles_gather(model, data, q, model->n.spatial_angle, model->n.angle - model->n.spatial_angle, data->planar_sine,
+                     data->planar_cosine);
+}
+
+KT_INLINE kt_real1 kt_external_along(kt_vec3 axis, const kt_external3 *x) {
+    return axis.x * x->x + axis.y * x->y + axis.z * x->z;
 }
 
 /* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links.
  * Components out of the plane are left out. */
-KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_wrench *external) {
+KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_external *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
         if ((size_t)body->link < model->n.spatial)
@@ -110,10 +119,11 @@ KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motio
         kt_planar_motion *m = &motion[k];
         const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
         const double flat[2] = {arm[0], arm[1]};
-        const double fx = kt_vec3_dot(basis->x, external[b].force), fy = kt_vec3_dot(basis->y, external[b].force);
-        double r[2];
+        const kt_real1 fx = kt_external_along(basis->x, &external[b].force);
+        const kt_real1 fy = kt_external_along(basis->y, &external[b].force);
+        kt_real1 r[2];
         kt_planar_rotate(m, flat, r);
-        m->moment -= kt_vec3_dot(basis->z, external[b].moment) + (r[0] * fy - r[1] * fx);
+        m->moment -= kt_external_along(basis->z, &external[b].moment) + (r[0] * fy - r[1] * fx);
         m->force[0] -= fx;
         m->force[1] -= fy;
     }

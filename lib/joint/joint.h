@@ -125,4 +125,8 @@ static inline void kt_measure_prismatic(kt_vec3 along, const kt_joint_motion *mo
     *a = kt_vec3_dot(along, motion->acceleration.linear);
 }
 
+/* As a simulation does after a step: if a quaternion in q is no unit to four roundings, all are made so. Returns false,
+ * with q unchanged, if one is zero or not finite. */
+bool kt_position_make_units(const kt_model *model, double *q);
+
 #endif

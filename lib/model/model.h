@@ -158,19 +158,32 @@ void kt_model_name_all(kt_model *model);
 
 /* The motion of a link, expressed in world axes about the link's own origin. */
 typedef struct kt_link_motion {
-    kt_v4 axes[3];       /* R: the link's axes, s among them: that of a revolute, prismatic or screw motion */
-    kt_v4 offset;        /* r: own origin minus the parent's */
-    kt_v4 omega;         /* angular velocity */
-    kt_v4 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
+    kt_real3 axes[3];       /* R: the link's axes, s among them: that of a revolute, prismatic or screw motion */
+    kt_real3 offset;        /* r: own origin minus the parent's */
+    kt_real3 omega;         /* angular velocity */
+    kt_real3 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
 } kt_link_motion;
+
+/* The wrench on a body, as recursions are given it: about its frame's origin, world axes. */
+#ifndef KT_LANES
+typedef kt_wrench kt_external;
+typedef kt_vec3 kt_external3;
+KT_INLINE kt_real3 kt_of_external3(kt_external3 x) { return kt_v4_from(x); }
+#else
+typedef kt_real3 kt_external3;
+typedef struct kt_external {
+    kt_external3 moment, force;
+} kt_external;
+KT_INLINE kt_real3 kt_of_external3(kt_external3 x) { return x; }
+#endif
 
 /* What only some recursions have of a link: in dynamics a wrench, in kinematics where its origin is. */
 typedef union kt_link_origin {
     struct {
-        kt_v4 moment, force;
+        kt_real3 moment, force;
     };
     struct {
-        kt_v4 position, velocity; /* world */
+        kt_real3 position, velocity; /* world */
     };
 } kt_link_origin;
 
@@ -185,26 +198,29 @@ typedef struct kt_link_kinematics {
  * tree, and from there to the link, so that distances within a tree keep their digits far from the world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
-    kt_v4 base, local, velocity;
+    kt_real3 base, local, velocity;
 } kt_force_frame;
 
 /* An articulated inertia, which maps (alpha, a) to (moment, force): [J H; G M] with G = H', by columns; and its bias
  * wrench. */
 typedef struct kt_articulated {
-    kt_v4 j[3], g[3], h[3], m[3];
-    kt_v4 moment, force;
+    kt_real3 j[3], g[3], h[3], m[3];
+    kt_real3 moment, force;
 } kt_articulated;
 
 /* The acceleration of a joint with one degree of freedom is y - K (alpha, a) of its parent. */
 typedef struct kt_response {
     union {
-        kt_v4 gain_angular; /* K, parent gain; lane 3: y, free acceleration */
-        kt_v4 bias_angular; /* in a constraint group: the acceleration that the velocities alone give */
+        kt_real3 gain_angular; /* K, parent gain; of one state, lane 3: y, free acceleration (kt_response_free) */
+        kt_real3 bias_angular; /* in a constraint group: the acceleration that the velocities alone give */
     };
     union {
-        kt_v4 gain_linear;
-        kt_v4 bias_linear;
+        kt_real3 gain_linear;
+        kt_real3 bias_linear;
     };
+#ifdef KT_LANES
+    kt_real1 free;
+#endif
 } kt_response;
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
@@ -226,23 +242,26 @@ typedef struct kt_front_count {
     double last; /* size of the last independent equation */
 } kt_front_count;
 
-/* Every array of the data: type, name, count, meaning. */
-#define KT_DATA_FIELDS(X)                                                                                              \
+/* Every array of the data: type, name, count, meaning. First those of the recursions over the tree. */
+#define KT_SWEEP_FIELDS(X)                                                                                             \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
     X(kt_link_origin, origin, n->link, "wrenches of the links, in forward dynamics external ones; or positions")       \
     X(kt_response, response, n->link, "from the backward pass to the last")                                            \
     X(kt_articulated, articulated, n->articulated, "inertias: articulated, composite, sums of what children pass")     \
-    X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
-    X(double, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                               \
-    X(double, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
+    X(kt_real1, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
+    X(kt_real1, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                           \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
     X(kt_planar_response, planar_response, n->planar, "from the backward pass to the last")                            \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
-    X(double, planar_cosine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                    \
-    X(double, planar_sine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                      \
-    X(double, cosine, kt_lanes8(n->angle), "of all angles")                                                            \
-    X(double, sine, kt_lanes8(n->angle), "of all angles")                                                              \
+    X(kt_real1, planar_cosine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                  \
+    X(kt_real1, planar_sine, kt_lanes8(n->angle - n->spatial_angle), "of the planar links' angles")                    \
+    X(kt_real1, cosine, kt_lanes8(n->angle), "of all angles")                                                          \
+    X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
+
+#define KT_DATA_FIELDS(X)                                                                                              \
+    KT_SWEEP_FIELDS(X)                                                                                                 \
+    X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
@@ -284,6 +303,23 @@ typedef struct kt_passage {
     double acceleration, time;
 } kt_passage;
 
+#ifdef KT_LANES
+
+/* Indices of angles among the positions of all lanes. */
+#define KT_LANE_FIELDS(X)                                                                                              \
+    KT_SWEEP_FIELDS(X)                                                                                                 \
+    X(int32_t, lane_angle, KT_ANGLES(KT_LANES * n->angle), "positions that are angles, of each lane, and any others")  \
+    X(int32_t, lane_force_angle, KT_ANGLES(KT_LANES * n->force_link_angle), "those of links that carry forces")
+
+/* What the recursions write, in code that is compiled for lanes: there these are the data. */
+struct kt_data {
+    bool has_external;  /* as below */
+    kt_condition sound; /* of each lane: no joint is without inertia */
+    KT_ARENA_DECLARE(KT_LANE_FIELDS)
+};
+
+#else
+
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
     uint64_t shape;    /* of its model */
@@ -323,5 +359,7 @@ static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_
 static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {
     return model && data && model->shape == data->shape;
 }
+
+#endif
 
 #endif

@@ -14,7 +14,7 @@
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
 
-#include "algebra/lane.h"
+#include "algebra/real3.h"
 #include "kinetree/model.h"
 #include "model/planar_loop.h"
 
@@ -62,36 +62,36 @@ typedef struct kt_planar_rest {
 typedef struct kt_planar_motion {
     union {
         struct {
-            double c, s; /* of its angle relative to q = 0 */
+            kt_real1 c, s; /* of its angle relative to q = 0 */
         };
-        double rotation[2];
+        kt_real1 rotation[2];
     };
-    double offset[2];        /* r: own origin minus the parent's */
-    double omega;            /* angular velocity about n */
-    double alpha;            /* angular acceleration */
-    double linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
-    double moment, force[2]; /* wrench */
-    double first[2];         /* m c, rotated; by forward dynamics only */
+    kt_real1 offset[2];        /* r: own origin minus the parent's */
+    kt_real1 omega;            /* angular velocity about n */
+    kt_real1 alpha;            /* angular acceleration */
+    kt_real1 linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
+    kt_real1 moment, force[2]; /* wrench */
+    kt_real1 first[2];         /* m c, rotated; by forward dynamics only */
 } kt_planar_motion;
 
 /* An articulated inertia and bias wrench: n = J alpha + h . a + n_b, f = h alpha + M a + f_b. For a rigid link h is its
  * first moment rotated by a right angle, (-m c_y, m c_x), and M = m I. */
 typedef struct kt_planar_inertia {
-    double j, h[2];
-    double xx, xy, yy; /* M */
-    double moment, force[2];
+    kt_real1 j, h[2];
+    kt_real1 xx, xy, yy; /* M */
+    kt_real1 moment, force[2];
 } kt_planar_inertia;
 
 /* The acceleration of a joint is y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. (`free`
  * and `gain_angular`, a product minus a number and a product plus one, must not be neighbours: gcc 12 would make one
  * fused instruction of the two, also without contraction.) */
 typedef struct kt_planar_response {
-    double free;
+    kt_real1 free;
     union {
-        double gain_linear[2];
-        double bias_linear[2]; /* in a constraint group: the acceleration that the velocities alone give */
+        kt_real1 gain_linear[2];
+        kt_real1 bias_linear[2]; /* in a constraint group: the acceleration that the velocities alone give */
     };
-    double gain_angular;
+    kt_real1 gain_angular;
 } kt_planar_response;
 
 #endif

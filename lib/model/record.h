@@ -8,7 +8,7 @@
 #ifndef KT_MODEL_RECORD_H
 #define KT_MODEL_RECORD_H
 
-#include "algebra/lane.h"
+#include "algebra/real3.h"
 #include "kinetree/model.h"
 #include "model/front.h"
 #include "model/function.h"

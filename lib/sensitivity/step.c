@@ -4,7 +4,7 @@
 #include "base/copy.h"
 #include "closure/project.h"
 #include "integrator/integrator.h"
-#include "kinetree/joint.h"
+#include "joint/joint.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -128,24 +128,13 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
 
 /* ---- after the step ---------------------------------------------------------------------------------------------- */
 
-/* As a simulation does: if a quaternion is no unit, all are made so. */
-static bool make_units(const kt_model *model, double *q) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_motion_facts motion = kt_link_facts(&model->link[i]);
-        const double *p = q + model->link[i].q + motion.plain;
-        if (motion.quaternions &&
-            !(fabs(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0) <= 4.0 * DBL_EPSILON))
-            return kt_position_normalize(model, q);
-    }
-    return true;
-}
-
 kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                         kt_error *error) {
     if (KT_HAS_LOOPS && model->n.group && !step->unprojected)
         return kt_state_project(model, data, step->t + step->h, q, v, NULL, error);
-    return make_units(model, q) ? KT_OK
-                                : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
+    return kt_position_make_units(model, q)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
 }
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */

@@ -1,0 +1,125 @@
+/* Many states of one model at once, a state a lane of the processor's vectors: for sampling control, learning, tolerance
+ * studies. One core computes several times as many states in a second as one by one, and each with the same bits.
+ *
+ *     kt_batch_options options = kt_batch_options_default();
+ *     options.states = 1000;
+ *     options.method = kt_method_find("rk4");
+ *     kt_batch *batch = NULL;
+ *     kt_status status = kt_batch_create(model, &options, &batch, &error);
+ *     for (size_t i = 0; i < 1000 && status == KT_OK; i++)
+ *         status = kt_batch_set_state(batch, i, 0.0, q[i], v[i], &error);
+ *     if (status == KT_OK)
+ *         status = kt_batch_step(batch, 0.01, 100, &error);
+ *     if (status == KT_OK)
+ *         status = kt_batch_get_state(batch, 0, &t, q[0], v[0], &error);
+ *     kt_batch_free(batch);
+ *
+ * Every state has its own time, positions, velocities and joint forces. Groups of `width` states (kt_batch_report) lie
+ * coordinate by coordinate in memory, so that one vector instruction computes a number of all of them.
+ *
+ * Equal bits. What is computed of a state are the bits of the call for one state that is named at each function, on
+ * every instruction set, whatever the other states are. A state whose computation fails fails alone: the others' are
+ * computed, and kt_batch_status tells which have failed.
+ *
+ * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature,
+ * and the stages of explicit methods. Effects are evaluated state by state, and their forces enter the lanes. Models
+ * with loops are computed state by state, as are the states that a lane cannot compute; kt_batch_report counts both.
+ *
+ * One thread may use a batch at a time. Only kt_batch_create allocates.
+ */
+#ifndef KINETREE_BATCH_H
+#define KINETREE_BATCH_H
+
+#include "kinetree/integrator.h"
+#include "kinetree/mechanism.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kt_batch kt_batch;
+
+/* How many states, and what is done with them. */
+typedef struct kt_batch_options {
+    size_t states;           /* > 0 */
+    const kt_method *method; /* of kt_batch_step: an explicit Runge-Kutta method; NULL: no steps are taken */
+} kt_batch_options;
+
+/* Returns one state, and no method. */
+KT_API kt_batch_options kt_batch_options_default(void);
+
+/* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, or the method is not explicit. */
+KT_API size_t kt_batch_size(const kt_model *model, const kt_batch_options *options);
+
+/* Initialises a batch in the caller's memory, at KT_ALIGNMENT, with all states at t = 0 and the model's initial positions
+ * and velocities, and no joint forces. The model must outlive it. Errors: KT_ERROR_MEMORY if the memory is too small or
+ * misaligned; KT_ERROR_ARGUMENT if there are no states, or the method is not explicit. */
+KT_API KT_CHECKED kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, void *memory,
+                                          size_t size, kt_batch **batch, kt_error *error);
+
+/* The same in memory of its own, released with kt_batch_free. */
+KT_API KT_CHECKED kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options, kt_batch **batch,
+                                            kt_error *error);
+/* Releases what _create made; does nothing with a batch in the caller's memory, nor with NULL. */
+KT_API void kt_batch_free(kt_batch *batch);
+
+/* Returns the number of states; 0 of NULL. */
+KT_API size_t kt_batch_count(const kt_batch *batch);
+
+/* ---- one state --------------------------------------------------------------------------------------------------- */
+
+/* Sets the time, positions (nq) and velocities (nv; NULL: zero) of a state; numbers are not checked until something is
+ * computed. KT_ERROR_ARGUMENT if there is no such state. O(nq). */
+KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
+                                               const double *v, kt_error *error);
+
+/* Sets its joint forces (nv; NULL: zero), which stay until they are set again; or its accelerations, from which
+ * kt_batch_inverse computes forces. Errors as above. */
+KT_API KT_CHECKED kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_set_acceleration(kt_batch *batch, size_t state, const double *a, kt_error *error);
+
+/* Copies the time, positions (nq) and velocities (nv) of a state, each of which may be NULL; its joint forces (nv); its
+ * accelerations (nv) as last computed or set. Errors as above. */
+KT_API KT_CHECKED kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, double *q, double *v,
+                                               kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_get_torque(const kt_batch *batch, size_t state, double *tau, kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_get_acceleration(const kt_batch *batch, size_t state, double *a, kt_error *error);
+
+/* Returns what the last computation came to in this state: KT_OK, or why it failed; KT_ERROR_ARGUMENT if there is no
+ * such state. */
+KT_API kt_status kt_batch_status(const kt_batch *batch, size_t state);
+
+/* ---- all states -------------------------------------------------------------------------------------------------- */
+
+/* Computes the accelerations of every state by forward dynamics of the whole mechanism, with effects and loops: the bits
+ * of kt_acceleration_evaluate. Returns KT_OK, or the error of the first state that failed, whose number it names; the
+ * accelerations of states that failed are unchanged. */
+KT_API KT_CHECKED kt_status kt_batch_forward(kt_batch *batch, kt_error *error);
+
+/* Computes the joint forces of every state from its accelerations by inverse dynamics of the tree: the bits of
+ * kt_dynamics_inverse. Effects and loops are not considered. Errors as above; the joint forces of states that failed are
+ * unchanged. */
+KT_API KT_CHECKED kt_status kt_batch_inverse(kt_batch *batch, kt_error *error);
+
+/* Takes `steps` steps of h seconds by the method of the options, with constant joint forces: the bits of as many
+ * kt_step_evaluate. A state that fails keeps what it had before the failing step, its time included, and takes no
+ * further step in this call. Errors as above; KT_ERROR_ARGUMENT if there is no method, h is not finite, or steps < 0. */
+KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, kt_error *error);
+
+/* How a batch is computed. Counts are of evaluations of one state, since kt_batch_init. */
+typedef struct kt_batch_report {
+    size_t width;      /* states in a group; 1: the model is computed state by state */
+    const char *why;   /* why it is so, or NULL; static storage */
+    uint64_t in_lanes; /* evaluations in lanes */
+    uint64_t alone;    /* evaluations state by state */
+    uint64_t failed;   /* of these, that failed */
+} kt_batch_report;
+
+/* Returns the report of a batch; zeros of NULL. */
+KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

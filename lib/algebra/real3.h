@@ -1,0 +1,198 @@
+/* Numbers and vectors of the recursions over the tree. These are compiled for one state, where a number is a double, and
+ * once more, with KT_LANES, for so many states of one model at once: a number is then a lane of each state, and a vector
+ * is its components. What is done with one lane is what is done with the one number, operation by operation, so that
+ * the lanes have the bits of the single state.
+ *
+ *   kt_real1   a number:                 combined by operators, also with numbers of the model, which all states share
+ *   kt_real2   a vector in a plane:      combined by the functions whose names end in 2
+ *   kt_real3   a vector in space:        combined by those whose names end in 3
+ *   kt_condition   of each state
+ *
+ * A condition on which a single state ends a recursion ends no recursion of several: kt_refuse notes which have failed.
+ */
+#ifndef KT_ALGEBRA_REAL3_H
+#define KT_ALGEBRA_REAL3_H
+
+#include "algebra/lane.h"
+
+#include <stdbool.h>
+
+#ifndef KT_LANES
+
+typedef double kt_real1;
+typedef kt_v2 kt_real2;
+typedef kt_v4 kt_real3;
+typedef bool kt_condition;
+
+KT_INLINE kt_real1 kt_real1_splat(double x) { return x; }
+KT_INLINE kt_condition kt_condition_true(void) { return true; }
+KT_INLINE kt_condition kt_condition_false(void) { return false; }
+KT_INLINE kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a && b; }
+
+KT_INLINE kt_real3 kt_zero3(void) { return kt_v4_splat(0.0); }
+KT_INLINE kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_v4){x, y, z, 0.0}; }
+KT_INLINE kt_real3 kt_from3(kt_vec3 a) { return kt_v4_from(a); }
+KT_INLINE kt_real3 kt_splat3(kt_v4 a) { return a; }
+KT_INLINE kt_real3 kt_same3(double s) { return kt_v4_splat(s); }
+KT_INLINE kt_real1 kt_part3(kt_real3 a, int k) { return a[k]; }
+KT_INLINE void kt_set_part3(kt_real3 *a, int k, kt_real1 x) { (*a)[k] = x; }
+KT_INLINE kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return a + b; }
+KT_INLINE kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return a - b; }
+KT_INLINE kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return a * b; }
+KT_INLINE kt_real3 kt_minus3(kt_real3 a) { return -a; }
+KT_INLINE kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return kt_v4_splat(s) * a; }
+KT_INLINE kt_real3 kt_cross3(kt_real3 a, kt_real3 b) { return kt_v4_cross(a, b); }
+KT_INLINE kt_real1 kt_dot3(kt_real3 a, kt_real3 b) { return kt_v4_dot(a, b); }
+KT_INLINE kt_real1 kt_sum3(kt_real3 a) { return kt_v4_sum(a); }
+KT_INLINE kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) { return kt_v4_apply(a, u); }
+KT_INLINE kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_v4_apply_to(a, u); }
+
+KT_INLINE kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_v2){x, y}; }
+KT_INLINE kt_real2 kt_load2(const kt_real1 *x) { return kt_v2_load(x); }
+KT_INLINE kt_real2 kt_from2(const double *x) { return kt_v2_load(x); }
+KT_INLINE kt_real2 kt_same2(double s) { return kt_v2_splat(s); }
+KT_INLINE void kt_store2(kt_real1 *x, kt_real2 a) { kt_v2_store(x, a); }
+KT_INLINE kt_real1 kt_part2(kt_real2 a, int k) { return a[k]; }
+KT_INLINE kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return a + b; }
+KT_INLINE kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return a - b; }
+KT_INLINE kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return a * b; }
+KT_INLINE kt_real2 kt_minus2(kt_real2 a) { return -a; }
+KT_INLINE kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return kt_v2_splat(s) * a; }
+KT_INLINE kt_real2 kt_swap2(kt_real2 a) { return kt_v2_swap(a); }
+KT_INLINE kt_real2 kt_across2(kt_real2 a) { return kt_v2_across(a); }
+KT_INLINE kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return kt_v2_dot(a, b); }
+
+#else
+
+typedef double kt_real1 __attribute__((vector_size(8 * KT_LANES)));
+typedef int64_t kt_condition __attribute__((vector_size(8 * KT_LANES)));
+typedef struct kt_real2 {
+    kt_real1 x, y;
+} kt_real2;
+typedef struct kt_real3 {
+    kt_real1 x, y, z;
+} kt_real3;
+
+KT_INLINE kt_real1 kt_real1_splat(double x) { return (kt_real1){0} + x; }
+KT_INLINE kt_condition kt_condition_false(void) { return (kt_condition){0}; }
+KT_INLINE kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
+KT_INLINE kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a & b; }
+
+KT_INLINE kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_real3){x, y, z}; }
+KT_INLINE kt_real3 kt_zero3(void) { return (kt_real3){.x = {0}}; }
+KT_INLINE kt_real3 kt_from3(kt_vec3 a) {
+    return (kt_real3){kt_real1_splat(a.x), kt_real1_splat(a.y), kt_real1_splat(a.z)};
+}
+KT_INLINE kt_real3 kt_splat3(kt_v4 a) { return kt_from3(kt_v4_vec3(a)); }
+KT_INLINE kt_real3 kt_same3(double s) { return kt_from3((kt_vec3){s, s, s}); }
+/* Chosen at compilation: k is a constant where loops are unrolled; else through memory. */
+KT_INLINE kt_real1 kt_part3(kt_real3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+KT_INLINE void kt_set_part3(kt_real3 *a, int k, kt_real1 x) {
+    if (k == 0)
+        a->x = x;
+    else if (k == 1)
+        a->y = x;
+    else
+        a->z = x;
+}
+KT_INLINE kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x + b.x, a.y + b.y, a.z + b.z}; }
+KT_INLINE kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x - b.x, a.y - b.y, a.z - b.z}; }
+KT_INLINE kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x * b.x, a.y * b.y, a.z * b.z}; }
+KT_INLINE kt_real3 kt_minus3(kt_real3 a) { return (kt_real3){-a.x, -a.y, -a.z}; }
+KT_INLINE kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return (kt_real3){s * a.x, s * a.y, s * a.z}; }
+KT_INLINE kt_real3 kt_cross3(kt_real3 a, kt_real3 b) {
+    return (kt_real3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+KT_INLINE kt_real1 kt_sum3(kt_real3 a) { return (a.x + a.y) + a.z; }
+KT_INLINE kt_real1 kt_dot3(kt_real3 a, kt_real3 b) { return kt_sum3(kt_mul3(a, b)); }
+KT_INLINE kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) {
+    return kt_add3(kt_add3(kt_scale3(u.x, a[0]), kt_scale3(u.y, a[1])), kt_scale3(u.z, a[2]));
+}
+KT_INLINE kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_apply3(a, kt_from3(u)); }
+
+KT_INLINE kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_real2){x, y}; }
+KT_INLINE kt_real2 kt_load2(const kt_real1 *x) { return (kt_real2){x[0], x[1]}; }
+KT_INLINE kt_real2 kt_from2(const double *x) { return (kt_real2){kt_real1_splat(x[0]), kt_real1_splat(x[1])}; }
+KT_INLINE kt_real2 kt_same2(double s) { return (kt_real2){kt_real1_splat(s), kt_real1_splat(s)}; }
+KT_INLINE void kt_store2(kt_real1 *x, kt_real2 a) {
+    x[0] = a.x;
+    x[1] = a.y;
+}
+KT_INLINE kt_real1 kt_part2(kt_real2 a, int k) { return k == 0 ? a.x : a.y; }
+KT_INLINE kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x + b.x, a.y + b.y}; }
+KT_INLINE kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x - b.x, a.y - b.y}; }
+KT_INLINE kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x * b.x, a.y * b.y}; }
+KT_INLINE kt_real2 kt_minus2(kt_real2 a) { return (kt_real2){-a.x, -a.y}; }
+KT_INLINE kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return (kt_real2){s * a.x, s * a.y}; }
+KT_INLINE kt_real2 kt_swap2(kt_real2 a) { return (kt_real2){a.y, a.x}; }
+KT_INLINE kt_real2 kt_across2(kt_real2 a) { return (kt_real2){-a.y, a.x}; }
+KT_INLINE kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return a.x * b.x + a.y * b.y; }
+
+#endif
+
+/* a . b + c . d */
+KT_INLINE kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
+    return kt_sum3(kt_add3(kt_mul3(a, b), kt_mul3(c, d)));
+}
+
+/* Goes on only where a condition holds: returns from a recursion of one state where it does not; of several states,
+ * `all` says afterwards for which it held. */
+#ifndef KT_LANES
+#define KT_REQUIRE_LANES(all, condition)                                                                               \
+    do {                                                                                                               \
+        if (!(condition))                                                                                              \
+            return false;                                                                                              \
+    } while (0)
+#else
+#define KT_REQUIRE_LANES(all, condition) ((all) &= (condition))
+#endif
+
+/* The columns of R(p), for a quaternion p of any non-zero norm (kt_matrix_from_quat). */
+KT_INLINE void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
+#ifndef KT_LANES
+    kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
+#else
+    const kt_real1 w = p[0], x = p[1], y = p[2], z = p[3], n2 = w * w + x * x + y * y + z * z;
+    const kt_condition usual = (n2 > 1e-280) & (n2 < 1e280);
+    int64_t all = -1;
+    for (int lane = 0; lane < KT_LANES; lane++)
+        all &= usual[lane];
+    if (!all) { /* some have to be scaled first */
+        for (int lane = 0; lane < KT_LANES; lane++) {
+            const kt_mat3 m = kt_matrix_from_quat(kt_quat_make(w[lane], x[lane], y[lane], z[lane]));
+            const kt_vec3 column[3] = {m.x, m.y, m.z};
+            for (int k = 0; k < 3; k++) {
+                r[k].x[lane] = column[k].x;
+                r[k].y[lane] = column[k].y;
+                r[k].z[lane] = column[k].z;
+            }
+        }
+        return;
+    }
+    const kt_real1 s = 2.0 / n2, wx = s * w * x, wy = s * w * y, wz = s * w * z;
+    const kt_real1 xx = s * x * x, xy = s * x * y, xz = s * x * z, yy = s * y * y, yz = s * y * z, zz = s * z * z;
+    r[0] = kt_make3(1.0 - (yy + zz), xy + wz, xz - wy);
+    r[1] = kt_make3(xy - wz, 1.0 - (xx + zz), yz + wx);
+    r[2] = kt_make3(xz + wy, yz - wx, 1.0 - (xx + yy));
+#endif
+}
+
+/* out = A B */
+KT_INLINE void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
+    const kt_real3 x = kt_apply3(a, b[0]), y = kt_apply3(a, b[1]), z = kt_apply3(a, b[2]);
+    out[0] = x;
+    out[1] = y;
+    out[2] = z;
+}
+
+/* out = R J R' */
+KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
+    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
+    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
+    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
+    for (int k = 0; k < 3; k++)
+        out[k] = kt_add3(kt_add3(kt_scale3(kt_part3(r[0], k), x), kt_scale3(kt_part3(r[1], k), y)),
+                         kt_scale3(kt_part3(r[2], k), z));
+}
+
+#endif

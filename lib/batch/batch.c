@@ -1,0 +1,355 @@
+/* Many states of one model: their memory, and accelerations and forces of all.
+ *
+ * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees are computed
+ * for a group at once (lanes.c). All else is computed state by state, by the calls for one state: effects, whose forces
+ * then enter the lanes; models with loops; and a lane that cannot be computed, for the error that names the joint.
+ */
+#include "batch/batch.h"
+
+#include "base/copy.h"
+#include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_ARENA_LAYOUT(lay_out, kt_batch, KT_BATCH_FIELDS, const kt_batch_counts *n)
+
+kt_batch_options kt_batch_options_default(void) { return (kt_batch_options){.states = 1, .method = NULL}; }
+
+static const kt_lane_kernels *kernels_of(const kt_model *model) {
+    if (model->n.group > 0)
+        return NULL;
+#ifdef KT_ISAS
+    if (model->isa == KT_ISA_V4)
+        return &kt_lane_kernels_v4;
+    if (model->isa == KT_ISA_V3)
+        return &kt_lane_kernels_v3;
+#endif
+    return &kt_lane_kernels_baseline;
+}
+
+static bool is_explicit(const kt_method *method) {
+    return kt_method_family_of(method) == &kt_family_explicit && kt_method_check_sizes(method, NULL) == KT_OK;
+}
+
+static kt_batch_counts count(const kt_model *model, const kt_batch_options *options) {
+    const kt_lane_kernels *kernels = kernels_of(model);
+    const kt_method *method = options->method;
+    kt_batch_counts n = {.states = options->states, .width = kernels ? kernels->width : 1};
+    n.groups = (n.states + n.width - 1) / n.width;
+    n.stages = method ? (size_t)(method->stages - (method->fsal ? 1 : 0)) : 0;
+    n.nq = model->n.q;
+    n.nv = model->n.v;
+    n.body = kt_where(model->n.force_link, model->n.body);
+    n.lane_bytes = kernels ? kernels->layout(model, NULL) : 0;
+    n.data_bytes = kt_data_size(model);
+    return n;
+}
+
+size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
+    if (!model || !options || options->states == 0 || (options->method && !is_explicit(options->method)))
+        return 0;
+    const kt_batch_counts n = count(model, options);
+    return lay_out(NULL, &n);
+}
+
+static kt_status check_options(const kt_batch_options *options, kt_error *error) {
+    if (options->states == 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options.states", "there are no states; give 1 or more");
+    if (options->method && !is_explicit(options->method))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "options.method",
+            "'%s' is not an explicit Runge-Kutta method, of which alone many states take steps at once: "
+            "take rk4, dopri5 or another one of that family",
+            options->method->name);
+    return KT_OK;
+}
+
+kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, void *memory, size_t size,
+                        kt_batch **batch, kt_error *error) {
+    if (KT_IS_MISSING(error, model, options, batch))
+        return KT_ERROR_ARGUMENT;
+    kt_status status = check_options(options, error);
+    if (status == KT_OK)
+        status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, options), error);
+    if (status != KT_OK)
+        return status;
+    const kt_batch_counts n = count(model, options);
+    (void)lay_out(memory, &n);
+    kt_batch *made = memory;
+    made->model = model;
+    made->kernels = kernels_of(model);
+    made->method = options->method;
+    made->n = n;
+    made->report.width = n.width;
+    made->report.why = made->kernels ? NULL : "it has loops, which are closed state by state";
+    if (made->kernels)
+        (void)made->kernels->layout(model, made->lanes);
+    status = kt_data_init(model, made->alone, n.data_bytes, &made->data, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < n.groups * n.width; i++) { /* those that fill up the last group, too */
+        double *y = made->y + i / n.width * n.width * (n.nq + n.nv);
+        kt_lane_put(model->q0, n.width, i % n.width, n.nq, y);
+        kt_lane_put(model->v0, n.width, i % n.width, n.nv, y + n.width * n.nq);
+    }
+    *batch = made;
+    return KT_OK;
+}
+
+kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options, kt_batch **batch, kt_error *error) {
+    if (KT_IS_MISSING(error, model, options, batch))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status = check_options(options, error);
+    if (status != KT_OK)
+        return status;
+    const size_t size = kt_batch_size(model, options);
+    void *memory = kt_arena_allocate(size, "the batch", error);
+    return memory ? kt_arena_own(memory, kt_batch_init(model, options, memory, size, batch, error)) : KT_ERROR_MEMORY;
+}
+
+void kt_batch_free(kt_batch *batch) { kt_arena_free(batch); }
+
+size_t kt_batch_count(const kt_batch *batch) { return batch ? batch->n.states : 0; }
+
+/* ---- one state --------------------------------------------------------------------------------------------------- */
+
+static bool is_other_state(const kt_batch *batch, size_t state, kt_error *error) {
+    if (state < batch->n.states)
+        return false;
+    (void)kt_error_set(error, KT_ERROR_ARGUMENT, "state", "there is no state %zu: the batch has %zu", state,
+                       batch->n.states);
+    return true;
+}
+
+/* The numbers of a state's group, of which each state has n, in an array of all groups. */
+static double *group_in(const kt_batch *batch, double *all, size_t state, size_t n) {
+    const size_t width = batch->n.width;
+    return all + state / width * width * n;
+}
+
+kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q, const double *v,
+                             kt_error *error) {
+    if (KT_IS_MISSING(error, batch, q || !batch->n.nq) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
+    double *y = group_in(batch, batch->y, state, nq + nv);
+    kt_lane_put(q, width, state % width, nq, y);
+    kt_lane_put(v, width, state % width, nv, y + width * nq);
+    batch->t[state] = t;
+    batch->status[state] = KT_OK;
+    return KT_OK;
+}
+
+kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error) {
+    if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nv = batch->n.nv;
+    kt_lane_put(tau, width, state % width, nv, group_in(batch, batch->tau, state, nv));
+    return KT_OK;
+}
+
+kt_status kt_batch_set_acceleration(kt_batch *batch, size_t state, const double *a, kt_error *error) {
+    if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nv = batch->n.nv;
+    kt_lane_put(a, width, state % width, nv, group_in(batch, batch->a, state, nv));
+    return KT_OK;
+}
+
+kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, double *q, double *v, kt_error *error) {
+    if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
+    const double *y = group_in(batch, batch->y, state, nq + nv);
+    if (t)
+        *t = batch->t[state];
+    if (q)
+        kt_lane_take(y, width, state % width, nq, q);
+    if (v)
+        kt_lane_take(y + width * nq, width, state % width, nv, v);
+    return KT_OK;
+}
+
+kt_status kt_batch_get_torque(const kt_batch *batch, size_t state, double *tau, kt_error *error) {
+    if (KT_IS_MISSING(error, batch, tau || !batch->n.nv) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nv = batch->n.nv;
+    kt_lane_take(group_in(batch, batch->tau, state, nv), width, state % width, nv, tau);
+    return KT_OK;
+}
+
+kt_status kt_batch_get_acceleration(const kt_batch *batch, size_t state, double *a, kt_error *error) {
+    if (KT_IS_MISSING(error, batch, a || !batch->n.nv) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    const size_t width = batch->n.width, nv = batch->n.nv;
+    kt_lane_take(group_in(batch, batch->a, state, nv), width, state % width, nv, a);
+    return KT_OK;
+}
+
+kt_status kt_batch_status(const kt_batch *batch, size_t state) {
+    return batch && state < batch->n.states ? (kt_status)batch->status[state] : KT_ERROR_ARGUMENT;
+}
+
+kt_batch_report kt_batch_report_of(const kt_batch *batch) {
+    return batch ? batch->report : (kt_batch_report){0, NULL, 0, 0, 0};
+}
+
+/* ---- a group ----------------------------------------------------------------------------------------------------- */
+
+kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
+    const kt_batch_counts *n = &batch->n;
+    const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
+    const double *y = batch->y + first * (n->nq + n->nv);
+    return (kt_batch_group){.first = first,
+                            .used = used,
+                            .live = kt_lanes_first(used),
+                            .q = y,
+                            .v = y + n->width * n->nq,
+                            .tau = batch->tau + first * n->nv};
+}
+
+void kt_batch_fail(kt_batch *batch, size_t state, const kt_error *made, kt_batch_fault *fault) {
+    batch->status[state] = (uint8_t)made->code;
+    batch->report.failed++;
+    if (fault->status != KT_OK && fault->state < state)
+        return;
+    fault->state = state;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "state %zu%s%.*s", state, made->where[0] ? ": " : "", (int)sizeof where - 40,
+                   made->where);
+    fault->status = kt_error_set(fault->error, made->code, where, "%s", made->message);
+}
+
+static void take_state(kt_batch *batch, const kt_batch_group *group, size_t lane) {
+    const kt_batch_counts *n = &batch->n;
+    kt_lane_take(group->q, n->width, lane, n->nq, batch->one_q);
+    kt_lane_take(group->v, n->width, lane, n->nv, batch->one_v);
+    kt_lane_take(group->tau, n->width, lane, n->nv, batch->one_tau);
+}
+
+/* The lane by the call for one state. */
+static void accelerate_alone(kt_batch *batch, kt_batch_group *group, size_t lane, double t, kt_batch_fault *fault) {
+    const kt_batch_counts *n = &batch->n;
+    kt_error made;
+    take_state(batch, group, lane);
+    batch->report.alone++;
+    const kt_status status = kt_acceleration_evaluate(batch->model, batch->data, t, batch->one_q, batch->one_v,
+                                                      batch->one_tau, NULL, batch->one_a, &made);
+    if (status == KT_OK) {
+        kt_lane_put(batch->one_a, n->width, lane, n->nv, batch->result);
+        return;
+    }
+    kt_batch_fail(batch, group->first + lane, &made, fault);
+    group->live &= ~((kt_lane_mask)1 << lane);
+}
+
+/* Sums the forces of effects, state by state, into batch->total and batch->wrench. Returns the lanes whose effects can
+ * be computed. */
+static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, const double *t) {
+    const kt_batch_counts *n = &batch->n;
+    kt_lane_mask done = 0;
+    for (size_t lane = 0; lane < n->width; lane++) {
+        const double *tau = batch->one_tau;
+        const kt_wrench *external = NULL;
+        if (!kt_lane_is_in(group->live, lane))
+            continue;
+        take_state(batch, group, lane);
+        if (kt_effects_apply(batch->model, batch->data, t[lane], batch->one_q, batch->one_v, &tau, &external, NULL) !=
+            KT_OK)
+            continue;
+        kt_lane_put(tau, n->width, lane, n->nv, batch->total);
+        if (n->body > 0)
+            kt_lane_put(&external->moment.x, n->width, lane, 6 * n->body, batch->wrench);
+        done |= (kt_lane_mask)1 << lane;
+    }
+    return done;
+}
+
+void kt_batch_accelerate(kt_batch *batch, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
+    const kt_model *model = batch->model;
+    kt_lane_mask done = 0;
+    if (batch->kernels) {
+        const bool has_effects = model->n.effect > 0;
+        done = has_effects ? apply_effects(batch, group, t) : group->live;
+        done &=
+            batch->kernels->forward(model, batch->lanes, group->q, group->v, has_effects ? batch->total : group->tau,
+                                    batch->n.body > 0 ? batch->wrench : NULL, batch->result);
+    }
+    for (size_t lane = 0; lane < batch->n.width; lane++) {
+        if (kt_lane_is_in(done, lane))
+            batch->report.in_lanes++;
+        else if (kt_lane_is_in(group->live, lane))
+            accelerate_alone(batch, group, lane, t[lane], fault);
+    }
+}
+
+/* ---- all states -------------------------------------------------------------------------------------------------- */
+
+/* Copies the results of the lanes that have been computed, n numbers each. */
+static void commit(const kt_batch *batch, const kt_batch_group *group, double *all) {
+    const size_t width = batch->n.width, nv = batch->n.nv;
+    double *to = all + group->first * nv;
+    if (group->live == kt_lanes_first(width)) {
+        kt_copy(to, batch->result, width * nv * sizeof *to);
+        return;
+    }
+    for (size_t lane = 0; lane < width; lane++)
+        for (size_t i = 0; i < nv && kt_lane_is_in(group->live, lane); i++)
+            to[i * width + lane] = batch->result[i * width + lane];
+}
+
+kt_status kt_batch_forward(kt_batch *batch, kt_error *error) {
+    if (KT_IS_MISSING(error, batch))
+        return KT_ERROR_ARGUMENT;
+    kt_batch_fault fault = {KT_OK, 0, error};
+    memset(batch->status, KT_OK, batch->n.states);
+    for (size_t g = 0; g < batch->n.groups; g++) {
+        kt_batch_group group = kt_batch_group_of(batch, g);
+        kt_batch_accelerate(batch, &group, batch->t + group.first, &fault);
+        commit(batch, &group, batch->a);
+    }
+    return fault.status;
+}
+
+static void invert_alone(kt_batch *batch, kt_batch_group *group, const double *a, size_t lane, kt_batch_fault *fault) {
+    const kt_batch_counts *n = &batch->n;
+    kt_error made;
+    take_state(batch, group, lane);
+    kt_lane_take(a, n->width, lane, n->nv, batch->one_a);
+    batch->report.alone++;
+    const kt_status status = kt_dynamics_inverse(batch->model, batch->data, batch->one_q, batch->one_v, batch->one_a,
+                                                 NULL, batch->one_tau, &made);
+    if (status == KT_OK) {
+        kt_lane_put(batch->one_tau, n->width, lane, n->nv, batch->result);
+        return;
+    }
+    kt_batch_fail(batch, group->first + lane, &made, fault);
+    group->live &= ~((kt_lane_mask)1 << lane);
+}
+
+kt_status kt_batch_inverse(kt_batch *batch, kt_error *error) {
+    if (KT_IS_MISSING(error, batch))
+        return KT_ERROR_ARGUMENT;
+    kt_batch_fault fault = {KT_OK, 0, error};
+    memset(batch->status, KT_OK, batch->n.states);
+    for (size_t g = 0; g < batch->n.groups; g++) {
+        kt_batch_group group = kt_batch_group_of(batch, g);
+        const double *a = batch->a + group.first * batch->n.nv;
+        kt_lane_mask done = 0;
+        if (batch->kernels)
+            done = group.live &
+                   batch->kernels->inverse(batch->model, batch->lanes, group.q, group.v, a, NULL, batch->result);
+        for (size_t lane = 0; lane < group.used; lane++) {
+            if (kt_lane_is_in(done, lane))
+                batch->report.in_lanes++;
+            else
+                invert_alone(batch, &group, a, lane, &fault);
+        }
+        commit(batch, &group, batch->tau);
+    }
+    return fault.status;
+}

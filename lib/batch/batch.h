@@ -1,0 +1,86 @@
+/* The memory of many states (batch.c), and a group of them. */
+#ifndef KT_BATCH_BATCH_H
+#define KT_BATCH_BATCH_H
+
+#include "batch/lanes.h"
+#include "integrator/integrator.h"
+#include "kinetree/batch.h"
+#include "model/model.h"
+
+/* Numbers that the groups and the workspace take: N = nq + nv of a state, s the stages of the method. */
+typedef struct kt_batch_counts {
+    size_t states, groups, width, stages;
+    size_t nq, nv, body;
+    size_t lane_bytes, data_bytes;
+} kt_batch_counts;
+
+/* Every array of a batch: those of all groups, group by group, then the workspace of one. */
+#define KT_BATCH_FIELDS(X)                                                                                             \
+    X(double, t, n->groups * n->width, "time of each state")                                                           \
+    X(double, y, n->groups * n->width * (n->nq + n->nv), "positions, then velocities")                                 \
+    X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
+    X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
+    X(uint8_t, status, n->groups * n->width, "kt_status of the last computation of each state")                        \
+    X(double, result, n->width * n->nv, "accelerations or forces of a group")                                          \
+    X(double, total, n->width * n->nv, "joint forces of a group with those of effects")                                \
+    X(double, wrench, n->width * 6 * n->body, "wrenches on bodies of a group")                                         \
+    X(double, stage, n->width *(n->nq + n->nv), "the state of a stage")                                                \
+    X(double, slope, n->width *(n->nq + n->nv) * n->stages, "slopes of the stages")                                    \
+    X(kt_stage_term, term, n->stages, "a row of the method's table without zeros")                                     \
+    X(double, one_q, kt_lanes8(n->nq), "positions of one state")                                                       \
+    X(double, one_v, kt_lanes8(n->nv), "velocities of one state")                                                      \
+    X(double, one_tau, kt_lanes8(n->nv), "joint forces of one state")                                                  \
+    X(double, one_a, kt_lanes8(n->nv + n->nq), "accelerations, or rates, of one state")                                \
+    X(char, lanes, n->lane_bytes, "workspace of the recursions in lanes")                                              \
+    X(char, alone, n->data_bytes, "data of one state")
+
+struct kt_batch {
+    void *owned; /* memory of kt_batch_create, or NULL */
+    const kt_model *model;
+    const kt_lane_kernels *kernels; /* NULL: state by state */
+    const kt_method *method;        /* NULL: no steps */
+    kt_data *data;                  /* of one state */
+    kt_batch_counts n;
+    kt_batch_report report;
+    KT_ARENA_DECLARE(KT_BATCH_FIELDS)
+};
+
+/* A group of states at some instant: `used` lanes of width, their times, and numbers that lie x[i * width + lane]. */
+typedef struct kt_batch_group {
+    size_t first; /* the number of lane 0 among all states */
+    size_t used;
+    kt_lane_mask live; /* lanes that are computed: those that have not failed */
+    const double *q, *v, *tau;
+} kt_batch_group;
+
+/* The error of a call: that of the state with the least number. */
+typedef struct kt_batch_fault {
+    kt_status status;
+    size_t state;
+    kt_error *error;
+} kt_batch_fault;
+
+/* Copies the numbers of one lane, n of them. */
+static inline void kt_lane_take(const double *group, size_t width, size_t lane, size_t n, double *out) {
+    for (size_t i = 0; i < n; i++)
+        out[i] = group[i * width + lane];
+}
+static inline void kt_lane_put(const double *x, size_t width, size_t lane, size_t n, double *group) {
+    for (size_t i = 0; i < n; i++)
+        group[i * width + lane] = x ? x[i] : 0.0;
+}
+
+static inline bool kt_lane_is_in(kt_lane_mask mask, size_t lane) { return (mask >> lane & 1U) != 0; }
+static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)((UINT64_C(1) << count) - 1); }
+
+/* The group with this number, at its states as they are. */
+kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group);
+
+/* Notes that the computation of a state has failed, with the error; `made` is that of the call for one state. */
+void kt_batch_fail(kt_batch *batch, size_t state, const kt_error *made, kt_batch_fault *fault);
+
+/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into batch->result. Those
+ * that fail leave group->live. */
+void kt_batch_accelerate(kt_batch *batch, kt_batch_group *group, const double *t, kt_batch_fault *fault);
+
+#endif

@@ -1,0 +1,71 @@
+/* The recursions of lib/dynamics in lanes: workspace, choice by what the model has, and which lanes are sound. */
+#include "batch/lanes.h"
+
+#include "dynamics/dynamics.h"
+
+KT_ARENA_LAYOUT(lay_out, kt_data, KT_LANE_FIELDS, const kt_counts *n)
+
+/* Indices of the lanes' angles; those that fill up the last eight are of any numbers. */
+static void spread_angles(const int32_t *angle, size_t count, int32_t *out) {
+    for (size_t i = 0; i < count; i++)
+        for (int32_t lane = 0; lane < KT_LANES; lane++)
+            out[i * KT_LANES + (size_t)lane] = angle[i] * KT_LANES + lane;
+    for (size_t i = KT_LANES * count; i < KT_ANGLES(KT_LANES * count); i++)
+        out[i] = 0;
+}
+
+static size_t layout(const kt_model *model, void *memory) {
+    const size_t bytes = lay_out(memory, &model->n);
+    kt_data *data = memory;
+    if (!memory)
+        return bytes;
+    spread_angles(model->angle, model->n.angle, data->lane_angle);
+    spread_angles(model->force_link_angle, model->n.force_link_angle, data->lane_force_angle);
+    return bytes;
+}
+
+/* The lanes that are sound, and whose n numbers are finite: x - x is 0 where x is, and NaN persists in a sum. */
+static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n) {
+    kt_real1 excess = kt_real1_splat(0.0);
+    for (size_t i = 0; i < n; i++)
+        excess += x[i] - x[i];
+    sound &= excess == kt_real1_splat(0.0);
+    kt_lane_mask mask = 0;
+    for (int lane = 0; lane < KT_LANES; lane++)
+        mask |= (kt_lane_mask)(sound[lane] & 1) << lane;
+    return mask;
+}
+
+static kt_lane_mask forward(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
+                            const double *external, double *a) {
+    kt_data *data = work;
+    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *taus = (const void *)tau;
+    const kt_external *on_bodies = (const void *)external;
+    kt_real1 *as = (void *)a;
+    data->sound = kt_condition_true();
+    if (model->sweep != KT_SWEEP_PLANAR)
+        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, qs, vs, taus,
+                                                                                             on_bodies, as);
+    if (model->sweep != KT_SWEEP_SPATIAL)
+        (void)(model->has_armature ? KT_KERNEL(kt_planar_armature_forward)
+                                   : KT_KERNEL(kt_planar_forward))(model, data, qs, vs, taus, on_bodies, as);
+    return finite_lanes(data->sound, as, model->n.v);
+}
+
+static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
+                            const double *external, double *tau) {
+    kt_data *data = work;
+    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;
+    const kt_external *on_bodies = (const void *)external;
+    kt_real1 *taus = (void *)tau;
+    if (model->sweep != KT_SWEEP_PLANAR)
+        KT_KERNEL(kt_inverse)(model, data, qs, vs, as, on_bodies, taus);
+    if (model->sweep != KT_SWEEP_SPATIAL)
+        KT_KERNEL(kt_planar_inverse)(model, data, qs, vs, as, on_bodies, taus);
+    for (size_t i = 0; i < model->n.v && model->has_armature; i++)
+        taus[i] += model->armature[i] * as[i];
+    return finite_lanes(kt_condition_true(), taus, model->n.v);
+}
+
+const kt_lane_kernels KT_PASTE(kt_lane_kernels_,
+                               KT_ISA) = {.width = KT_LANES, .layout = layout, .forward = forward, .inverse = inverse};

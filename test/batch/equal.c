@@ -1,0 +1,171 @@
+/* A batch of random trees has the bits of its states computed one by one: of every joint, in space and in the plane, with
+ * armature and without, on every instruction set; whatever the other lanes hold; and nothing is allocated on the way. */
+#include "dynamics/tree.h"
+#include "interpose.h"
+#include "many.h"
+
+#include "batch/batch.h"
+#include "dynamics/dynamics.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { TREES = 300 };
+
+static kt_tree_plan draw_plan(int n, kt_random *random) {
+    kt_tree_plan plan = n % 4 < 2 ? kt_tree_plan_default() : kt_tree_plan_planar();
+    if (n % 4 == 3) {
+        plan.planar = 2;
+        plan.from_world = 0.4;
+    }
+    plan.is_shuffled = n % 4 == 1;
+    plan.with_armature = n % 3 == 2 ? 0.5 : 0.0;
+    plan.bodies = kt_random_int(random, 1, KT_TREE_BODIES);
+    return plan;
+}
+
+static void draw_states(const kt_tree *tree, kt_many *many, kt_random *random) {
+    kt_tree_state s;
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        kt_tree_state_draw(tree, random, &s);
+        memcpy(many->q + i * many->nq, s.q, many->nq * sizeof(double));
+        memcpy(many->v + i * many->nv, s.v, many->nv * sizeof(double));
+        memcpy(many->tau + i * many->nv, s.tau, many->nv * sizeof(double));
+        memcpy(many->a + i * many->nv, s.a, many->nv * sizeof(double));
+    }
+}
+
+/* Some states that cannot be computed, or come near to that: not finite, huge, quaternions of no norm and of tiny one. */
+static void spoil_states(kt_many *many, kt_random *random) {
+    static const double bad[] = {NAN, INFINITY, 1e300, -1e160, 0.0, 1e-170, 3e6};
+    for (size_t i = 1; i < KT_MANY_STATES; i += 3) {
+        double *x = i % 2 ? many->q + i * many->nq : many->v + i * many->nv;
+        const size_t n = i % 2 ? many->nq : many->nv;
+        const double value = bad[kt_random_int(random, 0, 6)];
+        for (size_t k = (size_t)kt_random_int(random, 0, 3); k < n; k += 2)
+            x[k] = value;
+    }
+}
+
+static uint64_t compare(kt_isa isa, const char *what, bool spoilt) {
+    kt_random random = kt_random_of_test();
+    int different[3] = {0, 0, 0};
+    uint64_t in_lanes = 0;
+    for (int n = 0; n < TREES; n++) {
+        kt_tree tree;
+        kt_many many;
+        const kt_tree_plan plan = draw_plan(n, &random);
+        kt_tree_describe(&tree, &plan, &random);
+        if (!kt_tree_compile(&tree, &(kt_model_options){.isa = isa}) ||
+            !kt_many_make(&many, tree.model, kt_method_find(n % 2 ? "dopri5" : "rk4")))
+            return 0;
+        draw_states(&tree, &many, &random);
+        if (spoilt)
+            spoil_states(&many, &random);
+        different[0] += kt_many_compare_forward(&many, tree.data);
+        different[1] += kt_many_compare_inverse(&many, tree.data);
+        different[2] += kt_many_compare_steps(&many, tree.data, 0.01, 3);
+        in_lanes += kt_batch_report_of(many.batch).in_lanes;
+        kt_many_free(&many);
+        kt_tree_free(&tree);
+    }
+    kt_note("%s: %llu evaluations in lanes", what, (unsigned long long)in_lanes);
+    kt_check_equal_int("states whose accelerations differ", different[0], 0);
+    kt_check_equal_int("states whose forces differ", different[1], 0);
+    kt_check_equal_int("states that differ after three steps", different[2], 0);
+    return in_lanes;
+}
+
+static void compare_isa(kt_isa isa, const char *name) {
+    if (kt_isa_resolve(isa) != isa) {
+        kt_skip(name, KT_NO_ISA);
+        return;
+    }
+    /* forward, inverse and at least 12 stages of each state */
+    kt_check_equal_int("sound states are computed in lanes",
+                       (long long)(compare(isa, name, false) >= 14ULL * TREES * KT_MANY_STATES), 1);
+}
+
+KT_TEST(lanes_have_the_bits_of_single_states_on_the_baseline) { compare_isa(KT_ISA_BASE, "baseline"); }
+KT_TEST(lanes_have_the_bits_of_single_states_on_v3) { compare_isa(KT_ISA_V3, "v3"); }
+KT_TEST(lanes_have_the_bits_of_single_states_on_v4) { compare_isa(KT_ISA_V4, "v4"); }
+
+KT_TEST(states_that_fail_fail_alone_and_as_they_do_alone) {
+    kt_check_above("evaluations in lanes", (double)compare(KT_ISA_AUTO, "spoilt", true), 1.0);
+}
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
+    static _Alignas(KT_ALIGNMENT) char memory[1 << 22];
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    kt_error error;
+    kt_batch *batch = NULL;
+    kt_tree_plan plan = kt_tree_plan_default();
+    const kt_batch_options options = {.states = 21, .method = kt_method_find("rk4")};
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    const size_t size = kt_batch_size(tree.model, &options);
+    memset(memory, 0xFF, sizeof memory);
+    if (!kt_check_below("bytes of a batch", (double)size, (double)sizeof memory))
+        return;
+    kt_interpose_start();
+    kt_status status = kt_batch_init(tree.model, &options, memory, size, &batch, &error);
+    for (size_t i = 0; i < options.states && status == KT_OK; i++) {
+        kt_tree_state_draw(&tree, &random, &s);
+        status = kt_batch_set_state(batch, i, 0.0, s.q, s.v, &error);
+    }
+    if (status == KT_OK)
+        status = kt_batch_forward(batch, &error);
+    if (status == KT_OK)
+        status = kt_batch_inverse(batch, &error);
+    if (status == KT_OK)
+        status = kt_batch_step(batch, 0.001, 10, &error);
+    const long allocations = kt_interpose_stop();
+    kt_check_equal_int("status", status, KT_OK);
+    kt_check_equal_int("allocations", allocations, 0);
+    kt_batch_free(batch); /* does nothing */
+    kt_check_equal_int("one byte less", kt_batch_init(tree.model, &options, memory, size - 1, &batch, &error),
+                       KT_ERROR_MEMORY);
+    kt_tree_free(&tree);
+}
+
+/* ---- arguments --------------------------------------------------------------------------------------------------- */
+
+KT_TEST(wrong_arguments_are_refused) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_error error;
+    kt_batch *batch = NULL;
+    double q[KT_TREE_NQ] = {0.0};
+    const kt_tree_plan plan = kt_tree_plan_planar();
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    kt_batch_options options = kt_batch_options_default();
+    kt_check_equal_int("one state", (long long)options.states, 1);
+    options.states = 0;
+    kt_check_equal_int("no states", kt_batch_create(tree.model, &options, &batch, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("bytes of none", (long long)kt_batch_size(tree.model, &options), 0);
+    options.states = 3;
+    options.method = kt_method_find("radau5");
+    kt_check_equal_int("an implicit method", kt_batch_create(tree.model, &options, &batch, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("it is named", error.message, "radau5");
+    options.method = NULL;
+    if (!kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK))
+        return;
+    kt_check_equal_int("a state that is not there", kt_batch_set_state(batch, 3, 0.0, q, NULL, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("its status", kt_batch_status(batch, 3), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no method", kt_batch_step(batch, 0.1, 1, &error), KT_ERROR_ARGUMENT);
+    kt_batch_free(batch);
+    options.method = kt_method_find("euler");
+    if (!kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK))
+        return;
+    kt_check_equal_int("a step of infinity", kt_batch_step(batch, INFINITY, 1, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("less than no steps", kt_batch_step(batch, 0.1, -1, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);
+    kt_batch_free(batch);
+    kt_tree_free(&tree);
+}

@@ -1,0 +1,155 @@
+#include "many.h"
+
+#include "check.h"
+
+#include "kinetree/dynamics.h"
+#include "kinetree/sensitivity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method) {
+    kt_error error;
+    const kt_batch_options options = {.states = KT_MANY_STATES, .method = method};
+    *many = (kt_many){.model = model, .nq = (size_t)kt_model_nq(model), .nv = (size_t)kt_model_nv(model)};
+    many->method = method;
+    many->t = calloc(KT_MANY_STATES * (1 + many->nq + 3 * many->nv) + 1, sizeof(double));
+    many->q = many->t + KT_MANY_STATES;
+    many->v = many->q + KT_MANY_STATES * many->nq;
+    many->tau = many->v + KT_MANY_STATES * many->nv;
+    many->a = many->tau + KT_MANY_STATES * many->nv;
+    many->work_size = method ? kt_step_work_size(model, method) : 0;
+    many->work = many->work_size ? aligned_alloc(KT_ALIGNMENT, many->work_size) : NULL;
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        many->t[i] = 0.25 * (double)i;
+        kt_model_initial(model, many->q + i * many->nq, many->v + i * many->nv);
+    }
+    if (kt_batch_create(model, &options, &many->batch, &error) == KT_OK)
+        return true;
+    kt_note("%s: %s", error.where, error.message);
+    return kt_check_true("a batch is made", false);
+}
+
+void kt_many_free(kt_many *many) {
+    kt_batch_free(many->batch);
+    free(many->t);
+    free(many->work);
+}
+
+static void set(kt_many *many) {
+    kt_status status = KT_OK;
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        status |= kt_batch_set_state(many->batch, i, many->t[i], many->q + i * many->nq, many->v + i * many->nv, NULL);
+        status |= kt_batch_set_torque(many->batch, i, many->tau + i * many->nv, NULL);
+        status |= kt_batch_set_acceleration(many->batch, i, many->a + i * many->nv, NULL);
+    }
+    kt_check_true("all states are set", status == KT_OK);
+}
+
+static bool differ(const double *a, const double *b, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        if (memcmp(&a[i], &b[i], sizeof *a) != 0 && !(a[i] != a[i] && b[i] != b[i])) /* a NaN is a NaN */
+            return true;
+    return false;
+}
+
+/* The call's status is that of the first state that failed. */
+static bool told_wrong(kt_status all, kt_status first_failure, const kt_error *error, size_t state) {
+    char number[32];
+    if (all != first_failure)
+        return true;
+    (void)snprintf(number, sizeof number, "state %zu", state);
+    return all != KT_OK && strncmp(error->where, number, strlen(number)) != 0;
+}
+
+typedef struct first_failure {
+    kt_status status;
+    size_t state;
+} first_failure;
+
+static void note(first_failure *first, kt_status status, size_t state) {
+    if (first->status == KT_OK && status != KT_OK)
+        *first = (first_failure){status, state};
+}
+
+int kt_many_compare_forward(kt_many *many, kt_data *data) {
+    const size_t nq = many->nq, nv = many->nv;
+    kt_error error;
+    first_failure first = {KT_OK, 0};
+    double *expected = calloc(2 * nv + 1, sizeof *expected), *seen = expected + nv;
+    int different = 0;
+    set(many);
+    const kt_status all = kt_batch_forward(many->batch, &error);
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        memcpy(expected, many->a + i * nv, nv * sizeof *expected);
+        const kt_status alone = kt_acceleration_evaluate(many->model, data, many->t[i], many->q + i * nq,
+                                                         many->v + i * nv, many->tau + i * nv, NULL, expected, NULL);
+        note(&first, alone, i);
+        if (kt_batch_get_acceleration(many->batch, i, seen, NULL) != KT_OK ||
+            kt_batch_status(many->batch, i) != alone || differ(seen, expected, nv))
+            different++;
+    }
+    different += told_wrong(all, first.status, &error, first.state);
+    free(expected);
+    return different;
+}
+
+int kt_many_compare_inverse(kt_many *many, kt_data *data) {
+    const size_t nq = many->nq, nv = many->nv;
+    kt_error error;
+    first_failure first = {KT_OK, 0};
+    double *expected = calloc(2 * nv + 1, sizeof *expected), *seen = expected + nv;
+    int different = 0;
+    set(many);
+    const kt_status all = kt_batch_inverse(many->batch, &error);
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        memcpy(expected, many->tau + i * nv, nv * sizeof *expected);
+        const kt_status alone = kt_dynamics_inverse(many->model, data, many->q + i * nq, many->v + i * nv,
+                                                    many->a + i * nv, NULL, expected, NULL);
+        note(&first, alone, i);
+        if (kt_batch_get_torque(many->batch, i, seen, NULL) != KT_OK || kt_batch_status(many->batch, i) != alone ||
+            differ(seen, expected, nv))
+            different++;
+    }
+    different += told_wrong(all, first.status, &error, first.state);
+    free(expected);
+    return different;
+}
+
+/* One state by as many calls of kt_step_evaluate, until one fails. */
+static kt_status step_alone(kt_many *many, kt_data *data, size_t i, double h, int steps, double *t, double *q,
+                            double *v) {
+    *t = many->t[i];
+    memcpy(q, many->q + i * many->nq, many->nq * sizeof *q);
+    memcpy(v, many->v + i * many->nv, many->nv * sizeof *v);
+    for (int k = 0; k < steps; k++) {
+        const kt_step step = {.method = many->method, .t = *t, .h = h, .tau = many->tau + i * many->nv};
+        const kt_status status =
+            kt_step_evaluate(many->model, data, many->work, many->work_size, &step, q, v, q, v, NULL);
+        if (status != KT_OK)
+            return status;
+        *t += h;
+    }
+    return KT_OK;
+}
+
+int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps) {
+    const size_t nq = many->nq, nv = many->nv, N = 1 + nq + nv;
+    kt_error error;
+    first_failure first = {KT_OK, 0};
+    double *expected = calloc(2 * N, sizeof *expected), *seen = expected + N;
+    int different = 0;
+    set(many);
+    const kt_status all = kt_batch_step(many->batch, h, steps, &error);
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        const kt_status alone = step_alone(many, data, i, h, steps, expected, expected + 1, expected + 1 + nq);
+        note(&first, alone, i);
+        if (kt_batch_get_state(many->batch, i, seen, seen + 1, seen + 1 + nq, NULL) != KT_OK ||
+            kt_batch_status(many->batch, i) != alone || differ(seen, expected, N))
+            different++;
+    }
+    different += told_wrong(all, first.status, &error, first.state);
+    free(expected);
+    return different;
+}
