@@ -2,16 +2,16 @@
  * studies. One core computes several times as many states in a second as one by one, and each with the same bits.
  *
  *     kt_batch_options options = kt_batch_options_default();
+ *     kt_batch *batch = NULL;
  *     options.states = 1000;
  *     options.method = kt_method_find("rk4");
- *     kt_batch *batch = NULL;
- *     kt_status status = kt_batch_create(model, &options, &batch, &error);
- *     for (size_t i = 0; i < 1000 && status == KT_OK; i++)
- *         status = kt_batch_set_state(batch, i, 0.0, q[i], v[i], &error);
+ *     status = kt_batch_create(model, &options, &batch, &error);
+ *     for (size_t i = 0; i < options.states && status == KT_OK; i++)
+ *         status = kt_batch_set_state(batch, i, 0.0, q + i * n, v + i * n, &error);
  *     if (status == KT_OK)
  *         status = kt_batch_step(batch, 0.01, 100, &error);
  *     if (status == KT_OK)
- *         status = kt_batch_get_state(batch, 0, &t, q[0], v[0], &error);
+ *         status = kt_batch_get_state(batch, 0, NULL, q, v, &error);
  *     kt_batch_free(batch);
  *
  * Every state has its own time, positions, velocities and joint forces. Groups of `width` states (kt_batch_report) lie

@@ -80,6 +80,8 @@ typedef struct fixture {
     kt_dae_options dae_options;
     kt_floquet *floquet;
     kt_floquet_options floquet_options;
+    kt_batch *batch;
+    kt_batch_options batch_options;
     ptrdiff_t place;
     kt_plan_step steps[256];
     const double *slope;
@@ -321,6 +323,7 @@ static bool make_objects(fixture *f) {
     f->dae_options = kt_dae_options_default((kt_dae_type)0);
     f->floquet_options = kt_floquet_options_default(0.02);
     f->floquet_options.steps = 2;
+    f->batch_options = (kt_batch_options){.states = 3, .method = kt_method_find("rk4")};
     f->variant = kt_variant_default(&f->run);
     if (kt_model_nv(f->model) > 0 && kt_dynamics_mass(f->model, f->data, f->q, f->identity, e) == KT_OK)
         (void)!kt_mass_factor_compute(f->factor, f->identity, e);
@@ -332,6 +335,8 @@ static bool make_objects(fixture *f) {
         f->dae = NULL;
     if (kt_floquet_create(f->model, &f->floquet_options, &f->floquet, e) != KT_OK)
         f->floquet = NULL;
+    if (kt_batch_create(f->model, &f->batch_options, &f->batch, e) != KT_OK)
+        f->batch = NULL;
     return true;
 }
 

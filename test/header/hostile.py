@@ -39,7 +39,7 @@ BY_NAME = {
     "kt_integrator_save.previous_y": "f->out[0]", "kt_integrator_save.history": "f->out[1]", "kt_integrator_save.memory": "&f->integrator_memory",
     "kt_mass_factor_compute.mass": "f->identity", "kt_mass_inverse_init.rows": "2", "kt_run_method.model": "f->model",
     "kt_simulation_set_parameter.copy": "f->copy", "kt_parameter_set.copy": "f->copy", "kt_integrator_init.size": "MEMORY",
-    "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
+    "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
 }
 BY_TYPE = {
     "const kt_model *": "f->model", "kt_model *": "f->copy", "kt_data *": "f->data", "const kt_data *": "f->data",
@@ -59,7 +59,7 @@ BY_TYPE = {
     "kt_energy_watch *": "&f->energy", "const kt_energy_watch *": "&f->energy", "const kt_record *": "&f->record", "kt_record *": "&f->record",
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
     "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
-    "kt_equilibrium *": "&f->equilibrium", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
+    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
@@ -76,7 +76,7 @@ BY_TYPE = {
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy"]
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch"]
 ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
 
 
@@ -162,7 +162,7 @@ def wrong(function, kind, name, value):
     if kind in ("kt_mat3", "kt_sym3", "kt_quat"):
         yield "NaN", {"kt_mat3": "f->no_matrix", "kt_sym3": "f->no_inertia", "kt_quat": "(kt_quat){(double)NAN, 0.0, 0.0, 0.0}"}[kind], ""
     if kind == "int":
-        counts = name == "columns" or function in ("kt_loop_jacobian", "kt_stability_grid")  # of arrays that the caller has, which nothing tells
+        counts = name in ("columns", "steps") or function in ("kt_loop_jacobian", "kt_stability_grid")  # of arrays that the caller has, which nothing tells
         for what in ("-1", "INT_MIN", "0") + (() if counts else ("INT_MAX", "1000", "f->bodies", "f->bodies - 1")):
             yield what, what, ""
     if kind == "size_t" and value == "MEMORY":

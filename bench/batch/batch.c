@@ -1,0 +1,259 @@
+/* Many states in lanes beside the same states one by one: how many times as many a second, on one core. Both sides compute
+ * the same states in turns in one run, and their results are compared first, bit by bit. */
+#include "../bench.h"
+#include "../chain.h"
+#include "../report.h"
+
+#include "kinetree/batch.h"
+#include "kinetree/sensitivity.h"
+#ifdef KT_SCENES
+#include "kinetree/scene.h"
+#endif
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATES = 64 };
+
+/* States of one model, state after state, and as a batch. */
+typedef struct kt_states {
+    kt_chain *chain;
+    const kt_method *method;
+    kt_batch *batch;
+    double *q, *v, *tau, *a;
+    double *next_q, *next_v;
+    void *work;
+    size_t work_size;
+    bool failed;
+} kt_states;
+
+static double random_number(uint64_t *seed) {
+    *seed = *seed * 6364136223846793005U + 1442695040888963407U;
+    return (double)(*seed >> 11) / 4503599627370496.0 - 1.0;
+}
+
+static bool prepare(kt_states *s, kt_chain *chain, kt_error *error) {
+    const size_t nq = (size_t)chain->nq, nv = (size_t)chain->n;
+    uint64_t seed = 1;
+    *s = (kt_states){.chain = chain, .method = kt_method_find("rk4")};
+    s->q = calloc(STATES * (nq + 3 * nv) + nq + nv, sizeof(double));
+    s->v = s->q + STATES * nq;
+    s->tau = s->v + STATES * nv;
+    s->a = s->tau + STATES * nv;
+    s->next_q = s->a + STATES * nv;
+    s->next_v = s->next_q + nq;
+    s->work_size = kt_step_work_size(chain->model, s->method);
+    s->work = aligned_alloc(KT_ALIGNMENT, (s->work_size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    const kt_batch_options options = {.states = STATES, .method = s->method};
+    kt_status status = kt_batch_create(chain->model, &options, &s->batch, error);
+    for (size_t i = 0; i < STATES && status == KT_OK; i++) {
+        double *step = s->next_v;
+        for (size_t k = 0; k < nv; k++) {
+            step[k] = 0.5 * random_number(&seed);
+            s->v[i * nv + k] = random_number(&seed);
+            s->tau[i * nv + k] = random_number(&seed);
+        }
+        kt_position_add(chain->model, chain->q, step, s->q + i * nq);
+        status = kt_batch_set_state(s->batch, i, 0.0, s->q + i * nq, s->v + i * nv, error);
+        if (status == KT_OK)
+            status = kt_batch_set_torque(s->batch, i, s->tau + i * nv, error);
+    }
+    return status == KT_OK;
+}
+
+static void release(kt_states *s) {
+    kt_batch_free(s->batch);
+    free(s->q);
+    free(s->work);
+}
+
+/* ---- tasks: all states, once a repetition ------------------------------------------------------------------------ */
+
+static void forward_alone(void *user, long repetitions) {
+    kt_states *s = user;
+    const size_t nq = (size_t)s->chain->nq, nv = (size_t)s->chain->n;
+    for (; repetitions > 0; repetitions--)
+        for (size_t i = 0; i < STATES; i++)
+            s->failed |= kt_acceleration_evaluate(s->chain->model, s->chain->data, 0.0, s->q + i * nq, s->v + i * nv,
+                                                  s->tau + i * nv, NULL, s->a + i * nv, NULL) != KT_OK;
+}
+
+static void forward_lanes(void *user, long repetitions) {
+    kt_states *s = user;
+    for (; repetitions > 0; repetitions--)
+        s->failed |= kt_batch_forward(s->batch, NULL) != KT_OK;
+}
+
+static void inverse_alone(void *user, long repetitions) {
+    kt_states *s = user;
+    const size_t nq = (size_t)s->chain->nq, nv = (size_t)s->chain->n;
+    for (; repetitions > 0; repetitions--)
+        for (size_t i = 0; i < STATES; i++)
+            s->failed |= kt_dynamics_inverse(s->chain->model, s->chain->data, s->q + i * nq, s->v + i * nv,
+                                             s->a + i * nv, NULL, s->tau + i * nv, NULL) != KT_OK;
+}
+
+static void inverse_lanes(void *user, long repetitions) {
+    kt_states *s = user;
+    for (; repetitions > 0; repetitions--)
+        s->failed |= kt_batch_inverse(s->batch, NULL) != KT_OK;
+}
+
+/* Steps of no length, so that the states stay. */
+static void step_alone(void *user, long repetitions) {
+    kt_states *s = user;
+    const size_t nq = (size_t)s->chain->nq, nv = (size_t)s->chain->n;
+    for (; repetitions > 0; repetitions--)
+        for (size_t i = 0; i < STATES; i++) {
+            const kt_step step = {.method = s->method, .h = 0.0, .tau = s->tau + i * nv};
+            s->failed |= kt_step_evaluate(s->chain->model, s->chain->data, s->work, s->work_size, &step, s->q + i * nq,
+                                          s->v + i * nv, s->next_q, s->next_v, NULL) != KT_OK;
+        }
+}
+
+static void step_lanes(void *user, long repetitions) {
+    kt_states *s = user;
+    for (; repetitions > 0; repetitions--)
+        s->failed |= kt_batch_step(s->batch, 0.0, 1, NULL) != KT_OK;
+}
+
+typedef struct kt_pair {
+    const char *name;
+    void (*alone)(void *user, long repetitions);
+    void (*lanes)(void *user, long repetitions);
+    kt_status (*get)(const kt_batch *batch, size_t state, double *out, kt_error *error); /* NULL: no numbers of nv */
+} kt_pair;
+
+static const kt_pair pairs[] = {
+    {"ABA", forward_alone, forward_lanes, kt_batch_get_acceleration},
+    {"RNEA", inverse_alone, inverse_lanes, kt_batch_get_torque},
+    {"rk4 step", step_alone, step_lanes, NULL},
+};
+
+static bool are_equal(kt_states *s, const kt_pair *pair, const double *alone) {
+    const size_t nv = (size_t)s->chain->n;
+    pair->alone(s, 1);
+    pair->lanes(s, 1);
+    for (size_t i = 0; i < STATES && pair->get; i++)
+        if (pair->get(s->batch, i, s->next_v, NULL) != KT_OK ||
+            memcmp(s->next_v, alone + i * nv, nv * sizeof *alone) != 0)
+            return false;
+    return !s->failed;
+}
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_goal {
+    double v4, v3; /* how many times as many states; 0: none */
+} kt_goal;
+
+/* Measures the pairs of one mechanism. Returns an exit status. */
+static int measure(const char *name, kt_chain *chain, kt_goal goal, const kt_bench_options *options, kt_csv *csv) {
+    kt_states s;
+    kt_error error;
+    int status = KT_BENCH_DONE;
+    if (!prepare(&s, chain, &error))
+        status = kt_bench_tell(&error);
+    for (size_t p = 0; p < sizeof pairs / sizeof *pairs && status != KT_BENCH_FAILED; p++) {
+        static kt_bench_times times[2];
+        const kt_bench_task tasks[2] = {{pairs[p].alone, &s}, {pairs[p].lanes, &s}};
+        if (!are_equal(&s, &pairs[p], p == 1 ? s.tau : s.a)) {
+            fprintf(stderr, "%s, %s: lanes and single states differ\n", name, pairs[p].name);
+            status = KT_BENCH_FAILED;
+            break;
+        }
+        kt_bench_measure(tasks, 2, options->seconds, times);
+        const kt_bench_ratio ratio = kt_bench_compare(&times[0], &times[1]);
+        const kt_isa isa = kt_model_isa(chain->model);
+        const double least = isa == KT_ISA_V4 ? goal.v4 : isa == KT_ISA_V3 ? goal.v3 : 0.0;
+        printf("%-14s %-9s %10.0f %10.0f %8.2f (%.2f to %.2f)%s\n", name, pairs[p].name, STATES / times[0].low,
+               STATES / times[1].low, ratio.median, ratio.low, ratio.high,
+               p < 2 && ratio.median < least ? "  missed" : "");
+        if (options->check && p < 2 && ratio.median < least)
+            status = KT_BENCH_MISSED;
+        kt_csv_text(csv, name);
+        kt_csv_text(csv, pairs[p].name);
+        kt_csv_number(csv, STATES / times[0].low);
+        kt_csv_number(csv, STATES / times[1].low);
+        kt_csv_number(csv, ratio.median);
+        kt_csv_origin(csv, isa);
+        kt_csv_line(csv);
+    }
+    release(&s);
+    return status;
+}
+
+/* A chain in a plane: the same links, all axes parallel. */
+static kt_status make_planar(int n, kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_chain_description d;
+    kt_status status = kt_chain_describe(n, 1, &d, error);
+    if (status != KT_OK)
+        return status;
+    for (int i = 0; i < n; i++)
+        d.bodies[i].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    status = kt_chain_of(&d.description, isa, false, chain, error);
+    kt_chain_describe_free(&d);
+    return status;
+}
+
+#ifdef KT_SCENES
+static kt_status make_humanoid(kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_scene scene;
+    kt_status status = kt_scene_read(KT_SCENES "/humanoid.yaml", &scene, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_chain_of(&scene.description, isa, false, chain, error);
+    kt_scene_free(&scene);
+    return status;
+}
+#endif
+
+static int run(const kt_bench_options *options, kt_csv *csv) {
+    static const struct {
+        const char *name;
+        kt_goal goal;
+    } cases[] = {{"chain of 32", {4.0, 2.2}}, {"planar of 128", {4.0, 2.0}}, {"humanoid", {3.5, 2.0}}};
+    int worst = KT_BENCH_DONE;
+    for (int i = 0; i < 3; i++) {
+        kt_chain chain;
+        kt_error error;
+        kt_status made = KT_OK;
+        if (i == 0)
+            made = kt_chain_make(32, options->isa, false, &chain, &error);
+        else if (i == 1)
+            made = make_planar(128, options->isa, &chain, &error);
+        else {
+#ifdef KT_SCENES
+            made = make_humanoid(options->isa, &chain, &error);
+#else
+            break;
+#endif
+        }
+        if (made != KT_OK)
+            return kt_bench_tell(&error);
+        const int status = measure(cases[i].name, &chain, cases[i].goal, options, csv);
+        worst = status > worst ? status : worst;
+        kt_chain_free(&chain);
+    }
+    return worst;
+}
+
+int main(int argc, char **argv) {
+    kt_bench_options options = {.seconds = 2.0, .isa = KT_ISA_AUTO};
+    kt_csv csv;
+    const int status =
+        kt_bench_read(argc, argv,
+                      "States a second of one core: one by one, and as a batch in lanes; the ratio of the "
+                      "two, with its quartiles.\n--check compares them with what is promised.",
+                      &options);
+    if (status >= 0)
+        return status;
+    kt_bench_heading("many states at once", options.isa, options.csv);
+    if (!kt_csv_open(&csv, options.csv, "mechanism,task,alone_per_s,lanes_per_s,ratio," KT_CSV_ORIGIN))
+        return KT_BENCH_FAILED;
+    printf("%-14s %-9s %10s %10s %8s\n", "", "", "alone/s", "lanes/s", "ratio");
+    const int worst = run(&options, &csv);
+    return kt_csv_close(&csv) ? worst : KT_BENCH_FAILED;
+}
