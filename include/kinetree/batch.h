@@ -37,6 +37,7 @@
 extern "C" {
 #endif
 
+/* Many states of one model, and what computing them takes. */
 typedef struct kt_batch kt_batch;
 
 /* How many states, and what is done with them. */
