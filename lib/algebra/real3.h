@@ -8,7 +8,8 @@
  *   kt_real3   a vector in space:        combined by those whose names end in 3
  *   kt_condition   of each state
  *
- * A condition on which a single state ends a recursion ends no recursion of several: kt_refuse notes which have failed.
+ * A condition on which a recursion of one state ends does not end one of several: it is noted for which of them it holds
+ * (KT_REQUIRE_LANES, kt_is_refused).
  */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H
@@ -17,6 +18,18 @@
 
 #include <stdbool.h>
 
+/* What stands for an operator is no call, also where the compiler minds the size. */
+#define KT_OPERATOR static inline __attribute__((always_inline, unused))
+
+/* A component of a vector; read alone, where the vector is in memory. */
+#ifndef KT_LANES
+#define KT_PART2(a, k) ((a)[k])
+#define KT_PART3(a, k) ((a)[k])
+#else
+#define KT_PART2(a, k) kt_part2(a, k)
+#define KT_PART3(a, k) kt_part3(a, k)
+#endif
+
 #ifndef KT_LANES
 
 typedef double kt_real1;
@@ -24,43 +37,45 @@ typedef kt_v2 kt_real2;
 typedef kt_v4 kt_real3;
 typedef bool kt_condition;
 
-KT_INLINE kt_real1 kt_real1_splat(double x) { return x; }
-KT_INLINE kt_condition kt_condition_true(void) { return true; }
-KT_INLINE kt_condition kt_condition_false(void) { return false; }
-KT_INLINE kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a && b; }
+#define kt_make2(x, y) ((kt_v2){(x), (y)})
+#define kt_make3(x, y, z) ((kt_v4){(x), (y), (z), 0.0})
+#define kt_from3 kt_v4_from
+#define kt_cross3 kt_v4_cross
+#define kt_dot3 kt_v4_dot
+#define kt_sum3 kt_v4_sum
+#define kt_apply3 kt_v4_apply
+#define kt_apply_to3 kt_v4_apply_to
+#define kt_same3 kt_v4_splat
+#define kt_load2 kt_v2_load
+#define kt_from2 kt_v2_load
+#define kt_same2 kt_v2_splat
+#define kt_store2 kt_v2_store
+#define kt_swap2 kt_v2_swap
+#define kt_across2 kt_v2_across
+#define kt_dot2 kt_v2_dot
+#define kt_dots3 kt_v4_dot2
+#define kt_multiply3 kt_v4_multiply
+#define kt_rotate_inertia3 kt_v4_rotate_inertia
 
-KT_INLINE kt_real3 kt_zero3(void) { return kt_v4_splat(0.0); }
-KT_INLINE kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_v4){x, y, z, 0.0}; }
-KT_INLINE kt_real3 kt_from3(kt_vec3 a) { return kt_v4_from(a); }
-KT_INLINE kt_real3 kt_splat3(kt_v4 a) { return a; }
-KT_INLINE kt_real3 kt_same3(double s) { return kt_v4_splat(s); }
-KT_INLINE kt_real1 kt_part3(kt_real3 a, int k) { return a[k]; }
-KT_INLINE void kt_set_part3(kt_real3 *a, int k, kt_real1 x) { (*a)[k] = x; }
-KT_INLINE kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return a + b; }
-KT_INLINE kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return a - b; }
-KT_INLINE kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return a * b; }
-KT_INLINE kt_real3 kt_minus3(kt_real3 a) { return -a; }
-KT_INLINE kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return kt_v4_splat(s) * a; }
-KT_INLINE kt_real3 kt_cross3(kt_real3 a, kt_real3 b) { return kt_v4_cross(a, b); }
-KT_INLINE kt_real1 kt_dot3(kt_real3 a, kt_real3 b) { return kt_v4_dot(a, b); }
-KT_INLINE kt_real1 kt_sum3(kt_real3 a) { return kt_v4_sum(a); }
-KT_INLINE kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) { return kt_v4_apply(a, u); }
-KT_INLINE kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_v4_apply_to(a, u); }
+KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
+KT_OPERATOR kt_condition kt_condition_true(void) { return true; }
+KT_OPERATOR kt_condition kt_condition_false(void) { return false; }
+KT_OPERATOR kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a && b; }
 
-KT_INLINE kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_v2){x, y}; }
-KT_INLINE kt_real2 kt_load2(const kt_real1 *x) { return kt_v2_load(x); }
-KT_INLINE kt_real2 kt_from2(const double *x) { return kt_v2_load(x); }
-KT_INLINE kt_real2 kt_same2(double s) { return kt_v2_splat(s); }
-KT_INLINE void kt_store2(kt_real1 *x, kt_real2 a) { kt_v2_store(x, a); }
-KT_INLINE kt_real1 kt_part2(kt_real2 a, int k) { return a[k]; }
-KT_INLINE kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return a + b; }
-KT_INLINE kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return a - b; }
-KT_INLINE kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return a * b; }
-KT_INLINE kt_real2 kt_minus2(kt_real2 a) { return -a; }
-KT_INLINE kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return kt_v2_splat(s) * a; }
-KT_INLINE kt_real2 kt_swap2(kt_real2 a) { return kt_v2_swap(a); }
-KT_INLINE kt_real2 kt_across2(kt_real2 a) { return kt_v2_across(a); }
-KT_INLINE kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return kt_v2_dot(a, b); }
+KT_OPERATOR kt_real3 kt_zero3(void) { return kt_v4_splat(0.0); }
+KT_OPERATOR kt_real3 kt_splat3(kt_v4 a) { return a; }
+KT_OPERATOR void kt_set_part3(kt_real3 *a, int k, kt_real1 x) { (*a)[k] = x; }
+KT_OPERATOR kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return a + b; }
+KT_OPERATOR kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return a - b; }
+KT_OPERATOR kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return a * b; }
+KT_OPERATOR kt_real3 kt_minus3(kt_real3 a) { return -a; }
+KT_OPERATOR kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return kt_v4_splat(s) * a; }
+
+KT_OPERATOR kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return a + b; }
+KT_OPERATOR kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return a - b; }
+KT_OPERATOR kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return a * b; }
+KT_OPERATOR kt_real2 kt_minus2(kt_real2 a) { return -a; }
+KT_OPERATOR kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return kt_v2_splat(s) * a; }
 
 #else
 
@@ -73,21 +88,21 @@ typedef struct kt_real3 {
     kt_real1 x, y, z;
 } kt_real3;
 
-KT_INLINE kt_real1 kt_real1_splat(double x) { return (kt_real1){0} + x; }
-KT_INLINE kt_condition kt_condition_false(void) { return (kt_condition){0}; }
-KT_INLINE kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
-KT_INLINE kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a & b; }
+KT_OPERATOR kt_real1 kt_real1_splat(double x) { return (kt_real1){0} + x; }
+KT_OPERATOR kt_condition kt_condition_false(void) { return (kt_condition){0}; }
+KT_OPERATOR kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
+KT_OPERATOR kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a & b; }
 
-KT_INLINE kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_real3){x, y, z}; }
-KT_INLINE kt_real3 kt_zero3(void) { return (kt_real3){.x = {0}}; }
-KT_INLINE kt_real3 kt_from3(kt_vec3 a) {
+KT_OPERATOR kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_real3){x, y, z}; }
+KT_OPERATOR kt_real3 kt_zero3(void) { return (kt_real3){.x = {0}}; }
+KT_OPERATOR kt_real3 kt_from3(kt_vec3 a) {
     return (kt_real3){kt_real1_splat(a.x), kt_real1_splat(a.y), kt_real1_splat(a.z)};
 }
-KT_INLINE kt_real3 kt_splat3(kt_v4 a) { return kt_from3(kt_v4_vec3(a)); }
-KT_INLINE kt_real3 kt_same3(double s) { return kt_from3((kt_vec3){s, s, s}); }
+KT_OPERATOR kt_real3 kt_splat3(kt_v4 a) { return kt_from3(kt_v4_vec3(a)); }
+KT_OPERATOR kt_real3 kt_same3(double s) { return kt_from3((kt_vec3){s, s, s}); }
 /* Chosen at compilation: k is a constant where loops are unrolled; else through memory. */
-KT_INLINE kt_real1 kt_part3(kt_real3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
-KT_INLINE void kt_set_part3(kt_real3 *a, int k, kt_real1 x) {
+KT_OPERATOR kt_real1 kt_part3(kt_real3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+KT_OPERATOR void kt_set_part3(kt_real3 *a, int k, kt_real1 x) {
     if (k == 0)
         a->x = x;
     else if (k == 1)
@@ -95,45 +110,63 @@ KT_INLINE void kt_set_part3(kt_real3 *a, int k, kt_real1 x) {
     else
         a->z = x;
 }
-KT_INLINE kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x + b.x, a.y + b.y, a.z + b.z}; }
-KT_INLINE kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x - b.x, a.y - b.y, a.z - b.z}; }
-KT_INLINE kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x * b.x, a.y * b.y, a.z * b.z}; }
-KT_INLINE kt_real3 kt_minus3(kt_real3 a) { return (kt_real3){-a.x, -a.y, -a.z}; }
-KT_INLINE kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return (kt_real3){s * a.x, s * a.y, s * a.z}; }
-KT_INLINE kt_real3 kt_cross3(kt_real3 a, kt_real3 b) {
+KT_OPERATOR kt_real3 kt_add3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x + b.x, a.y + b.y, a.z + b.z}; }
+KT_OPERATOR kt_real3 kt_sub3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x - b.x, a.y - b.y, a.z - b.z}; }
+KT_OPERATOR kt_real3 kt_mul3(kt_real3 a, kt_real3 b) { return (kt_real3){a.x * b.x, a.y * b.y, a.z * b.z}; }
+KT_OPERATOR kt_real3 kt_minus3(kt_real3 a) { return (kt_real3){-a.x, -a.y, -a.z}; }
+KT_OPERATOR kt_real3 kt_scale3(kt_real1 s, kt_real3 a) { return (kt_real3){s * a.x, s * a.y, s * a.z}; }
+KT_OPERATOR kt_real3 kt_cross3(kt_real3 a, kt_real3 b) {
     return (kt_real3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-KT_INLINE kt_real1 kt_sum3(kt_real3 a) { return (a.x + a.y) + a.z; }
-KT_INLINE kt_real1 kt_dot3(kt_real3 a, kt_real3 b) { return kt_sum3(kt_mul3(a, b)); }
-KT_INLINE kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) {
+KT_OPERATOR kt_real1 kt_sum3(kt_real3 a) { return (a.x + a.y) + a.z; }
+KT_OPERATOR kt_real1 kt_dot3(kt_real3 a, kt_real3 b) { return kt_sum3(kt_mul3(a, b)); }
+KT_OPERATOR kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) {
     return kt_add3(kt_add3(kt_scale3(u.x, a[0]), kt_scale3(u.y, a[1])), kt_scale3(u.z, a[2]));
 }
-KT_INLINE kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_apply3(a, kt_from3(u)); }
+KT_OPERATOR kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_apply3(a, kt_from3(u)); }
 
-KT_INLINE kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_real2){x, y}; }
-KT_INLINE kt_real2 kt_load2(const kt_real1 *x) { return (kt_real2){x[0], x[1]}; }
-KT_INLINE kt_real2 kt_from2(const double *x) { return (kt_real2){kt_real1_splat(x[0]), kt_real1_splat(x[1])}; }
-KT_INLINE kt_real2 kt_same2(double s) { return (kt_real2){kt_real1_splat(s), kt_real1_splat(s)}; }
-KT_INLINE void kt_store2(kt_real1 *x, kt_real2 a) {
+KT_OPERATOR kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_real2){x, y}; }
+KT_OPERATOR kt_real2 kt_load2(const kt_real1 *x) { return (kt_real2){x[0], x[1]}; }
+KT_OPERATOR kt_real2 kt_from2(const double *x) { return (kt_real2){kt_real1_splat(x[0]), kt_real1_splat(x[1])}; }
+KT_OPERATOR kt_real2 kt_same2(double s) { return (kt_real2){kt_real1_splat(s), kt_real1_splat(s)}; }
+KT_OPERATOR void kt_store2(kt_real1 *x, kt_real2 a) {
     x[0] = a.x;
     x[1] = a.y;
 }
-KT_INLINE kt_real1 kt_part2(kt_real2 a, int k) { return k == 0 ? a.x : a.y; }
-KT_INLINE kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x + b.x, a.y + b.y}; }
-KT_INLINE kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x - b.x, a.y - b.y}; }
-KT_INLINE kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x * b.x, a.y * b.y}; }
-KT_INLINE kt_real2 kt_minus2(kt_real2 a) { return (kt_real2){-a.x, -a.y}; }
-KT_INLINE kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return (kt_real2){s * a.x, s * a.y}; }
-KT_INLINE kt_real2 kt_swap2(kt_real2 a) { return (kt_real2){a.y, a.x}; }
-KT_INLINE kt_real2 kt_across2(kt_real2 a) { return (kt_real2){-a.y, a.x}; }
-KT_INLINE kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return a.x * b.x + a.y * b.y; }
-
-#endif
+KT_OPERATOR kt_real1 kt_part2(kt_real2 a, int k) { return k == 0 ? a.x : a.y; }
+KT_OPERATOR kt_real2 kt_add2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x + b.x, a.y + b.y}; }
+KT_OPERATOR kt_real2 kt_sub2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x - b.x, a.y - b.y}; }
+KT_OPERATOR kt_real2 kt_mul2(kt_real2 a, kt_real2 b) { return (kt_real2){a.x * b.x, a.y * b.y}; }
+KT_OPERATOR kt_real2 kt_minus2(kt_real2 a) { return (kt_real2){-a.x, -a.y}; }
+KT_OPERATOR kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return (kt_real2){s * a.x, s * a.y}; }
+KT_OPERATOR kt_real2 kt_swap2(kt_real2 a) { return (kt_real2){a.y, a.x}; }
+KT_OPERATOR kt_real2 kt_across2(kt_real2 a) { return (kt_real2){-a.y, a.x}; }
+KT_OPERATOR kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return a.x * b.x + a.y * b.y; }
 
 /* a . b + c . d */
-KT_INLINE kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
+KT_OPERATOR kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
     return kt_sum3(kt_add3(kt_mul3(a, b), kt_mul3(c, d)));
 }
+
+/* out = A B */
+KT_OPERATOR void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
+    const kt_real3 x = kt_apply3(a, b[0]), y = kt_apply3(a, b[1]), z = kt_apply3(a, b[2]);
+    out[0] = x;
+    out[1] = y;
+    out[2] = z;
+}
+
+/* out = R J R' */
+KT_OPERATOR void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
+    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
+    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
+    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
+    for (int k = 0; k < 3; k++)
+        out[k] = kt_add3(kt_add3(kt_scale3(KT_PART3(r[0], k), x), kt_scale3(KT_PART3(r[1], k), y)),
+                         kt_scale3(KT_PART3(r[2], k), z));
+}
+
+#endif
 
 /* Goes on only where a condition holds: returns from a recursion of one state where it does not; of several states,
  * `all` says afterwards for which it held. */
@@ -148,7 +181,7 @@ KT_INLINE kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
 #endif
 
 /* The columns of R(p), for a quaternion p of any non-zero norm (kt_matrix_from_quat). */
-KT_INLINE void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
+KT_OPERATOR void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
 #ifndef KT_LANES
     kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
 #else
@@ -175,24 +208,6 @@ KT_INLINE void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
     r[1] = kt_make3(xy - wz, 1.0 - (xx + zz), yz + wx);
     r[2] = kt_make3(xz + wy, yz - wx, 1.0 - (xx + yy));
 #endif
-}
-
-/* out = A B */
-KT_INLINE void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
-    const kt_real3 x = kt_apply3(a, b[0]), y = kt_apply3(a, b[1]), z = kt_apply3(a, b[2]);
-    out[0] = x;
-    out[1] = y;
-    out[2] = z;
-}
-
-/* out = R J R' */
-KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
-    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
-    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
-    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
-    for (int k = 0; k < 3; k++)
-        out[k] = kt_add3(kt_add3(kt_scale3(kt_part3(r[0], k), x), kt_scale3(kt_part3(r[1], k), y)),
-                         kt_scale3(kt_part3(r[2], k), z));
 }
 
 #endif

@@ -44,16 +44,16 @@
  * that of the row's pivot is proportional to m E m'. */
 KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *l, kt_real3 *e) {
     kt_condition positive = kt_condition_true();
-    const kt_real1 l00 = kt_part3(a[0], 0);
-    KT_REQUIRE_LANES(positive, l00 > KT_NO_INERTIA * kt_part3(size, 0));
-    const kt_real1 l10 = kt_part3(a[0], 1) / l00, l20 = kt_part3(a[0], 2) / l00;
-    const kt_real1 d1 = kt_part3(a[1], 1) - l10 * kt_part3(a[0], 1);
-    KT_REQUIRE_LANES(positive, d1 > KT_NO_INERTIA * (kt_part3(size, 1) + l10 * l10 * kt_part3(size, 0)));
-    const kt_real1 b21 = kt_part3(a[1], 2) - l10 * kt_part3(a[0], 2), l21 = b21 / d1;
-    const kt_real1 d2 = kt_part3(a[2], 2) - l20 * kt_part3(a[0], 2) - l21 * b21;
+    const kt_real1 l00 = KT_PART3(a[0], 0);
+    KT_REQUIRE_LANES(positive, l00 > KT_NO_INERTIA * KT_PART3(size, 0));
+    const kt_real1 l10 = KT_PART3(a[0], 1) / l00, l20 = KT_PART3(a[0], 2) / l00;
+    const kt_real1 d1 = KT_PART3(a[1], 1) - l10 * KT_PART3(a[0], 1);
+    KT_REQUIRE_LANES(positive, d1 > KT_NO_INERTIA * (KT_PART3(size, 1) + l10 * l10 * KT_PART3(size, 0)));
+    const kt_real1 b21 = KT_PART3(a[1], 2) - l10 * KT_PART3(a[0], 2), l21 = b21 / d1;
+    const kt_real1 d2 = KT_PART3(a[2], 2) - l20 * KT_PART3(a[0], 2) - l21 * b21;
     const kt_real1 m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
-    KT_REQUIRE_LANES(positive, d2 > KT_NO_INERTIA * (kt_part3(size, 2) + l21 * l21 * kt_part3(size, 1) +
-                                                     m20 * m20 * kt_part3(size, 0)));
+    KT_REQUIRE_LANES(positive, d2 > KT_NO_INERTIA * (KT_PART3(size, 2) + l21 * l21 * KT_PART3(size, 1) +
+                                                     m20 * m20 * KT_PART3(size, 0)));
     *l = kt_make3(l10, l20, l21);
     *e = kt_make3(1.0 / l00, 1.0 / d1, 1.0 / d2);
     return positive;
@@ -64,21 +64,22 @@ KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 o
     kt_condition positive = kt_condition_true();
     kt_real3 l, e;
     KT_REQUIRE_LANES(positive, kt_factor3(a, size, &l, &e));
-    const kt_real1 l10 = kt_part3(l, 0), l20 = kt_part3(l, 1), l21 = kt_part3(l, 2);
-    const kt_real1 e0 = kt_part3(e, 0), e1 = kt_part3(e, 1), e2 = kt_part3(e, 2), m20 = l10 * l21 - l20;
-    const kt_real1 xy = -l10 * e1 - m20 * l21 * e2, xz = m20 * e2, yz = -l21 * e2;
-    out[0] = kt_make3(e0 + l10 * l10 * e1 + m20 * m20 * e2, xy, xz);
-    out[1] = kt_make3(xy, e1 + l21 * l21 * e2, yz);
-    out[2] = kt_make3(xz, yz, e2);
+    const kt_real1 m20 = KT_PART3(l, 0) * KT_PART3(l, 2) - KT_PART3(l, 1);
+    const kt_real1 xy = -KT_PART3(l, 0) * KT_PART3(e, 1) - m20 * KT_PART3(l, 2) * KT_PART3(e, 2);
+    const kt_real1 xz = m20 * KT_PART3(e, 2), yz = -KT_PART3(l, 2) * KT_PART3(e, 2);
+    out[0] = kt_make3(KT_PART3(e, 0) + KT_PART3(l, 0) * KT_PART3(l, 0) * KT_PART3(e, 1) + m20 * m20 * KT_PART3(e, 2),
+                      xy, xz);
+    out[1] = kt_make3(xy, KT_PART3(e, 1) + KT_PART3(l, 2) * KT_PART3(l, 2) * KT_PART3(e, 2), yz);
+    out[2] = kt_make3(xz, yz, KT_PART3(e, 2));
     return positive;
 }
 
 /* (L D L')^-1 b by substitution. */
 KT_INLINE kt_real3 kt_solve3(kt_real3 l, kt_real3 e, kt_real3 b) {
-    const kt_real1 l10 = kt_part3(l, 0), l20 = kt_part3(l, 1), l21 = kt_part3(l, 2), y0 = kt_part3(b, 0);
-    const kt_real1 y1 = kt_part3(b, 1) - l10 * y0, y2 = kt_part3(b, 2) - l20 * y0 - l21 * y1;
-    const kt_real1 x2 = y2 * kt_part3(e, 2), x1 = y1 * kt_part3(e, 1) - l21 * x2;
-    return kt_make3(y0 * kt_part3(e, 0) - l10 * x1 - l20 * x2, x1, x2);
+    const kt_real1 y1 = KT_PART3(b, 1) - KT_PART3(l, 0) * KT_PART3(b, 0);
+    const kt_real1 y2 = KT_PART3(b, 2) - KT_PART3(l, 1) * KT_PART3(b, 0) - KT_PART3(l, 2) * y1;
+    const kt_real1 x2 = y2 * KT_PART3(e, 2), x1 = y1 * KT_PART3(e, 1) - KT_PART3(l, 2) * x2;
+    return kt_make3(KT_PART3(b, 0) * KT_PART3(e, 0) - KT_PART3(l, 0) * x1 - KT_PART3(l, 1) * x2, x1, x2);
 }
 
 KT_INLINE kt_real3 kt_diagonal3(const kt_real3 a[3]) {
@@ -95,10 +96,10 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
     const kt_real3 none = kt_zero3();
     const kt_real3 h = kt_apply_to3(m->axes, link->moment);
     kt_rotate_inertia3(m->axes, &link->inertia, out->j);
-    const kt_real1 zero = kt_real1_splat(0.0), hx = kt_part3(h, 0), hy = kt_part3(h, 1), hz = kt_part3(h, 2);
-    out->h[0] = kt_make3(zero, hz, -hy); /* [h] */
-    out->h[1] = kt_make3(-hz, zero, hx);
-    out->h[2] = kt_make3(hy, -hx, zero);
+    const kt_real1 zero = kt_real1_splat(0.0);
+    out->h[0] = kt_make3(zero, KT_PART3(h, 2), -KT_PART3(h, 1)); /* [h] */
+    out->h[1] = kt_make3(-KT_PART3(h, 2), zero, KT_PART3(h, 0));
+    out->h[2] = kt_make3(KT_PART3(h, 1), -KT_PART3(h, 0), zero);
     for (int k = 0; k < 3; k++) {
         out->g[k] = kt_minus3(out->h[k]);
         out->m[k] = none;
@@ -134,7 +135,7 @@ KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
 
 /* From the child's origin to the parent's. */
 KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_real3 r) {
-    const kt_real1 rx = kt_part3(r, 0), ry = kt_part3(r, 1), rz = kt_part3(r, 2);
+    const kt_real1 rx = KT_PART3(r, 0), ry = KT_PART3(r, 1), rz = KT_PART3(r, 2);
     x->j[0] = kt_sub3(x->j[0], kt_sub3(kt_scale3(rz, x->h[1]), kt_scale3(ry, x->h[2])));
     x->j[1] = kt_sub3(x->j[1], kt_sub3(kt_scale3(rx, x->h[2]), kt_scale3(rz, x->h[0])));
     x->j[2] = kt_sub3(x->j[2], kt_sub3(kt_scale3(ry, x->h[0]), kt_scale3(rx, x->h[1])));
@@ -149,7 +150,7 @@ KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_real3 r) {
 }
 
 /* The parent gain and the free acceleration of a joint with one degree of freedom. */
-KT_INLINE void kt_response_set(kt_response *response, kt_real3 angular, kt_real3 linear, kt_real1 free) {
+KT_OPERATOR void kt_response_set(kt_response *response, kt_real3 angular, kt_real3 linear, kt_real1 free) {
     response->gain_angular = angular;
     response->gain_linear = linear;
 #ifdef KT_LANES
@@ -158,7 +159,7 @@ KT_INLINE void kt_response_set(kt_response *response, kt_real3 angular, kt_real3
     response->gain_angular[3] = free;
 #endif
 }
-KT_INLINE kt_real1 kt_response_free(const kt_response *response) {
+KT_OPERATOR kt_real1 kt_response_free(const kt_response *response) {
 #ifdef KT_LANES
     return response->free;
 #else
@@ -202,7 +203,7 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
     x->force = kt_add3(x->force, kt_add3(kt_add3(kt_apply3(x->g, cn), kt_apply3(x->m, cf)), kt_scale3(y, uf)));
     const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
     for (int k = 0; k < 3; k++) {
-        const kt_real1 nk = kt_part3(vn, k), fk = kt_part3(vf, k);
+        const kt_real1 nk = KT_PART3(vn, k), fk = KT_PART3(vf, k);
         x->j[k] = kt_sub3(x->j[k], kt_scale3(nk, un));
         x->g[k] = kt_sub3(x->g[k], kt_scale3(nk, uf));
         x->h[k] = kt_sub3(x->h[k], kt_scale3(fk, un));
@@ -228,13 +229,13 @@ KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, con
     kept->moment = kt_sub3(applied, x->moment);
     x->force = kt_add3(x->force, kt_apply3(x->g, kt_solve3(l, e, kept->moment)));
     /* rows of Y; those of H are columns of G */
-    const kt_real3 y0 = x->g[0], y1 = kt_sub3(x->g[1], kt_scale3(kt_part3(l, 0), y0));
-    const kt_real3 y2 = kt_sub3(kt_sub3(x->g[2], kt_scale3(kt_part3(l, 1), y0)), kt_scale3(kt_part3(l, 2), y1));
-    const kt_real3 z0 = kt_scale3(kt_part3(e, 0), y0), z1 = kt_scale3(kt_part3(e, 1), y1);
-    const kt_real3 z2 = kt_scale3(kt_part3(e, 2), y2);
+    const kt_real3 y0 = x->g[0], y1 = kt_sub3(x->g[1], kt_scale3(KT_PART3(l, 0), y0));
+    const kt_real3 y2 = kt_sub3(kt_sub3(x->g[2], kt_scale3(KT_PART3(l, 1), y0)), kt_scale3(KT_PART3(l, 2), y1));
+    const kt_real3 z0 = kt_scale3(KT_PART3(e, 0), y0), z1 = kt_scale3(KT_PART3(e, 1), y1);
+    const kt_real3 z2 = kt_scale3(KT_PART3(e, 2), y2);
     for (int i = 0; i < 3; i++)
-        x->m[i] = kt_sub3(x->m[i], kt_add3(kt_add3(kt_scale3(kt_part3(z0, i), y0), kt_scale3(kt_part3(z1, i), y1)),
-                                           kt_scale3(kt_part3(z2, i), y2)));
+        x->m[i] = kt_sub3(x->m[i], kt_add3(kt_add3(kt_scale3(KT_PART3(z0, i), y0), kt_scale3(KT_PART3(z1, i), y1)),
+                                           kt_scale3(KT_PART3(z2, i), y2)));
     x->force = kt_add3(x->force, kt_apply3(x->m, m->linear));
     for (int i = 0; i < 3; i++) {
         kept->h[i] = x->h[i];
@@ -303,7 +304,7 @@ static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) {
     return &part[row / 3][row % 3];
 }
 /* d is for inverse inertias, which are of one state. */
-static inline void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
+KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #ifdef KT_LANES
     (void)kept, (void)row, (void)d;
 #else
@@ -387,7 +388,7 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
     m->linear = kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset)));
     kt_link_subspace(link, parent, m, &s);
     for (int k = 0; k < s.count; k++) {
-        const kt_real1 y = kt_part3(k < 3 ? kept->moment : kept->force, k % 3);
+        const kt_real1 y = KT_PART3(k < 3 ? kept->moment : kept->force, k % 3);
         const kt_real1 x =
             y - kt_dots3(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
         m->alpha = kt_add3(m->alpha, kt_scale3(x, s.angular[k]));

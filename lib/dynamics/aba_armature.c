@@ -32,10 +32,10 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
         x->moment = kt_add3(x->moment, kt_scale3(y, un));
         x->force = kt_add3(x->force, kt_scale3(y, uf));
         for (int c = 0; c < 3; c++) {
-            x->j[c] = kt_sub3(x->j[c], kt_scale3(kt_part3(vn, c), un));
-            x->g[c] = kt_sub3(x->g[c], kt_scale3(kt_part3(vn, c), uf));
-            x->h[c] = kt_sub3(x->h[c], kt_scale3(kt_part3(vf, c), un));
-            x->m[c] = kt_sub3(x->m[c], kt_scale3(kt_part3(vf, c), uf));
+            x->j[c] = kt_sub3(x->j[c], kt_scale3(KT_PART3(vn, c), un));
+            x->g[c] = kt_sub3(x->g[c], kt_scale3(KT_PART3(vn, c), uf));
+            x->h[c] = kt_sub3(x->h[c], kt_scale3(KT_PART3(vf, c), un));
+            x->m[c] = kt_sub3(x->m[c], kt_scale3(KT_PART3(vf, c), uf));
         }
         if (s.count == 1) {
             kt_response_set(&data->response[i], kt_add3(vn, kt_cross3(m->offset, vf)), vf,

@@ -143,12 +143,12 @@ KT_INLINE kt_planar_carried kt_planar_load(const kt_planar_inertia *x) {
 
 KT_INLINE kt_planar_inertia kt_planar_unload(const kt_planar_carried *x) {
     return (kt_planar_inertia){.j = x->j,
-                               .h = {kt_part2(x->h, 0), kt_part2(x->h, 1)},
-                               .xx = kt_part2(x->diagonal, 0),
+                               .h = {KT_PART2(x->h, 0), KT_PART2(x->h, 1)},
+                               .xx = KT_PART2(x->diagonal, 0),
                                .xy = x->xy,
-                               .yy = kt_part2(x->diagonal, 1),
+                               .yy = KT_PART2(x->diagonal, 1),
                                .moment = x->moment,
-                               .force = {kt_part2(x->force, 0), kt_part2(x->force, 1)}};
+                               .force = {KT_PART2(x->force, 0), KT_PART2(x->force, 1)}};
 }
 
 /* M u */
@@ -167,7 +167,7 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
     const kt_real2 g = kt_scale2(d, h);
     x->j = kt_dot2(p, kt_planar_apply(x, p)) - n * nd;
     x->diagonal = kt_sub2(x->diagonal, kt_mul2(h, g));
-    x->xy -= kt_part2(h, 0) * kt_part2(g, 1);
+    x->xy -= KT_PART2(h, 0) * KT_PART2(g, 1);
     x->h = kt_planar_apply(x, p);
     x->force = kt_add2(x->force, kt_add2(kt_scale2(y, g), kt_planar_apply(x, c)));
     x->moment = tau + kt_dot2(p, x->force);

@@ -16,8 +16,8 @@
 #include <string.h>
 
 /* Sines and cosines of the angles `first` to `first + count` of all. */
-KT_INLINE void kt_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, size_t first, size_t count,
-                                kt_real1 *sine, kt_real1 *cosine) {
+KT_OPERATOR void kt_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, size_t first, size_t count,
+                                  kt_real1 *sine, kt_real1 *cosine) {
 #ifdef KT_LANES
     (void)model;
     kt_sincos_gather((const double *)q, data->lane_angle + KT_LANES * first, KT_LANES * count, (double *)sine,
@@ -30,7 +30,7 @@ KT_INLINE void kt_angles_gather(const kt_model *model, kt_data *data, const kt_r
 
 /* Whether a recursion of one state ends because a joint has no inertia. Of several states the others go on: it is noted
  * which are not sound, and what is computed of these means nothing. */
-KT_INLINE bool kt_is_refused(void *data, kt_condition has_inertia) {
+KT_OPERATOR bool kt_is_refused(void *data, kt_condition has_inertia) {
 #ifdef KT_LANES
     ((kt_data *)data)->sound &= has_inertia;
     return false;

@@ -19,7 +19,7 @@ KT_INLINE kt_real2 kt_planar_sum(kt_real2 e, kt_real1 x, kt_real1 y) {
 }
 
 /* The same of a vector of the model. */
-KT_INLINE kt_real2 kt_planar_sum_of(kt_real2 e, const double u[2]) {
+KT_OPERATOR kt_real2 kt_planar_sum_of(kt_real2 e, const double u[2]) {
     return kt_planar_sum(e, kt_real1_splat(u[0]), kt_real1_splat(u[1]));
 }
 
@@ -43,7 +43,7 @@ KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, 
         return own;
     }
     const kt_real2 at = kt_add2(kt_from2(link->at), kt_scale2(q[link->q], kt_from2(link->along)));
-    kt_store2(out->offset, kt_planar_sum(e, kt_part2(at, 0), kt_part2(at, 1)));
+    kt_store2(out->offset, kt_planar_sum(e, KT_PART2(at, 0), KT_PART2(at, 1)));
     kt_store2(out->rotation, e);
     return e;
 }
@@ -102,7 +102,7 @@ KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const kt_r
                      data->planar_cosine);
 }
 
-KT_INLINE kt_real1 kt_external_along(kt_vec3 axis, const kt_external3 *x) {
+KT_OPERATOR kt_real1 kt_external_along(kt_vec3 axis, const kt_external3 *x) {
     return axis.x * x->x + axis.y * x->y + axis.z * x->z;
 }
 

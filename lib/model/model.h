@@ -168,13 +168,13 @@ typedef struct kt_link_motion {
 #ifndef KT_LANES
 typedef kt_wrench kt_external;
 typedef kt_vec3 kt_external3;
-KT_INLINE kt_real3 kt_of_external3(kt_external3 x) { return kt_v4_from(x); }
+KT_OPERATOR kt_real3 kt_of_external3(kt_external3 x) { return kt_v4_from(x); }
 #else
 typedef kt_real3 kt_external3;
 typedef struct kt_external {
     kt_external3 moment, force;
 } kt_external;
-KT_INLINE kt_real3 kt_of_external3(kt_external3 x) { return x; }
+KT_OPERATOR kt_real3 kt_of_external3(kt_external3 x) { return x; }
 #endif
 
 /* What only some recursions have of a link: in dynamics a wrench, in kinematics where its origin is. */
