@@ -60,7 +60,6 @@ typedef bool kt_condition;
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return true; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return false; }
-KT_OPERATOR kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a && b; }
 
 KT_OPERATOR kt_real3 kt_zero3(void) { return kt_v4_splat(0.0); }
 KT_OPERATOR kt_real3 kt_splat3(kt_v4 a) { return a; }
@@ -91,7 +90,6 @@ typedef struct kt_real3 {
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return (kt_real1){0} + x; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return (kt_condition){0}; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
-KT_OPERATOR kt_condition kt_condition_and(kt_condition a, kt_condition b) { return a & b; }
 
 KT_OPERATOR kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_real3){x, y, z}; }
 KT_OPERATOR kt_real3 kt_zero3(void) { return (kt_real3){.x = {0}}; }

@@ -32,6 +32,7 @@
 #ifndef KT_DYNAMICS_ABA_H
 #define KT_DYNAMICS_ABA_H
 
+#include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 

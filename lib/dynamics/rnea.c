@@ -8,6 +8,7 @@
  * Backward pass:
  *   tau = s . n or s . f,   n_p += n + r x f,   f_p += f
  */
+#include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 

@@ -15,19 +15,6 @@
 
 #include <string.h>
 
-/* Sines and cosines of the angles `first` to `first + count` of all. */
-KT_OPERATOR void kt_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, size_t first, size_t count,
-                                  kt_real1 *sine, kt_real1 *cosine) {
-#ifdef KT_LANES
-    (void)model;
-    kt_sincos_gather((const double *)q, data->lane_angle + KT_LANES * first, KT_LANES * count, (double *)sine,
-                     (double *)cosine);
-#else
-    (void)data;
-    kt_sincos_gather(q, model->angle + first, count, sine, cosine);
-#endif
-}
-
 /* Whether a recursion of one state ends because a joint has no inertia. Of several states the others go on: it is noted
  * which are not sound, and what is computed of these means nothing. */
 KT_OPERATOR bool kt_is_refused(void *data, kt_condition has_inertia) {

@@ -11,7 +11,7 @@
 #ifndef KT_DYNAMICS_SWEEP_PLANAR_H
 #define KT_DYNAMICS_SWEEP_PLANAR_H
 
-#include "dynamics/sweep.h"
+#include "dynamics/angles.h"
 
 /* x e + y e', where e' is e rotated by a right angle: the vector (x, y), given at q = 0, in the axes e and e'. */
 KT_INLINE kt_real2 kt_planar_sum(kt_real2 e, kt_real1 x, kt_real1 y) {
