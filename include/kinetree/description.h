@@ -481,6 +481,18 @@ typedef struct kt_effect {
     kt_switching switching;     /* as of a loop */
 } kt_effect;
 
+/* ---- own states -------------------------------------------------------------------------------------------------- */
+
+/* A state that is neither a position nor a velocity: a current, a pressure, the integral of a controller. Its rate
+ *     x' = rate(t, q, v, x)
+ * is a formula (expression.h) of the variables of kt_variable, all own states among them, and is integrated with the
+ * motion. Effects of type expression and other states use it by its name. */
+typedef struct kt_state {
+    const char *name; /* letters, digits and _, as formulas have names; the only state of its name */
+    double initial;   /* at the start; default 0 */
+    const char *rate; /* a formula */
+} kt_state;
+
 /* ---- the description --------------------------------------------------------------------------------------------- */
 
 /* Inertia checks. X(id, name in scene files) */
@@ -518,6 +530,8 @@ typedef struct kt_description {
                                        relative to a radian or the length of the longest loop. 0: not at all; default:
                                        1e-6 (kt_loop_disagreement_of tells) */
     kt_inertia_limit inertia_check; /* default: strict. Else kt_inertia_excess is what was accepted */
+    const kt_state *states;         /* own states; a library without Jacobians has none */
+    int state_count;                /* length of states */
 } kt_description;
 
 /* Structs to start from: no motion (fixed joint), axes z, no mass, no shape. */
@@ -527,6 +541,7 @@ KT_API kt_body kt_body_default(void);
 KT_API kt_end kt_end_default(void);
 KT_API kt_loop kt_loop_default(void);
 KT_API kt_effect kt_effect_default(void);
+KT_API kt_state kt_state_default(void);
 KT_API kt_description kt_description_default(void);
 
 /* The name of a type in scene files ("revolute", "rod"); NULL for a value that is none. */
@@ -542,6 +557,7 @@ typedef enum kt_item {
     KT_ITEM_LOOP,      /* loops */
     KT_ITEM_EFFECT,    /* effects */
     KT_ITEM_HOLD,      /* hold */
+    KT_ITEM_STATE,     /* states */
 } kt_item;
 
 /* The place of a fault. */
@@ -568,11 +584,12 @@ KT_API KT_CHECKED kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, k
 
 /* What a variable of a formula measures. */
 typedef enum kt_variable_type {
-    KT_VARIABLE_TIME = 0,       /* t, s */
-    KT_VARIABLE_POSITION,       /* position.JOINT, position.JOINT[k]: a position of a joint */
-    KT_VARIABLE_VELOCITY,       /* velocity.JOINT, velocity.JOINT[k]: a velocity of a joint */
-    KT_VARIABLE_MARKER,         /* marker.BODY.MARKER.x: a world coordinate of a marker, m */
-    KT_VARIABLE_MARKER_VELOCITY /* marker.BODY.MARKER.vx: a component of its velocity, m/s */
+    KT_VARIABLE_TIME = 0,        /* t, s */
+    KT_VARIABLE_POSITION,        /* position.JOINT, position.JOINT[k]: a position of a joint */
+    KT_VARIABLE_VELOCITY,        /* velocity.JOINT, velocity.JOINT[k]: a velocity of a joint */
+    KT_VARIABLE_MARKER,          /* marker.BODY.MARKER.x: a world coordinate of a marker, m */
+    KT_VARIABLE_MARKER_VELOCITY, /* marker.BODY.MARKER.vx: a component of its velocity, m/s */
+    KT_VARIABLE_STATE            /* NAME, state.NAME: an own state */
 } kt_variable_type;
 
 /* The most variables that the formulas of one effect use together. */
@@ -581,13 +598,13 @@ enum { KT_FORMULA_VARIABLE_MAX = 32 /* of one effect */ };
 /* A variable of a formula, by its place in a description. */
 typedef struct kt_variable {
     kt_variable_type type; /* what it measures */
-    int body;              /* whose joint or marker it is: index in kt_description.bodies */
+    int body;              /* whose joint or marker it is: index in kt_description.bodies; of others -1 */
     int marker;            /* index in that body's markers */
-    int component;         /* of the joint's positions or velocities, or x, y, z (0, 1, 2) */
+    int component;         /* of the joint's positions or velocities, or x, y, z (0, 1, 2); index of an own state */
 } kt_variable;
 
 /* Finds a variable by its name, that of the column that records it: "t", "velocity.crank", "position.ball[2]" (where a
- * joint has more than one), "marker.crank.tip.x", "marker.crank.tip.vx". Returns false if there is none, or if an
+ * joint has more than one), "marker.crank.tip.x", "marker.crank.tip.vx"; "current" or "state.current". Returns false if there is none, or if an
  * argument is NULL; *variable is then untouched. O(bodies + markers). */
 KT_API bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable);
 

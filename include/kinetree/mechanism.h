@@ -126,6 +126,33 @@ KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data
                                                   const kt_wrench *external, const double *a, double *basis,
                                                   double *mass, double *stiffness, double *damping, kt_error *error);
 
+/* ---- own states --------------------------------------------------------------------------------------------------
+ *
+ * States x of a mechanism besides positions and velocities (kt_state), in the order of the description: x' = f(t, q, v,
+ * x). In evaluations x is an input that data hold, kt_own_states, as initial at first; what depends on x reads it there.
+ * A simulation sets those of its own data in every evaluation. */
+
+/* How many there are, 0 in most models; the name of one, the model's, NULL where there is none; the index of a name, -1
+ * where there is none. O(1); of a name O(states). */
+KT_API int kt_own_state_count(const kt_model *model);
+KT_API const char *kt_own_state_name(const kt_model *model, int state);
+KT_API int kt_own_state_find(const kt_model *model, const char *name);
+
+/* Writes the initial own states to x (kt_own_state_count). O(states). */
+KT_API void kt_own_states_initial(const kt_model *model, double *x);
+
+/* The own states that evaluations with these data read, for the caller to set; NULL if the data are another model's.
+ * They stay as they are until they are set again. O(1). */
+KT_API double *kt_own_states(const kt_model *model, kt_data *data);
+
+/* Computes x' (kt_own_state_count) at t, q, v (NULL: zeros) and the own states in the data. Errors: KT_ERROR_NOT_FINITE,
+ * naming the state; rates are then untouched. O(states), and the motion of the links whose markers their formulas
+ * read. */
+KT_API KT_CHECKED kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q,
+                                               const double *v, double *rates, kt_error *error);
+
+/* ---- powers ------------------------------------------------------------------------------------------------------ */
+
 /* Powers in a motion, W: the power that effects dissipate (>= 0), and the power that is supplied by driving effects, by
  * joint forces and external wrenches that a caller gives, and by loops that change with time. With T the kinetic and V
  * the potential energy (kt_kinetic_energy; kt_potential_energy + kt_effect_energy)

@@ -166,6 +166,10 @@ KT_API void kt_scene_free(kt_scene *scene);
  * scene's own initial state cannot be assembled. */
 KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q,
                                                 const double *v, kt_error *error);
+
+/* Makes own states x (description.state_count) those that the scene starts with. The scene's states are replaced; other
+ * pointers into it stay valid. Errors: KT_ERROR_MEMORY, KT_ERROR_ARGUMENT; the scene is then as before. O(states). */
+KT_API KT_CHECKED kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *error);
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* The events of a scene as a simulation watches them. */

@@ -61,11 +61,12 @@ extern "C" {
     X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
     X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
     X(KT_RECORD_EFFECT, 4096, effect)   /* what effects exert, and how they move (kt_effect_quantity_at) */            \
-    X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */
+    X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */                  \
+    X(KT_RECORD_STATE, 16384, state)    /* own states (kt_state) */
 
 /* The bits of the quantities that are recorded. */
 enum {
-    KT_RECORD_DEFAULT = 0, /* position, velocity, energy, and constraint where there are loops */
+    KT_RECORD_DEFAULT = 0, /* position, velocity, energy; constraint where there are loops; own states */
 #define KT_RECORD_ENUM(id, bit, name) id = bit,
     KT_RECORD_LIST(KT_RECORD_ENUM)
 #undef KT_RECORD_ENUM
@@ -175,6 +176,7 @@ typedef struct kt_instant {
     const double *q, *v;       /* nq positions, nv velocities, of that model */
     const double *tau;         /* nv: torques that are set, without the effects'; NULL: none */
     const kt_wrench *external; /* one for each body: wrenches that are set; NULL: none */
+    const double *x;           /* own states, kt_own_state_count */
 } kt_instant;
 
 /* Computes v' = a (nv) in place of kt_acceleration_evaluate at any stage of a step, as a function of its arguments
@@ -269,12 +271,19 @@ KT_API void kt_simulation_free(kt_simulation *simulation);
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
+/* Own states (kt_own_state_count) at that time, likewise. */
+KT_API const double *kt_simulation_own_states(const kt_simulation *simulation);
 
 /* Restarts at time t from q (nq) and v (nv; NULL: at rest), which are projected: quaternions to unit norm, loops
  * closed. Counts return to zero; torques and wrenches remain. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a
  * quaternion of zeros, naming the joint; KT_ERROR_CONSTRAINT; the simulation is then as before. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
+
+/* Changes the own states at the present time to x (kt_own_state_count), as kt_simulation_jump changes positions and
+ * velocities; a restart by kt_simulation_set_state begins with the initial ones. Errors: KT_ERROR_NOT_FINITE, naming the
+ * state; the simulation is then as before. */
+KT_API KT_CHECKED kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error);
 
 /* Sets the torques and forces of the joints (nv, in the order of velocities; NULL: none), which are constant from the
  * next step on until they are set again. A recorder may set them, too. Multistep methods start anew,
@@ -436,6 +445,7 @@ typedef struct kt_record {
     const struct kt_event *event; /* the event whose record this is; NULL: it is one of the k * interval */
     const double *q;              /* nq */
     const double *v;              /* nv */
+    const double *x;              /* own states, kt_own_state_count */
 
     /* Requested quantities; NULL or NaN if they are not requested. */
     const double *a;                 /* nv; acceleration */

@@ -20,6 +20,7 @@
 #include "kinetree/loop.h"
 #include "kinetree/sensitivity.h"
 #include "linear/lapack.h"
+#include "mechanism/evaluate.h"
 
 #include <float.h>
 #include <math.h>
@@ -93,6 +94,9 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
     if (KT_IS_MISSING(error, model, options, options->method, floquet))
         return KT_ERROR_ARGUMENT;
     kt_status status = check(model, options, error);
+    if (status == KT_OK)
+        status = kt_own_states_refuse(model, "kt_floquet_create",
+                                      "the monodromy matrix would leave them out; integrate the motion instead", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status != KT_OK)

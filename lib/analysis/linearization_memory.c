@@ -1,6 +1,8 @@
 /* The memory of a linearisation: options, sizes and layout. */
 #include "analysis/analysis.h"
 
+#include "mechanism/evaluate.h"
+
 #include <string.h>
 
 kt_linearization_options kt_linearization_options_default(void) {
@@ -92,7 +94,11 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     if (KT_IS_MISSING(error, model, linearization))
         return KT_ERROR_ARGUMENT;
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
-    kt_status status = check_options(model, &settings, error);
+    kt_status status =
+        kt_own_states_refuse(model, "kt_linearization_init",
+                             "a linearisation would leave out how they move; integrate the motion instead", error);
+    if (status == KT_OK)
+        status = check_options(model, &settings, error);
     if (status != KT_OK)
         return status;
     const kt_linearization_sizes sizes = measure(model, &settings);

@@ -74,6 +74,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         return KT_ERROR_ARGUMENT;
     kt_status status = check_options(options, error);
     if (status == KT_OK)
+        status =
+            kt_own_states_refuse(model, "kt_batch_init", "a batch carries none; take a simulation for each", error);
+    if (status == KT_OK)
         status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, options), error);
     if (status != KT_OK)
         return status;

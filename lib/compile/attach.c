@@ -230,8 +230,8 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
     return KT_OK;
 }
 
-static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *text, kt_error *error) {
-    size_t variable = 0;
+static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
+                              kt_error *error) {
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
@@ -263,7 +263,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             *number += kt_curve_number_count(function);
         }
         if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION && !KT_IS_OFF(effect)) {
-            const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, &variable, error);
+            const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, variable, error);
             if (read != KT_OK)
                 return read;
         }
@@ -325,6 +325,8 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         kt_attach_place_paths(a, n);
     kt_attach_number_groups(a, n);
     status = kt_attach_count_effects(a, n, error);
+    if (KT_HAS_FORMULAS && status == KT_OK)
+        status = kt_attach_count_states(a, n, error);
     if (status != KT_OK)
         return status;
     for (int i = 0; i < d->effect_count; i++)
@@ -335,7 +337,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         return KT_ERROR_MEMORY;
     m->n = *n;
     kt_model_name_all(m);
-    size_t number = 0, text = a->tree->n.text;
+    size_t number = 0, variable = 0, text = a->tree->n.text;
     fill_loops(a, m, &number, &text);
     m->length = 1.0;
     if (KT_HAS_LOOPS)
@@ -344,7 +346,9 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
         kt_joint_hold(m, &m->body[kt_joint_index(m, d->hold[i])], true);
-    status = fill_effects(a, m, &number, &text, error);
+    status = fill_effects(a, m, &number, &variable, &text, error);
+    if (KT_HAS_FORMULAS && status == KT_OK)
+        status = kt_attach_fill_states(a, m, &number, &variable, &text, error);
     if (status != KT_OK) {
         kt_aligned_release(m);
         return status;
@@ -363,6 +367,7 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     for (int i = 0; i < description->effect_count; i++)
         n.effect_off += KT_IS_OFF(&description->effects[i]);
     n.effect = (size_t)description->effect_count - n.effect_off;
+    n.x = KT_HAS_FORMULAS ? (size_t)description->state_count : 0;
     n.planar_loop = n.planar ? n.loop : 0;
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = place_arrays(NULL, NULL, &n);

@@ -32,7 +32,7 @@ static void mark(kt_attach *a, kt_counts *n, const char *body) {
 }
 
 /* Marks the links of the markers among the variables. */
-static void mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names) {
+void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names) {
     for (int k = 0; k < names->count; k++) {
         const kt_variable *variable = &names->variable[k];
         if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
@@ -63,7 +63,7 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
         const kt_status status = kt_attach_count_formulas(a->description, effect, &names, n, error);
         if (status != KT_OK)
             return status;
-        mark_variables(a, n, &names);
+        kt_attach_mark_variables(a, n, &names);
     }
     return KT_OK;
 }

@@ -409,7 +409,9 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     }
     if (status == KT_OK)
         status = kt_tree_check(m, b->description, b->report, b->user, error);
-    if (status == KT_OK && !b->trial && (b->description->loop_count || b->description->effect_count))
+    if (status == KT_OK && !b->trial &&
+        (b->description->loop_count || b->description->effect_count ||
+         (KT_HAS_FORMULAS && b->description->state_count)))
         status = kt_model_attach(&b->model, b->description, b->flat, error);
     return status;
 }

@@ -37,7 +37,8 @@ static bool check_counts(kt_checker *checker) {
     const bool loops = check_list(checker, "loops", d->loops, d->loop_count);
     const bool effects = check_list(checker, "effects", d->effects, d->effect_count);
     const bool hold = check_list(checker, "hold", (const void *)d->hold, d->hold_count);
-    if (!bodies || !loops || !effects || !hold)
+    const bool states = !KT_HAS_FORMULAS || check_list(checker, "states", d->states, d->state_count);
+    if (!bodies || !loops || !effects || !hold || !states)
         return false;
     size_t markers = 0;
     for (int i = 0; i < d->body_count; i++)
@@ -55,6 +56,7 @@ static void *place_memory(kt_checker *checker) {
     const kt_description *d = checker->description;
     const size_t bodies = (size_t)d->body_count;
     size_t names = 2 * bodies + (size_t)d->loop_count + (size_t)d->effect_count;
+    names += KT_HAS_FORMULAS ? (size_t)d->state_count : 0;
     for (int i = 0; i < d->body_count; i++)
         names += (size_t)kt_checker_marker_count(&d->bodies[i]);
     const size_t table = kt_names_size(names);
@@ -85,6 +87,8 @@ static void add_names(kt_checker *checker) {
         add_name(checker, KT_SCOPE_LOOP, d->loops[i].name, i);
     for (int i = 0; i < d->effect_count; i++)
         add_name(checker, KT_SCOPE_EFFECT, d->effects[i].name, i);
+    for (int i = 0; KT_HAS_FORMULAS && i < d->state_count; i++)
+        add_name(checker, KT_SCOPE_STATE, d->states[i].name, i);
 }
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
@@ -156,6 +160,8 @@ static void check_scene(kt_checker *checker) {
         kt_checker_fault(checker, "inertia_check", -1,
                          "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",
                          (int)checker->description->inertia_check);
+    if (!KT_HAS_FORMULAS && checker->description->state_count != 0)
+        kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
 }
 
 static void check_bodies(kt_checker *checker) {
@@ -235,6 +241,13 @@ static void check_hold(kt_checker *checker) {
     }
 }
 
+static void check_states(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    checker->item = KT_ITEM_STATE;
+    for (checker->index = 0; checker->index < d->state_count && !kt_checker_is_done(checker); checker->index++)
+        kt_checker_state(checker, &d->states[checker->index]);
+}
+
 static void check_all(kt_checker *checker) {
     const kt_description *d = checker->description;
     add_names(checker);
@@ -250,6 +263,8 @@ static void check_all(kt_checker *checker) {
     for (checker->index = 0; checker->index < d->effect_count && !kt_checker_is_done(checker); checker->index++)
         check_effect(checker, &d->effects[checker->index]);
     check_hold(checker);
+    if (KT_HAS_FORMULAS)
+        check_states(checker);
 }
 
 kt_status kt_description_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {

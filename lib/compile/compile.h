@@ -28,6 +28,9 @@ kt_status kt_model_try(const kt_description *description, kt_report *report, voi
 kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error);
 
+/* Checks an own state of the checker's description. */
+void kt_checker_state(kt_checker *checker, const kt_state *state);
+
 /* Attaches loops and effects to a model that has bodies and links; replaces *model by a larger one. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);

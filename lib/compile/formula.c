@@ -30,6 +30,7 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
 
 static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
     kt_variable_record r = {.type = (int32_t)variable->type};
+    r.x = variable->type == KT_VARIABLE_STATE ? variable->component : 0;
     if (variable->body < 0)
         return r;
     const kt_body *body = &a->description->bodies[variable->body];

@@ -9,33 +9,9 @@
  */
 #include "effect/effect.h"
 
-#include "base/aligned.h"
 #include "model/formula.h"
 
 #ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
-static bool is_fine(kt_checker *checker, const kt_effect *effect, int k, kt_formula_names *names) {
-    const char *const field = k < 3 ? "force" : "torque";
-    const kt_expression *expression = NULL;
-    kt_error error = {0};
-    const size_t size = kt_expression_size(effect->formula[k]);
-    void *memory = kt_arena_allocate(size, "reading a formula", &error);
-    const kt_symbols symbols = kt_formula_symbols(names);
-    const bool fine = memory != NULL && kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression,
-                                                            NULL, &error) == KT_OK;
-    kt_aligned_release(memory);
-    if (!fine)
-        kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
-                         kt_name_quote(effect->formula[k]).text);
-    else if (names->full)
-        kt_checker_fault(checker, field, -1, "%s: the formulas use more than %d variables; make two effects of it",
-                         field, KT_FORMULA_VARIABLE_MAX);
-    else if (names->quaternion)
-        kt_checker_fault(checker, field, -1,
-                         "%s: a component of a quaternion is no variable of forces; take coordinates of markers",
-                         field);
-    return fine && !names->full && !names->quaternion;
-}
-
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_formula_names names = {.description = checker->description, .ends = effect->end_count};
     const bool on_body = effect->end_count == 1;
@@ -58,7 +34,7 @@ static void check(kt_checker *checker, const kt_effect *effect) {
                              "an effect in a joint or between two ends has one formula, force; leave the others out");
             return;
         }
-        if (!is_fine(checker, effect, k, &names))
+        if (!kt_checker_formula(checker, k < 3 ? "force" : "torque", effect->formula[k], &names))
             return;
     }
     if (!any || (!on_body && effect->formula[0] == NULL))

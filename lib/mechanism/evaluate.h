@@ -64,6 +64,15 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 /* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
 
+/* kt_own_state_rates of a state that is finite; rates are written in any case. */
+KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
+                                                const double *v, double *rates, kt_error *error);
+
+/* Refuses a model with own states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. `what`
+ * completes "the model has own states, and": what it would leave out, and what to do instead. */
+KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
+                                                   kt_error *error);
+
 /* kt_acceleration_evaluate for a model with loops, without effects; data->interpolated says whether a was interpolated
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;

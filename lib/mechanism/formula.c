@@ -47,6 +47,9 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
             find_marker(data, kinematics, variable, &point, &velocity);
             values[k] = component_of(variable->type == KT_VARIABLE_MARKER ? point : velocity, variable->component);
             break;
+        case KT_VARIABLE_STATE:
+            values[k] = data->x[variable->x];
+            break;
         case KT_VARIABLE_LENGTH:
         case KT_VARIABLE_SPEED:
             values[k] = between(end, variable->type == KT_VARIABLE_SPEED);

@@ -19,7 +19,8 @@
  * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
 static const kt_wrench *load(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              const double *tau, const kt_wrench *external, const double *a) {
-    kt_effects_recall(model, data, &tau, &external);
+    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */
+        kt_effects_recall(model, data, &tau, &external);
     if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!KT_HAS_LOOPS || !model->n.group)

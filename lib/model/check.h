@@ -14,7 +14,8 @@
 #include <stdint.h>
 
 /* Scopes in the table of names; the markers of body i have scope i. */
-enum { KT_SCOPE_BODY = -1, KT_SCOPE_LOOP = -2, KT_SCOPE_EFFECT = -3 }; /* KT_NAMES_OF_JOINTS: names of their own */
+enum { KT_SCOPE_BODY = -1, KT_SCOPE_LOOP = -2, KT_SCOPE_EFFECT = -3, KT_SCOPE_STATE = -5 };
+/* ... and KT_NAMES_OF_JOINTS, of names of their own */
 
 /* Special values of a body's index in the description. */
 enum { KT_BODY_WORLD = -1, KT_BODY_UNKNOWN = -2 };

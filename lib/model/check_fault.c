@@ -1,5 +1,6 @@
 /* Reports of faults in a description: each says what is wrong, and in which item. */
 #include "model/check.h"
+#include "model/function.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -15,9 +16,18 @@ int kt_checker_marker_count(const kt_body *body) {
     return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
 }
 
+/* A library without formulas has no own states. */
+#ifdef KT_NO_JACOBIAN
+#define STATE(word)
+enum { ITEMS = KT_ITEM_HOLD + 1 };
+#else
+#define STATE(word) word
+enum { ITEMS = KT_ITEM_STATE + 1 };
+#endif
+
 static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
-    static const char *const kinds[] = {"scene", "body", "loop", "effect", "hold"};
-    static const char *const lists[] = {"scene", "bodies", "loops", "effects", "hold"};
+    static const char *const kinds[ITEMS] = {"scene", "body", "loop", "effect", "hold", STATE("state")};
+    static const char *const lists[ITEMS] = {"scene", "bodies", "loops", "effects", "hold", STATE("states")};
     const kt_description *d = checker->description;
     const char *name = NULL;
     if (checker->item == KT_ITEM_BODY)
@@ -26,6 +36,8 @@ static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
         name = d->loops[checker->index].name;
     else if (checker->item == KT_ITEM_EFFECT)
         name = d->effects[checker->index].name;
+    else if (KT_HAS_FORMULAS && checker->item == KT_ITEM_STATE)
+        name = d->states[checker->index].name;
     if (checker->item == KT_ITEM_SCENE)
         snprintf(where, KT_WHERE_SIZE, "scene");
     else if (name == NULL || *name == '\0')

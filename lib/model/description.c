@@ -45,6 +45,11 @@ kt_effect kt_effect_default(void) {
     return effect;
 }
 
+kt_state kt_state_default(void) {
+    const kt_state state = {.name = NULL};
+    return state;
+}
+
 kt_description kt_description_default(void) {
     const kt_description description = {.name = NULL, .tolerance = 1e-6};
     return description;

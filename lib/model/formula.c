@@ -1,6 +1,8 @@
 /* Names in the formulas of an effect. */
 #include "model/formula.h"
 
+#include "base/aligned.h"
+#include "base/arena.h"
 #include "model/model.h"
 
 #include <string.h>
@@ -55,4 +57,26 @@ static const char *list(void *user, int k) {
 
 kt_symbols kt_formula_symbols(kt_formula_names *names) {
     return (kt_symbols){.find = find, .list = list, .user = names};
+}
+
+bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names) {
+    const kt_expression *expression = NULL;
+    kt_error error = {0};
+    const size_t size = kt_expression_size(text);
+    void *memory = kt_arena_allocate(size, "reading a formula", &error);
+    const kt_symbols symbols = kt_formula_symbols(names);
+    const bool fine =
+        memory != NULL && kt_expression_parse(text, &symbols, memory, size, &expression, NULL, &error) == KT_OK;
+    kt_aligned_release(memory);
+    if (!fine)
+        kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
+                         kt_name_quote(text).text);
+    else if (names->full)
+        kt_checker_fault(checker, field, -1, "%s: the formulas use more than %d variables; make two %s of it", field,
+                         KT_FORMULA_VARIABLE_MAX, checker->item == KT_ITEM_STATE ? "states" : "effects");
+    else if (names->quaternion)
+        kt_checker_fault(checker, field, -1,
+                         "%s: a component of a quaternion is no variable of forces; take coordinates of markers",
+                         field);
+    return fine && !names->full && !names->quaternion;
 }

@@ -4,6 +4,7 @@
 
 #include "base/inner.h"
 #include "kinetree/expression.h"
+#include "model/check.h"
 #include "model/record.h"
 
 /* The variables of an effect's formulas, in the order in which they are first met. `length` and `speed` are known to those
@@ -20,5 +21,8 @@ typedef struct kt_formula_names {
 
 /* The symbols of kt_expression_parse whose indices are those of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
+
+/* Whether a formula can be read with these names, and has no variables that formulas cannot have; reports why not. */
+bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names);
 
 #endif

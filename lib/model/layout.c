@@ -1,6 +1,7 @@
 /* Memory of models and data, laid out by the lists of fields in model.h. */
 #include "base/aligned.h"
 #include "base/arena.h"
+#include "base/copy.h"
 #include "model/model.h"
 #include "model/switching.h"
 
@@ -69,6 +70,7 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
     data->owned = before.owned;
     data->bytes = before.bytes;
     data->shape = model->shape;
+    kt_copy(data->x, model->v0 + model->n.v, model->n.x * sizeof *data->x);
     data->iterations = before.iterations;
     data->crossings = before.crossings;
     data->passage = before.passage;
@@ -84,6 +86,8 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
     (*data)->shape = model->shape;
+    if (KT_HAS_FORMULAS)
+        kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
     if (KT_HAS_SWITCHES)
         (*data)->bytes = size;
     return KT_OK;

@@ -23,7 +23,7 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t dense;      /* numbers that the groups' matrices take in the data */
-    size_t batch, force_link, force_link_angle, variable;
+    size_t batch, force_link, force_link_angle, variable, x;
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
@@ -43,6 +43,9 @@ enum { KT_HAS_LOOPS = 1 };
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
+/* A library without formulas has no own states. */
+#define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
+
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
  * are added at the end. */
 #define KT_ANGLES(count) ((count) + 7)
@@ -58,7 +61,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_joint_limits, limit, n->limit, "what joints were built for, of those that tell")                              \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
-    X(double, v0, n->v, "initial velocities")                                                                          \
+    X(double, v0, n->v + KT_OWN_STATES(n), "initial velocities, and own states")                                       \
     X(double, armature, n->v, "rotor inertia of each degree of freedom")                                               \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
@@ -91,6 +94,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
+    X(kt_effect_record, state, KT_OWN_STATES(n), "rates of own states: formulas, as those of an effect in a joint")    \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -264,6 +268,7 @@ typedef struct kt_front_count {
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
+    X(double, x, 2 * KT_OWN_STATES(n), "own states, an input (kt_own_states); their rates before they are committed")  \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
     X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \

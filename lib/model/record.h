@@ -249,12 +249,13 @@ typedef struct kt_effect_record {
 } kt_effect_record;
 
 /* Variables of formulas that only one effect has: the distance of its ends, and its rate. */
-enum { KT_VARIABLE_LENGTH = KT_VARIABLE_MARKER_VELOCITY + 1, KT_VARIABLE_SPEED };
+enum { KT_VARIABLE_LENGTH = KT_VARIABLE_STATE + 1, KT_VARIABLE_SPEED };
 
 /* What a variable of a formula is read from. */
 typedef struct kt_variable_record {
     int32_t type;       /* kt_variable_type, or one of these */
     int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */
+    int32_t x;          /* an own state */
     int32_t link;       /* of a marker */
     int32_t force_link; /* its index in model->force_link */
     int32_t component;  /* of a marker */

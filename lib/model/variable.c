@@ -1,4 +1,5 @@
-/* Variables of formulas: time, and what joints and markers do, under the names of the columns that record them. */
+/* Variables of formulas: time, own states, and what joints and markers do, under the names of the columns that record
+ * them. */
 #include "model/model.h"
 
 #include <stdio.h>
@@ -12,6 +13,7 @@ static kt_joint_size size_of(const kt_body *body) {
     return known ? kt_joint_sizes[body->joint.type] : (kt_joint_size){0, 0};
 }
 static int markers_of(const kt_body *body) { return body->markers && body->marker_count > 0 ? body->marker_count : 0; }
+static int states_of(const kt_description *d) { return d->states && d->state_count > 0 ? d->state_count : 0; }
 static int count_of(const kt_body *body) {
     return size_of(body).nq + size_of(body).nv + POINT_COUNT * markers_of(body);
 }
@@ -41,6 +43,11 @@ bool kt_variable_at(const kt_description *description, int k, kt_variable *varia
         return true;
     }
     k -= TIME_COUNT;
+    if (k < states_of(description)) {
+        *variable = (kt_variable){.type = KT_VARIABLE_STATE, .body = -1, .marker = 0, .component = k};
+        return true;
+    }
+    k -= states_of(description);
     for (int i = 0; i < description->body_count; i++) {
         const int count = count_of(&description->bodies[i]);
         if (k < count) {
@@ -72,6 +79,11 @@ static int name_point(const kt_body *body, const kt_variable *variable, char *te
                     variable->type == KT_VARIABLE_MARKER ? "" : "v", "xyz"[k]);
 }
 
+static int name_state(const kt_description *d, const kt_variable *variable, char *text, size_t size) {
+    const int k = variable->component;
+    return k >= 0 && k < states_of(d) && d->states[k].name ? snprintf(text, size, "%s", d->states[k].name) : 0;
+}
+
 int kt_variable_name(const kt_description *description, const kt_variable *variable, char *text, size_t size) {
     if (text && size > 0)
         *text = '\0';
@@ -79,6 +91,8 @@ int kt_variable_name(const kt_description *description, const kt_variable *varia
         return 0;
     if (variable->type == KT_VARIABLE_TIME)
         return snprintf(text, size, "t");
+    if (variable->type == KT_VARIABLE_STATE)
+        return name_state(description, variable, text, size);
     if (variable->body < 0 || variable->body >= description->body_count)
         return 0;
     const kt_body *body = &description->bodies[variable->body];
@@ -133,12 +147,25 @@ static bool read_marker(const kt_body *body, const char *text, kt_variable *foun
     return false;
 }
 
+/* "current", "state.current" */
+static bool find_state(const kt_description *d, const char *name, kt_variable *variable) {
+    (void)begins(&name, "state.");
+    for (int i = 0; i < states_of(d); i++)
+        if (d->states[i].name && strcmp(d->states[i].name, name) == 0) {
+            *variable = (kt_variable){.type = KT_VARIABLE_STATE, .body = -1, .marker = 0, .component = i};
+            return true;
+        }
+    return false;
+}
+
 bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable) {
     kt_variable found = {.type = KT_VARIABLE_POSITION, .body = -1, .marker = 0, .component = 0};
     if (!description || !name || !variable)
         return false;
     if (strcmp(name, "t") == 0)
         return kt_variable_at(description, 0, variable);
+    if (find_state(description, name, variable))
+        return true;
     const char *rest = name;
     const bool is_position = begins(&rest, "position."), is_velocity = !is_position && begins(&rest, "velocity.");
     if (!is_position && !is_velocity && !begins(&rest, "marker."))

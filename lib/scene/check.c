@@ -38,6 +38,8 @@ static kt_node *item_node(const kt_reader *r, const kt_place *place) {
         return r->effect_nodes[place->index];
     case KT_ITEM_HOLD:
         return r->hold_nodes[place->index];
+    case KT_ITEM_STATE:
+        return r->state_nodes[place->index];
     case KT_ITEM_SCENE:
         break;
     }

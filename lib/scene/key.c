@@ -181,8 +181,10 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
         return kt_fault_expected(r, scope, node, "a formula");
     kt_formula_names names = {.description = r->description, .ends = effect->end_count};
     const kt_symbols symbols = kt_formula_symbols(&names);
-    if (!r->names_are_known)
-        return false; /* a fault of the bodies has been reported */
+    if (!r->names_are_known) {
+        node->faulty = true; /* a fault of the bodies or states has been reported */
+        return false;
+    }
     return kt_read_formula(r, scope, node, &symbols, false, text);
 }
 

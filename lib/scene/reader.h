@@ -51,7 +51,8 @@ struct kt_reader {
     const char *const *settings; /* texts that have replaced values of the file */
 
     kt_node *root;
-    kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes; /* as the arrays of the description */
+    kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,
+        **state_nodes; /* as the arrays of the description */
 };
 
 /* The reader's position in the file, linked from the inside out, for the beginning of a message. A body, loop or effect

@@ -165,3 +165,18 @@ kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const doub
     scene->memory = kt_pool_join(pool.chunks, scene->memory);
     return KT_OK;
 }
+
+kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, scene, x || scene->description.state_count <= 0))
+        return KT_ERROR_ARGUMENT;
+    kt_description *d = &scene->description;
+    kt_pool pool = {NULL, 0};
+    kt_state *states = copy_of(&pool, d->states, d->state_count, sizeof *states);
+    if (states == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    for (int i = 0; i < d->state_count; i++)
+        states[i].initial = x[i];
+    d->states = states;
+    scene->memory = kt_pool_join(pool.chunks, scene->memory);
+    return KT_OK;
+}

@@ -63,6 +63,7 @@ static const kt_field fields[] = {
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
     {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
+    {.key = "states", .kind = &kt_kind_states, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
     {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION},

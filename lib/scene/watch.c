@@ -18,7 +18,7 @@
 /* A variable of a formula in a model. */
 typedef struct bound {
     kt_variable_type type;
-    int body, at, component; /* at: in q or v */
+    int body, at, component; /* at: in q or v, or of own states */
     kt_vec3 point;           /* of a marker, in the body's frame */
 } bound;
 
@@ -92,6 +92,12 @@ static kt_status bind(const kt_description *description, const kt_model *model, 
     *to = (bound){.type = variable->type, .component = variable->component};
     if (variable->type == KT_VARIABLE_TIME)
         return KT_OK;
+    if (variable->type == KT_VARIABLE_STATE) {
+        to->at = kt_own_state_find(model, description->states[variable->component].name);
+        return to->at >= 0 ? KT_OK
+                           : kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no state '%s'",
+                                          description->states[variable->component].name);
+    }
     const kt_body *body = &description->bodies[variable->body];
     to->body = kt_body_find(model, body->name);
     if (to->body <= 0)
@@ -128,7 +134,8 @@ static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_mod
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     for (int k = 0; status == KT_OK && k < n.count; k++) {
         status = bind(&scene->description, model, &n.variables[k], &to->variables[k], error);
-        to->moves = to->moves || to->variables[k].type >= KT_VARIABLE_MARKER;
+        to->moves = to->moves || to->variables[k].type == KT_VARIABLE_MARKER ||
+                    to->variables[k].type == KT_VARIABLE_MARKER_VELOCITY;
     }
     return status;
 }
@@ -142,6 +149,8 @@ static double value_of(const kt_instant *at, const bound *variable) {
         return at->q[variable->at];
     case KT_VARIABLE_VELOCITY:
         return at->v[variable->at];
+    case KT_VARIABLE_STATE:
+        return at->x[variable->at];
     case KT_VARIABLE_MARKER:
         point = kt_point_position(at->model, at->data, variable->body, variable->point);
         break;

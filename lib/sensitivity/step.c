@@ -5,6 +5,7 @@
 #include "closure/project.h"
 #include "integrator/integrator.h"
 #include "joint/joint.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -62,7 +63,10 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
-    kt_status status = kt_method_check_sizes(step->method, error);
+    kt_status status = kt_own_states_refuse(
+        model, "step", "derivatives of a step would leave them out; integrate neighbouring motions instead", error);
+    if (status == KT_OK)
+        status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)
         status =
             kt_arena_check("work", "kt_step_work_size", memory, size, kt_step_work_size(model, step->method), error);

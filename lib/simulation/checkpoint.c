@@ -64,6 +64,8 @@ static uint64_t sum_of_model(const kt_model *model) {
     }
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+        sum = sum_of_text(sum, kt_own_state_name(model, (int)i));
     return sum;
 }
 

@@ -1,11 +1,12 @@
 /* The equations that a simulation integrates: its right-hand side and its projection.
  *
- * The state is y = (q, v), and the right-hand side is
+ * The state is y = (q, v, x), and the right-hand side is
  *
- *     q' = E(q) v        v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
- *     v' = a(t, q, v)    kt_acceleration_evaluate, or the caller's
+ *     q' = E(q) v           v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
+ *     v' = a(t, q, v, x)    kt_acceleration_evaluate, or the caller's
+ *     x' = f(t, q, v, x)    own states, which most models have none of (kt_own_state_rates)
  *
- * If a balance is computed, y = (q, v, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * If a balance is computed, y = (q, v, x, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
  * (kt_power_evaluate).
  *
  * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
@@ -26,7 +27,14 @@
 
 static kt_instant instant_at(const kt_simulation *simulation, double t, const double *y, const double *tau,
                              const kt_wrench *external) {
-    const kt_instant at = {simulation->model, simulation->data, t, y, y + simulation->size.nq, tau, external};
+    const kt_instant at = {.model = simulation->model,
+                           .data = simulation->data,
+                           .t = t,
+                           .q = y,
+                           .v = y + simulation->size.nq,
+                           .x = y + simulation->size.nq + simulation->size.nv,
+                           .tau = tau,
+                           .external = external};
     return at;
 }
 
@@ -69,12 +77,14 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
                              const kt_wrench *external, double *a, kt_error *error) {
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
     return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
 }
 
 int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
     return accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, simulation->a, power, error);
 }
 
@@ -126,10 +136,30 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
 }
 
 /* Where steps end at corners: at one that ends or begins a step, the limit from inside of the step. */
-static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
+static double time_inside(const kt_simulation *simulation, double t) {
     const kt_corners *c = &simulation->corners;
-    return find_slope(simulation, t, t == c->end ? c->before : t == c->begin ? c->after : t, y, dydt);
+    return t == c->end ? c->before : t == c->begin ? c->after : t;
+}
+
+static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
+    return find_slope(user, t, time_inside(user, t), y, dydt);
+}
+
+/* Of a model with own states, which has its own right-hand side, so that others do not ask for them. */
+static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_simulation_sizes *size = &simulation->size;
+    const double at = simulation->corners.any ? time_inside(simulation, t) : t;
+    kt_simulation_use_states(simulation, y);
+    const int result = find_slope(simulation, t, at, y, dydt);
+    if (result != 0)
+        return result;
+    const kt_status status = kt_own_state_rates_trusted(simulation->model, simulation->data, at, y, y + size->nq,
+                                                        dydt + size->nq + size->nv, &simulation->cause);
+    if (status == KT_OK)
+        return 0;
+    simulation->ahead = t != kt_integrator_time(simulation->integrator);
+    return simulation->ahead ? 1 : -1;
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -209,6 +239,9 @@ double kt_simulation_noise(double h, void *user) {
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     const bool projects = simulation->closes_loops || simulation->size.quaternion > 0;
-    return (kt_integrator_callbacks){simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
-                                     projects ? project_state : NULL, simulation};
+    kt_integrator_callbacks callbacks = {simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
+                                         projects ? project_state : NULL, simulation};
+    if (KT_HAS_FORMULAS && simulation->size.x > 0)
+        callbacks.rhs = evaluate_slope_of_states;
+    return callbacks;
 }

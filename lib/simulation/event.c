@@ -59,6 +59,8 @@ static kt_status evaluate(kt_simulation *simulation, size_t k, double t, const d
     kt_error from = {0};
     kt_instant at = {.model = simulation->user_model, .data = simulation->user_data, .t = t};
     kt_simulation_export(simulation, t, y, NULL, &at.q, &at.v, &shown);
+    at.x = y + simulation->size.nq + simulation->size.nv;
+    kt_simulation_use_states(simulation, y);
     at.tau = simulation->memory.now.torque ? simulation->torque : NULL;
     at.external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
     simulation->cached = KT_CACHED_NOTHING; /* data are the function's scratch */

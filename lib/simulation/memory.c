@@ -1,4 +1,5 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
+#include "base/copy.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
@@ -37,6 +38,9 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "there is no method '%s'; kt_method_at lists those that there are",
                             settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
+    if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
+        status = kt_own_states_refuse(model, "transformation",
+                                      "no other formulation carries them; integrate in tree coordinates", error);
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
@@ -50,7 +54,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 /* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, or the
  * library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
-    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
+    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0 &&
+                     (!KT_HAS_FORMULAS || settings->model->n.x == 0);
     return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
@@ -60,7 +65,10 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     const bool transformed = settings->options.transformation != NULL;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
-    size->work = size->nq + size->nv > 0 ? size->nq + size->nv : 1;
+    const size_t x = KT_HAS_FORMULAS ? model->n.x : 0, all = size->nq + size->nv + x;
+    if (KT_HAS_FORMULAS)
+        size->x = x;
+    size->work = all > 0 ? all : 1;
     size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
     size->panel = size->n > size->work && !(settings->run.step > 0.0);
     size->user_nq = (size_t)kt_model_nq(user_model);
@@ -78,7 +86,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
-    size->state = size->user_nq + size->user_nv;
+    size->state = size->user_nq + size->user_nv + x;
     size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
@@ -185,6 +193,9 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     double *q = simulation->state, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->user_model, q, v);
+    if (KT_HAS_FORMULAS)
+        kt_copy(v + simulation->size.user_nv, simulation->model->v0 + simulation->model->n.v,
+                simulation->size.x * sizeof *v);
     kt_status status = kt_state_assemble(simulation->user_model, simulation->user_data, 0.0, q, v, error);
     if (status == KT_OK && simulation->transformation != NULL)
         return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);

@@ -78,6 +78,9 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
+    if (KT_HAS_FORMULAS)
+        record->x = v + simulation->size.nv;
+    kt_simulation_use_states(simulation, q);
     if (KT_HAS_JACOBIAN && simulation->watches_works)
         record->estimate = kt_simulation_work_estimate(simulation, t);
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);

@@ -156,7 +156,8 @@ unsigned kt_run_record(const kt_run *run, const kt_model *model) {
     if (run->record != KT_RECORD_DEFAULT)
         return run->record;
     unsigned constraint = kt_loop_count(model) > 0 ? KT_RECORD_CONSTRAINT : 0U;
-    return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY | constraint;
+    const unsigned states = KT_HAS_FORMULAS && model->n.x > 0 ? KT_RECORD_STATE : 0U;
+    return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY | constraint | states;
 }
 
 #define KT_RUN_CASE(id, name)                                                                                          \

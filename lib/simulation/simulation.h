@@ -1,4 +1,4 @@
-/* A simulation, for the files of this folder. */
+/* A simulation, for the files of this folder. Its state is y = (q, v, x), where a balance is computed with two works. */
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
@@ -8,6 +8,7 @@
 #include "model/model.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Which inputs a step has: torques in joints, wrenches on bodies. */
 typedef struct kt_input_flags {
@@ -140,7 +141,8 @@ typedef struct kt_work_panel {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t work;    /* index in y of the works, dissipated and supplied: nq + nv, or 1 if nothing moves */
+    size_t x;       /* own states */
+    size_t work;    /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
     size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
@@ -152,7 +154,7 @@ typedef struct kt_simulation_sizes {
     bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
-    size_t state;        /* user_nq + user_nv */
+    size_t state;        /* user_nq + user_nv + x */
     size_t kept;         /* of these, those that a checkpoint holds */
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
@@ -254,6 +256,15 @@ bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
 /* The powers in a state y, under the inputs of the last step. Returns the values of a callback. */
 KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
                                    kt_error *error);
+
+/* The own states in a state y; and lets evaluations with the simulation's data read them there. */
+static inline double *kt_simulation_own_states_of(const kt_simulation *simulation, double *y) {
+    return y + simulation->size.nq + simulation->size.nv;
+}
+static inline void kt_simulation_use_states(const kt_simulation *simulation, const double *y) {
+    if (KT_HAS_FORMULAS && simulation->size.x > 0)
+        memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
+}
 
 static inline void kt_simulation_put_works(const kt_simulation *simulation, const kt_work *work, double *y) {
     y[simulation->size.work] = work->dissipated;

@@ -347,6 +347,8 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     kt_move(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     kt_move(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
+    if (KT_HAS_FORMULAS)
+        kt_copy(new_v + nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
@@ -367,6 +369,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
     const kt_model *model = simulation->model;
     const double *v = y + simulation->size.nq, t = kt_integrator_time(simulation->integrator);
     simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
     const kt_status status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
     if (status == KT_OK)
         *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
@@ -410,9 +413,8 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double
     return KT_OK;
 }
 
-kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
-        return KT_ERROR_ARGUMENT;
+/* NULL: no change. */
+static kt_status jump(kt_simulation *simulation, const double *q, const double *v, const double *x, kt_error *error) {
     kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
     const bool balanced = kt_simulation_is_balanced(simulation);
     const bool accounts = balanced || simulation->watches_works;
@@ -424,6 +426,8 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
     simulation->cached = KT_CACHED_NOTHING;
     if (status == KT_OK)
         status = close_state(simulation, q, v, error);
+    if (KT_HAS_FORMULAS && status == KT_OK && x != NULL)
+        memcpy(kt_simulation_own_states_of(simulation, simulation->y), x, simulation->size.x * sizeof(double));
     if (status == KT_OK && accounts)
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
     if (status != KT_OK)
@@ -433,6 +437,22 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
         simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
     return kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to,
                               error);
+}
+
+kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
+    return KT_IS_MISSING(error, simulation) ? KT_ERROR_ARGUMENT : jump(simulation, q, v, NULL, error);
+}
+
+kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
+        return KT_ERROR_ARGUMENT;
+    for (size_t i = 0; i < simulation->size.x; i++)
+        if (!isfinite(x[i])) {
+            char where[KT_WHERE_SIZE];
+            snprintf(where, sizeof where, "state '%.100s'", kt_own_state_name(simulation->model, (int)i));
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "it is %g; give a finite number", x[i]);
+        }
+    return simulation->size.x > 0 ? jump(simulation, NULL, NULL, x, error) : KT_OK;
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {

@@ -16,6 +16,10 @@ const double *kt_simulation_velocities(const kt_simulation *simulation) {
     return simulation ? simulation->state + simulation->size.user_nq : NULL;
 }
 
+const double *kt_simulation_own_states(const kt_simulation *simulation) {
+    return simulation ? simulation->state + simulation->size.user_nq + simulation->size.user_nv : NULL;
+}
+
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
     const kt_transformation *by = simulation->transformation;
     by->wrenches(by, q, *tau, *external, simulation->body_wrench);

@@ -12,6 +12,7 @@
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "joint/joint.h"
+#include "mechanism/evaluate.h"
 
 #include <float.h>
 #include <stdio.h>
@@ -340,6 +341,9 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
             error, KT_ERROR_UNSUPPORTED, "formulation",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
     kt_status status = refuse_armature(model, error);
+    if (status == KT_OK)
+        status = kt_own_states_refuse(model, "formulation",
+                                      "absolute coordinates do not carry them; use formulation: tree", error);
     if (status != KT_OK)
         return status;
     const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];

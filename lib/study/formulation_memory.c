@@ -1,5 +1,6 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
 #include "linear/lapack.h"
+#include "mechanism/evaluate.h"
 #include "study/formulation.h"
 
 #include <math.h>
@@ -81,10 +82,12 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                          kt_constraint_formulation **formulation, kt_error *error) {
     if (KT_IS_MISSING(error, model, data, options, formulation))
         return KT_ERROR_ARGUMENT;
-    kt_status status = kt_lapack_open(error);
-    if (status != KT_OK)
-        return status;
-    status = check(options, error);
+    kt_status status = kt_own_states_refuse(model, "kt_constraint_formulation_init",
+                                            "only the engine's own equations of motion know them", error);
+    if (status == KT_OK)
+        status = kt_lapack_open(error);
+    if (status == KT_OK)
+        status = check(options, error);
     if (status != KT_OK)
         return status;
     status = kt_arena_begin("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size,

@@ -118,11 +118,15 @@ KT_TEST(a_jacobian_serves_for_many_steps_where_nothing_is_stiff) {
 /* ---- auto -------------------------------------------------------------------------------------------------------- */
 
 /* Scenes in which a decay bounds the steps of dopri5, in the arm and the gear once they have come to rest. */
-static const char *const stiff[] = {"fishing-rod", "five-bar", "flyball-governor", "landing-gear", "servo-arm", "shot"};
+static const char *const stiff[] = {"fishing-rod", "five-bar", "flyball-governor", "landing-gear", "lugre",
+                                    "servo-arm",   "shot"};
 
-static bool is_stiff(const char *scene) {
-    for (size_t i = 0; i < sizeof stiff / sizeof stiff[0]; i++)
-        if (strcmp(scene, stiff[i]) == 0)
+/* Scenes in which that is so at a coarse tolerance alone. */
+static const char *const coarse[] = {"dc-motor", "pid-arm"};
+
+static bool is_among(const char *const *scenes, size_t count, const char *scene) {
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(scene, scenes[i]) == 0)
             return true;
     return false;
 }
@@ -134,7 +138,8 @@ static int is_calm_scene(const struct dirent *entry) {
         return 0;
     memcpy(name, entry->d_name, length - 5);
     name[length - 5] = '\0';
-    return !is_stiff(name);
+    return !is_among(stiff, sizeof stiff / sizeof stiff[0], name) &&
+           !is_among(coarse, sizeof coarse / sizeof coarse[0], name);
 }
 
 /* The whole motion to 1e-3, half of it to 1e-6, and a tenth to 1e-9, which take as long. */
@@ -175,8 +180,9 @@ KT_TEST(auto_never_leaves_dopri5_where_nothing_is_stiff) {
 /* Evaluations of a whole run of auto to 1e-6 by those of dopri5, which were counted once, for they take long. */
 KT_TEST(auto_goes_over_where_a_decay_bounds_the_steps) {
     static const struct {
-        double dopri5, part; /* measured: 0.009, 0.016, 0.035, 0.92, 0.973, 0.098 */
-    } costs[] = {{278972, 0.03}, {183506, 0.04}, {88808, 0.06}, {944, 0.97}, {12134, 0.99}, {46626, 0.15}};
+        double dopri5, part; /* measured: 0.009, 0.016, 0.035, 0.92, 0.009, 0.973, 0.098 */
+    } costs[] = {{278972, 0.03}, {183506, 0.04}, {88808, 0.06}, {944, 0.97},
+                 {118364, 0.02}, {12134, 0.99},  {46626, 0.15}};
     for (size_t i = 0; i < sizeof stiff / sizeof stiff[0]; i++) {
         double y[MOST + MOST];
         kt_simulation_counts counts = {0};

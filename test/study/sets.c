@@ -258,7 +258,7 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
         kt_status moved = KT_OK;
         for (int i = 0; i < 3 && placed == KT_OK; i++)
             moved = kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, rate, a, &e);
-        const kt_instant at = {l.model, l.data, 0.0, l.q, l.v, NULL, NULL};
+        const kt_instant at = {.model = l.model, .data = l.data, .t = 0.0, .q = l.q, .v = l.v};
         const int projected = placed == KT_OK ? kt_formulation_project_positions(&at, l.q, l.v, &changed, &e, set) : -1;
         kt_check_equal_int("allocations", kt_interpose_stop(), 0);
         (void)linkage_fine("placed", placed, &e);

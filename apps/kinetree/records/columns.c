@@ -130,6 +130,13 @@ static bool add_effects(kt_columns *columns) {
     return columns->quantities != NULL;
 }
 
+static bool add_states(kt_columns *columns) {
+    bool fine = true;
+    for (int state = 0; state < kt_own_state_count(columns->model) && fine; state++)
+        fine = add(columns, KT_COLUMN_STATE, state, 1, state);
+    return fine;
+}
+
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
     /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
     const kt_model *all = kt_model_switched(model, ((uint64_t)1 << kt_switch_count(model)) - 1);
@@ -141,6 +148,8 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add_coordinates(columns, KT_COLUMN_VELOCITY);
     if (fine && (record & KT_RECORD_ACCELERATION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_ACCELERATION);
+    if (fine && (record & KT_RECORD_STATE) != 0)
+        fine = add_states(columns);
     fine = fine && add_markers(columns, run, record);
     if (fine && (record & KT_RECORD_ORIENTATION) != 0)
         fine = add_orientations(columns);
@@ -234,6 +243,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
                              kt_loop_rows_of(model, c->index).count);
     case KT_COLUMN_CLOSURE:
         return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
+    case KT_COLUMN_STATE:
+        return snprintf(text, size, "state.%s", kt_own_state_name(model, c->index));
     case KT_COLUMN_EFFECT:
         return name_quantity(columns, c, text, size);
     }
@@ -324,6 +335,8 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_CLOSURE:
         return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
                                                      : (kt_quantity){"Relative rotations in loops", "rad"};
+    case KT_COLUMN_STATE:
+        return (kt_quantity){"Own states", ""};
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
@@ -425,6 +438,8 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
         return component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
         return multiplier_of(c, record);
+    case KT_COLUMN_STATE:
+        return coordinate(record->x, c->at);
     case KT_COLUMN_EFFECT:
         return quantities[c->at];
     }

@@ -25,6 +25,7 @@ typedef enum kt_column_source {
     KT_COLUMN_LOOP_REACTION,       /* in loop `index` */
     KT_COLUMN_MULTIPLIER,          /* of equation `component` of loop `index` */
     KT_COLUMN_CLOSURE,             /* of loop `index`: d, Euler vector; of a curve the arc length alone */
+    KT_COLUMN_STATE,               /* own state `index` */
     KT_COLUMN_EFFECT,              /* quantity `component` of effect `index`; at: among all quantities */
 } kt_column_source;
 

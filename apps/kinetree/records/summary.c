@@ -101,6 +101,16 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     json_decref(counts);
 }
 
+static void list_states(const kt_outcome *outcome, json_t *root) {
+    const double *x = kt_simulation_own_states(outcome->simulation);
+    json_t *states = json_object();
+    for (int i = 0; i < kt_own_state_count(outcome->model); i++)
+        json_object_set_new(states, kt_own_state_name(outcome->model, i), kt_json_number(x[i]));
+    if (kt_own_state_count(outcome->model) > 0)
+        json_object_set(root, "state", states);
+    json_decref(states);
+}
+
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     const kt_model *model = outcome->model;
     const kt_simulation *simulation = outcome->simulation;
@@ -166,6 +176,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
+    list_states(outcome, root);
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
     json_object_set_new(root, "marker", list_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));

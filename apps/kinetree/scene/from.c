@@ -195,6 +195,22 @@ static bool has_functions_of_time(const kt_scene *scene) {
     return any;
 }
 
+/* Reads the own states that the result has; what it has not starts as the scene says. */
+static kt_status take_own_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
+    const int count = kt_own_state_count(model);
+    double *x = calloc((size_t)count + 1, sizeof *x);
+    if (x == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    kt_own_states_initial(model, x);
+    for (int i = 0; i < count; i++)
+        if (read_part(s, "state", kt_own_state_name(model, i), 1, &x[i]) != 1)
+            kt_say("%s has no state '%s', which starts as the scene says; --record state records it", s->path,
+                   kt_own_state_name(model, i));
+    const kt_status status = kt_scene_start_states(scene, x, error);
+    free(x);
+    return status;
+}
+
 static int take_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
     char missing[400] = "";
     kt_error error = {0};
@@ -214,7 +230,9 @@ static int take_state(kt_scene *scene, const source *s, const kt_model *model, d
         kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and what they drive is "
                "moved to where they begin",
                s->path);
-    const kt_status status = kt_scene_start_from(scene, model, q, v, &error);
+    kt_status status = kt_scene_start_from(scene, model, q, v, &error);
+    if (status == KT_OK && kt_own_state_count(model) > 0)
+        status = take_own_states(scene, s, model, &error);
     if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);

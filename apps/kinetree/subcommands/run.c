@@ -320,6 +320,8 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
     kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
                                            kt_simulation_velocities(outcome->simulation), &error);
     if (status == KT_OK)
+        status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
+    if (status == KT_OK)
         status = kt_write_scene(&end, path, &error);
     kt_scene_free(&end);
     if (status == KT_OK)

@@ -1,0 +1,70 @@
+/* Own states: their check, and what they add to a model: a formula each, as that of an effect in a joint. */
+#include "compile/attach.h"
+#include "compile/compile.h"
+#include "model/check.h"
+
+#include <string.h>
+
+/* Names that formulas have already. */
+static bool is_reserved(const char *name) {
+#define OWN_STATE_NAME(id, name, least, most) #name,
+    static const char *const names[] = {"t", "pi", "length", "speed", KT_EXPRESSION_FUNCTION_LIST(OWN_STATE_NAME)};
+#undef OWN_STATE_NAME
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (strcmp(name, names[i]) == 0)
+            return true;
+    return false;
+}
+
+void kt_checker_state(kt_checker *checker, const kt_state *state) {
+    kt_checker_name(checker, KT_SCOPE_STATE, "states", state->name, false);
+    if (state->name != NULL && is_reserved(state->name))
+        kt_checker_fault(checker, "name", -1, "name %s has a meaning in formulas already; choose another",
+                         kt_name_quote(state->name).text);
+    (void)kt_checker_number(checker, "initial", state->initial);
+    kt_formula_names names = {.description = checker->description};
+    if (state->rate == NULL)
+        kt_checker_fault(checker, "rate", -1, "rate is missing; give the formula of its derivative by time");
+    else
+        (void)kt_checker_formula(checker, "rate", state->rate, &names);
+}
+
+/* The rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code. */
+static kt_effect effect_of(const kt_state *state) {
+    kt_effect effect = kt_effect_default();
+    effect.type = KT_EFFECT_EXPRESSION;
+    effect.formula[0] = state->rate;
+    return effect;
+}
+
+kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error) {
+    const kt_description *d = a->description;
+    kt_status status = KT_OK;
+    for (int i = 0; i < d->state_count && status == KT_OK; i++) {
+        const kt_effect rate = effect_of(&d->states[i]);
+        kt_formula_names names;
+        status = kt_attach_count_formulas(d, &rate, &names, n, error);
+        if (status == KT_OK)
+            kt_attach_mark_variables(a, n, &names);
+        n->text += strlen(d->states[i].name) + 1;
+    }
+    return status;
+}
+
+kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
+                                kt_error *error) {
+    const kt_description *d = a->description;
+    kt_status status = KT_OK;
+    for (int i = 0; i < d->state_count && status == KT_OK; i++) {
+        const kt_state *state = &d->states[i];
+        const kt_effect rate = effect_of(state);
+        const size_t size = strlen(state->name) + 1;
+        kt_effect_record *r = &m->state[i];
+        *r = (kt_effect_record){.type = (int32_t)rate.type, .source = (int32_t)i, .name = (uint32_t)*text};
+        memcpy(m->text + *text, state->name, size);
+        *text += size;
+        m->v0[m->n.v + (size_t)i] = state->initial;
+        status = kt_attach_fill_formulas(a, m, &rate, r, number, variable, error);
+    }
+    return status;
+}

@@ -1,0 +1,76 @@
+/* Own states x of a model: x' = f(t, q, v, x) by formulas (kt_state). Their values are an input that data hold. */
+#include "base/copy.h"
+#include "dynamics/dynamics.h"
+#include "effect/effect.h"
+#include "kinetree/mechanism.h"
+#include "mechanism/evaluate.h"
+#include "mechanism/formula.h"
+
+#include <stdio.h>
+#include <string.h>
+
+int kt_own_state_count(const kt_model *model) { return model ? (int)model->n.x : 0; }
+
+const char *kt_own_state_name(const kt_model *model, int state) {
+    return model && KT_IS_INDEX(state, model->n.x) ? model->text + model->state[state].name : NULL;
+}
+
+int kt_own_state_find(const kt_model *model, const char *name) {
+    for (size_t i = 0; model && name && i < model->n.x; i++)
+        if (strcmp(model->text + model->state[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+void kt_own_states_initial(const kt_model *model, double *x) {
+    if (model && x)
+        kt_copy(x, model->v0 + model->n.v, model->n.x * sizeof *x);
+}
+
+double *kt_own_states(const kt_model *model, kt_data *data) { return kt_data_serve(model, data) ? data->x : NULL; }
+
+static kt_status refuse_rate(const kt_model *model, size_t i, double t, double rate, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+                        "its rate is %g; look for a division by zero, or a function of a number that is huge there",
+                        rate);
+}
+
+kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                     double *rates, kt_error *error) {
+    kt_status status = KT_OK;
+    double values[KT_FORMULA_VARIABLE_MAX], rate[6];
+    if (model->n.force_link > 0)
+        kt_force_frames_sweep(model, data, q, v);
+    for (size_t i = 0; i < model->n.x; i++) {
+        const kt_effect_record *formula = &model->state[i];
+        kt_formula_variables_read(model, data, NULL, formula, t, q, v, NULL, values);
+        kt_formulas_evaluate(model, formula, values, rate);
+        if (!isfinite(rate[0]) && status == KT_OK)
+            status = refuse_rate(model, i, t, rate[0], error);
+        rates[i] = rate[0];
+    }
+    return status;
+}
+
+kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                             double *rates, kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, rates || !model->n.x))
+        return KT_ERROR_ARGUMENT;
+    const kt_input input = {.q = q, .v = v};
+    double *made = data->x + model->n.x;
+    kt_status status = kt_input_check(model, &input, error);
+    if (status == KT_OK)
+        status = kt_own_state_rates_trusted(model, data, t, q, v ? v : model->zero, made, error);
+    if (status == KT_OK)
+        kt_copy(rates, made, model->n.x * sizeof *rates);
+    return status;
+}
+
+kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
+    return model->n.x == 0
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_UNSUPPORTED, where, "the model has own states ('%.60s' is one), and %s",
+                              kt_own_state_name(model, 0), what);
+}

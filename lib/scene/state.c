@@ -1,0 +1,101 @@
+/* Own states of a scene, and their rates, in which every one of them may stand:
+ *
+ *     states: {current: {initial: 0, rate: "(supply - R*current - k*velocity.rotor)/L"}}
+ */
+#include "model/formula.h"
+#include "scene/expression.h"
+#include "scene/part.h"
+
+#include <stddef.h>
+#include <string.h>
+
+static bool read_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const char **out = kt_field_in(object, field);
+    kt_formula_names names = {.description = r->description};
+    const kt_symbols symbols = kt_formula_symbols(&names);
+    if (node->kind != KT_NODE_TEXT || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a formula (\"(input - current)/T\")");
+    if (!r->names_are_known) {
+        node->faulty = true; /* a fault of the names has been reported */
+        return false;
+    }
+    return kt_read_formula(r, scope, node, &symbols, true, out);
+}
+
+static void write_rate(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const char *const *text = kt_field_of(object, field);
+    (void)standard;
+    kt_emit_text(e, *text);
+}
+
+static const kt_kind kind_rate = {.read = read_rate, .write = write_rate};
+
+#define AT(member) .offset = offsetof(kt_state, member)
+static const kt_field state_fields[] = {
+    {.key = "initial", .kind = &kt_kind_number, AT(initial)},
+    {.key = "rate", .kind = &kind_rate, AT(rate), .flags = KT_FIELD_REQUIRED},
+};
+static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_OF(state_fields), .flow = true};
+
+/* All names, before any rate is read. */
+static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states) {
+    int k = 0;
+    bool good = true;
+    for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
+        states[k] = kt_state_default();
+        r->state_nodes[k] = key->next;
+        if (key->kind != KT_NODE_TEXT) {
+            good = kt_fault_expected(r, scope, key, "the name of a state");
+            continue;
+        }
+        states[k].name = kt_pool_text(&r->keep, key->of.text, key->count);
+        if (states[k].name == NULL)
+            good = kt_reader_out_of_memory(r);
+        else if (kt_is_parameter(r, states[k].name))
+            (void)kt_fault_at(r, KT_ERROR_SCENE, scope, key, "'%.40s' is a parameter; take another name for the state",
+                              states[k].name);
+    }
+    return good;
+}
+
+static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene *scene = object;
+    if (node->kind != KT_NODE_MAP) {
+        r->names_are_known = false;
+        return kt_fault_expected(r, scope, node, "names and rates of states ('current: {rate: ...}')");
+    }
+    kt_state *states = kt_pool_take(&r->keep, (size_t)node->count + 1, sizeof *states);
+    r->state_nodes = kt_pool_take(&r->scratch, (size_t)node->count + 1, sizeof *r->state_nodes);
+    if (states == NULL || r->state_nodes == NULL)
+        return kt_reader_out_of_memory(r);
+    r->names_are_known = read_names(r, scope, node, states) && r->names_are_known;
+    scene->description.states = states;
+    scene->description.state_count = (int)node->count;
+    for (int k = 0; k < scene->description.state_count; k++) {
+        const kt_scope here = {.outer = scope, .key = states[k].name, .index = k};
+        (void)kt_table_read(r, &here, r->state_nodes[k], &state_table, &states[k]);
+    }
+    return !kt_node_is_faulty(node);
+}
+
+static void write_states(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_description *d = &((const kt_scene *)object)->description;
+    const kt_state rest = kt_state_default();
+    kt_emit_map(e, false);
+    for (int k = 0; k < d->state_count; k++) {
+        kt_emit_key(e, d->states[k].name);
+        kt_table_write(e, &state_table, &d->states[k], &rest);
+    }
+    kt_emit_end(e);
+}
+
+static bool same_states(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_scene *)object)->description.state_count == 0;
+}
+
+const kt_kind kt_kind_states = {read_states, write_states, same_states};

@@ -1,0 +1,313 @@
+/* Own states: their rates, what a simulation does with them, and who refuses them. The scenes that have some are held
+ * against other equations in own_state_scenes.c. */
+#include "scenes.h"
+
+#include "kinetree/analysis.h"
+#include "kinetree/batch.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/scene.h"
+#include "kinetree/sensitivity.h"
+#include "kinetree/study.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* An arm in space, a four-bar that reads a marker of its coupler, and two states that depend on each other; no effect reads
+ * the second, which is therefore a quadrature of the motion. */
+#define ARM                                                                                                            \
+    "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {T: 0.2}\nbodies:\n"                                             \
+    "  - {name: arm, joint: {type: revolute, axis: z, position: 30 deg, velocity: 1}, mass: 1,\n"                      \
+    "     shape: {type: rod, to: [1, 0, 0]}, markers: {tip: [1, 0, 0]}}\n"
+#define STATES                                                                                                         \
+    "states:\n"                                                                                                        \
+    "  lag: {initial: 0.5, rate: \"(position.arm - lag)/T\"}\n"                                                        \
+    "  way: {rate: \"marker.arm.tip.vx + lag*t\"}\n"                                                                   \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, joint: arm, force: \"-3*lag - 0.1*velocity.arm\"}\n"
+
+typedef struct mechanism {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+} mechanism;
+
+static bool make(mechanism *m, const char *text) {
+    kt_error error = {0};
+    memset(m, 0, sizeof *m);
+    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
+           kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
+           kt_fine("data", kt_data_create(m->model, &m->data, &error), &error);
+}
+
+static void end(mechanism *m) {
+    kt_data_free(m->data);
+    kt_model_free(m->model);
+    kt_scene_free(&m->scene);
+}
+
+KT_TEST(rates_and_forces_read_the_states_in_the_data) {
+    mechanism m;
+    kt_error error;
+    const double q = 0.7, v = -1.3, t = 2.0;
+    double a, rates[2] = {-1.0, -1.0};
+    if (!make(&m, ARM STATES))
+        return;
+    double *x = kt_own_states(m.model, m.data);
+    kt_check_equal_int("states", kt_own_state_count(m.model), 2);
+    kt_check_text("name", kt_own_state_name(m.model, 1), "way");
+    kt_check_equal_int("found", kt_own_state_find(m.model, "way"), 1);
+    kt_check_equal_int("not found", kt_own_state_find(m.model, "away"), -1);
+    kt_check_near("initial", x[0], 0.5, 0.0);
+    x[0] = 0.25;
+    x[1] = 9.0;
+    (void)kt_fine("rates", kt_own_state_rates(m.model, m.data, t, &q, &v, rates, &error), &error);
+    kt_check_near("(q - x)/T", rates[0], (q - 0.25) / 0.2, 4.0 * DBL_EPSILON);
+    kt_check_near("vx + x t", rates[1], -v * sin(q) + 0.25 * t, 4.0 * DBL_EPSILON);
+    (void)kt_fine("acceleration", kt_acceleration_evaluate(m.model, m.data, t, &q, &v, NULL, NULL, &a, &error), &error);
+    kt_check_near("(torque - weight)/J", a, (-3.0 * 0.25 - 0.1 * v - 9.81 * 0.5 * cos(q)) * 3.0, 64.0 * DBL_EPSILON);
+    x[0] = (double)NAN;
+    rates[0] = 7.0;
+    kt_check_equal_int("a rate of NaN", kt_own_state_rates(m.model, m.data, t, &q, &v, rates, &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_contains("it is named", error.where, "state 'lag'");
+    kt_check_near("untouched", rates[0], 7.0, 0.0);
+    end(&m);
+}
+
+/* ---- runs -------------------------------------------------------------------------------------------------------- */
+
+enum { RECORDS = 300, NUMBERS = 4 };
+
+typedef struct records {
+    int count, stop;
+    double y[RECORDS][NUMBERS]; /* q, v, x */
+} records;
+
+static int keep(const kt_record *record, void *user) {
+    records *r = user;
+    const double y[NUMBERS] = {record->q[0], record->v[0], record->x[0], record->x[1]};
+    if (r->count == RECORDS)
+        return -1;
+    memcpy(r->y[r->count], y, sizeof y);
+    return ++r->count == r->stop ? -1 : 0;
+}
+
+static kt_run run_by(const char *method, double step) {
+    kt_run run = kt_run_default();
+    run.duration = 2.0;
+    run.interval = 0.0137;
+    run.integrator = method;
+    run.step = step;
+    run.relative = 1e-9;
+    run.absolute = 1e-11;
+    return run;
+}
+
+static const struct {
+    const char *name;
+    double step;
+} methods[] = {{"dopri5", 0.0},  {"dop853", 0.0},    {"rkc2", 0.0},           {"radau5", 0.0},
+               {"rodas5p", 0.0}, {"auto", 0.0},      {"rk4", 1e-3},           {"ab4", 1e-3},
+               {"bdf2", 1e-3},   {"two-step", 1e-3}, {"implicit-euler", 1e-3}};
+
+KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
+    static records whole, first, rest;
+    mechanism m;
+    kt_error error;
+    if (!make(&m, ARM STATES))
+        return;
+    for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+        const kt_run run = run_by(methods[k].name, methods[k].step);
+        kt_simulation *a = kt_scene_simulate(m.model, &run, NULL), *b = kt_scene_simulate(m.model, &run, NULL);
+        void *block = malloc(kt_simulation_state_size(a));
+        whole = first = rest = (records){.count = 0};
+        first.stop = 61;
+        kt_note("%s", methods[k].name);
+        (void)kt_fine("whole", kt_simulation_run(a, keep, &whole, &error), &error);
+        kt_simulation_free(a);
+        a = kt_scene_simulate(m.model, &run, NULL);
+        kt_check_equal_int("stops", kt_simulation_run(a, keep, &first, &error), KT_ERROR_CALLBACK);
+        kt_simulation_save(a, block);
+        (void)kt_fine("restore", kt_simulation_restore(b, block, &error), &error);
+        (void)kt_fine("rest", kt_simulation_run(b, keep, &rest, &error), &error);
+        kt_check_equal_int("records", first.count + rest.count, whole.count);
+        kt_check_equal_bits("before", first.y[0], whole.y[0], NUMBERS * (size_t)first.count);
+        kt_check_equal_bits("after", rest.y[0], whole.y[first.count], NUMBERS * (size_t)rest.count);
+        kt_check_equal_bits("own states", kt_simulation_own_states(b), &whole.y[whole.count - 1][2], 2);
+        free(block);
+        kt_simulation_free(a);
+        kt_simulation_free(b);
+    }
+    end(&m);
+}
+
+/* Between steps, too. */
+KT_TEST(records_have_the_states_of_the_motion) {
+    static records fine, coarse;
+    mechanism m;
+    kt_error error;
+    if (!make(&m, ARM STATES))
+        return;
+    kt_run run = run_by("dop853", 0.0);
+    run.relative = 1e-13;
+    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    fine = (records){.count = 0};
+    (void)kt_fine("fine", kt_simulation_run(s, keep, &fine, &error), &error);
+    kt_simulation_free(s);
+    for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+        /* Errors of the state: the tolerance of adaptive methods, or h^p of fixed steps, times the growth of some 100.
+         * That of implicit-euler, 0.1, would show nothing. */
+        const char *name = methods[k].name;
+        const bool first = strcmp(name, "implicit-euler") == 0,
+                   second = strcmp(name, "bdf2") == 0 || strcmp(name, "two-step") == 0 || strcmp(name, "rkc2") == 0;
+        if (first)
+            continue;
+        kt_worst worst = {.what = methods[k].name};
+        run = run_by(methods[k].name, methods[k].step);
+        s = kt_scene_simulate(m.model, &run, NULL);
+        coarse = (records){.count = 0};
+        (void)kt_fine("run", kt_simulation_run(s, keep, &coarse, &error), &error);
+        kt_check_equal_int("records", coarse.count, fine.count);
+        for (int i = 0; i < fine.count && i < coarse.count; i++)
+            for (int c = 0; c < NUMBERS; c++)
+                kt_worst_near(&worst, coarse.y[i][c], fine.y[i][c], second ? 3e-4 : 1e-6, "%d.%d", i, c);
+        kt_check_worst(&worst);
+        kt_simulation_free(s);
+    }
+    end(&m);
+}
+
+/* The balance is computed by other equations besides, which must not move a bit. */
+KT_TEST(balance_moves_no_bit_and_closes) {
+    static records without, with;
+    mechanism m;
+    kt_error error;
+    if (!make(&m, ARM STATES))
+        return;
+    kt_run run = run_by("dopri5", 0.0);
+    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    without = with = (records){.count = 0};
+    (void)kt_fine("without", kt_simulation_run(s, keep, &without, &error), &error);
+    kt_simulation_free(s);
+    run.record = KT_RECORD_BALANCE | KT_RECORD_STATE;
+    s = kt_scene_simulate(m.model, &run, NULL);
+    kt_record start, last;
+    (void)kt_fine("start", kt_simulation_sense(s, &start, &error), &error);
+    (void)kt_fine("with", kt_simulation_run(s, keep, &with, &error), &error);
+    (void)kt_fine("end", kt_simulation_sense(s, &last, &error), &error);
+    kt_check_equal_bits("motion", with.y[0], without.y[0], NUMBERS * (size_t)without.count);
+    kt_check_near("energy", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
+                  start.kinetic + start.potential, 1e-7);
+    kt_simulation_free(s);
+    end(&m);
+}
+
+KT_TEST(states_are_set_and_start_anew) {
+    mechanism m;
+    kt_error error;
+    if (!make(&m, ARM STATES))
+        return;
+    const kt_run run = run_by("dopri5", 0.0);
+    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    const double *x = kt_simulation_own_states(s), set[2] = {2.0, 3.0}, wrong[2] = {0.0, HUGE_VAL}, q = 0.1;
+    double before[3];
+    (void)kt_fine("advance", kt_simulation_advance(s, 0.5, &error), &error);
+    kt_check_true("they have moved", x[0] != 0.5 && x[1] != 0.0);
+    memcpy(before, kt_simulation_positions(s), 2 * sizeof *before);
+    kt_check_equal_int("an infinity", kt_simulation_set_own_states(s, wrong, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("is named", error.where, "way");
+    (void)kt_fine("set", kt_simulation_set_own_states(s, set, &error), &error);
+    kt_check_equal_bits("states", x, set, 2);
+    kt_check_equal_bits("positions and velocities stay", kt_simulation_positions(s), before, 2);
+    kt_check_near("time", kt_simulation_time(s), 0.5, 0.0);
+    (void)kt_fine("restart", kt_simulation_set_state(s, 0.0, &q, NULL, &error), &error);
+    kt_check_near("initial", x[0], 0.5, 0.0);
+    kt_check_near("initial", x[1], 0.0, 0.0);
+    kt_simulation_free(s);
+    end(&m);
+}
+
+/* x' = 1 from -0.3: it passes zero at 0.3 s, to the rounding of the time. */
+KT_TEST(event_and_rate_of_a_model_without_coordinates) {
+    static const char text[] = "kinetree: 1\nbodies:\n  - {name: block, mass: 1}\n"
+                               "states: {clock: {initial: -0.3, rate: \"1\"}, decay: {initial: 2, rate: \"-decay\"}}\n"
+                               "simulate: {duration: 1, until: \"clock > 0\"}\n";
+    mechanism m;
+    kt_error error;
+    if (!make(&m, text))
+        return;
+    kt_run run = run_by("dopri5", 0.0);
+    run.relative = 1e-12;
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_scene_watch *watch = NULL;
+    options.events = kt_scene_event_room(&m.scene);
+    kt_simulation *s = kt_scene_simulate(m.model, &run, &options);
+    (void)kt_fine("events", kt_scene_watch_create(&m.scene, m.model, s, NULL, 0, &watch, &error), &error);
+    (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
+    kt_check_near("time", kt_simulation_time(s), 0.3, 1e-9);
+    kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-9);
+    kt_simulation_free(s);
+    kt_scene_watch_free(watch);
+    end(&m);
+}
+
+KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
+    static const char text[] = ARM "states: {x: {initial: 1, rate: \"-1/x\"}}\n"; /* sqrt(1 - 2 t) */
+    mechanism m;
+    kt_error error;
+    if (!make(&m, text))
+        return;
+    const kt_run run = run_by("rk4", 0.5);
+    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    const double zero = 0.0;
+    (void)kt_fine("set", kt_simulation_set_own_states(s, &zero, &error), &error);
+    kt_check_equal_int("status", kt_simulation_advance(s, 1.0, &error), KT_ERROR_NOT_FINITE);
+    kt_check_contains("where", error.where, "state 'x'");
+    kt_check_contains("time", error.where, "t = 0 s");
+    kt_simulation_free(s);
+    end(&m);
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+static void refuses(const char *what, kt_status status, const kt_error *error) {
+    kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);
+    kt_check_contains("it says why", error->message, "own states ('lag' is one)");
+}
+
+KT_TEST(what_does_not_know_own_states_says_so) {
+    mechanism m;
+    kt_error error = {0};
+    kt_linearization *l = NULL;
+    kt_spectrum *spectrum = NULL;
+    kt_mode_watch *watch = NULL;
+    kt_floquet *floquet = NULL;
+    kt_absolute *absolute = NULL;
+    kt_constraint_formulation *formulation = NULL;
+    if (!make(&m, ARM STATES))
+        return;
+    refuses("linearisation", kt_linearization_create(m.model, NULL, &l, &error), &error);
+    refuses("spectrum", kt_spectrum_create(m.model, 2, &spectrum, &error), &error);
+    refuses("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
+    const kt_floquet_options period = kt_floquet_options_default(1.0);
+    refuses("multipliers", kt_floquet_create(m.model, &period, &floquet, &error), &error);
+    refuses("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
+    const kt_constraint_formulation_options gauss =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
+    refuses("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
+    const kt_step step = {.method = kt_method_find("rk4"), .h = 0.1};
+    const size_t size = kt_step_work_size(m.model, step.method);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    const double q = 0.0, v = 0.0;
+    double next_q, next_v;
+    refuses("derivatives of a step",
+            kt_step_evaluate(m.model, m.data, work, size, &step, &q, &v, &next_q, &next_v, &error), &error);
+    free(work);
+    kt_batch_options states = kt_batch_options_default();
+    kt_batch *batch = NULL;
+    states.method = step.method;
+    refuses("batch", kt_batch_create(m.model, &states, &batch, &error), &error);
+    end(&m);
+}
