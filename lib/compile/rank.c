@@ -11,10 +11,12 @@
 #include "closure/rounding.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/loop.h"
 #include "reduction/delassus.h"
 #include "reduction/front4.h"
 
 #include <float.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -517,18 +519,25 @@ static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error 
     return status;
 }
 
-/* Whether a group is so large that its factorisation calls LAPACK. */
-static bool needs_lapack(const kt_model *model) {
-    bool large = false;
-    for (size_t g = 0; g < model->n.group; g++)
-        large = large || (!kt_group_has_fronts(&model->group[g]) && model->group[g].v_count >= model->reduction->large);
-    return large;
+/* Opens LAPACK if a group is so large that its factorisation calls it; an error names the group's first loop. */
+static kt_status open_lapack(const kt_model *model, kt_error *error) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        if (kt_group_has_fronts(group) || group->v_count < model->reduction->large)
+            continue;
+        const kt_status status = model->reduction->open(error);
+        if (status != KT_OK && error)
+            (void)snprintf(error->where, sizeof error->where, "group of loop '%.40s', %d coordinates",
+                           kt_loop_name(model, model->group_loop[group->loop]), (int)group->v_count);
+        return status;
+    }
+    return KT_OK;
 }
 
 kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (!model->n.group)
         return KT_OK;
-    if (needs_lapack(model) && model->reduction->open(error) != KT_OK)
+    if (open_lapack(model, error) != KT_OK)
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     samples found = {.q = malloc(3 * model->n.q * sizeof(double)),

@@ -17,11 +17,11 @@
 #include <math.h>
 #include <string.h>
 
-#define STEP 0.002 /* rad or m, and of their rates */
-#define LEAST_STEP 1e-6
-#define SHORTER 0.125
+#define STEP 0.002    /* rad or m, and of their rates */
 #define COARSE 1e-6   /* relative to the largest number of a column */
 #define ROUNDING 64.0 /* eps of the largest force over h: what differences of constants may be */
+
+enum { STEPS = 4 }; /* each an eighth of the one before */
 
 bool kt_model_is_differenced(const kt_model *model) {
     for (size_t i = 0; model && i < model->n.effect; i++)
@@ -102,8 +102,8 @@ static kt_status difference(kt_linearized *w, const column *c, double h, double 
 /* Subtracts the best differences from column j of D. */
 static kt_status subtract_differences(kt_linearized *w, const column *c, double *d, kt_error *error) {
     double least = HUGE_VAL, bound = 0.0;
-    for (double h = STEP; h >= LEAST_STEP && least > COARSE; h *= SHORTER) {
-        const kt_status status = difference(w, c, h, &bound, error);
+    for (int k = 0; k < STEPS && least > COARSE; k++) {
+        const kt_status status = difference(w, c, ldexp(STEP, -3 * k), &bound, error);
         if (status != KT_OK)
             return status;
         if (!(bound < least))

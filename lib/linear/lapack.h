@@ -4,8 +4,8 @@
  * OpenBLAS starts its threads as soon as it is loaded. So that a program that never needs it has none of them, the
  * shared library does not link it: kt_lapack_open loads a module that does (lapack_load.c, lapack_table.c) when a model
  * is compiled or an analysis begins. The static library, and the shared one on systems without dlopen, link it
- * (lapack_call.c, here and in lib/study). A build without loops (KT_NO_LOOPS) does not contain it, and functions that
- * need it return an error.
+ * (lapack_call.c, here and in lib/study). A build without loops (KT_NO_LOOPS), or with loops whose groups are small and
+ * need none (KT_NO_LAPACK), does not contain it, and functions that need it return an error.
  */
 #ifndef KT_LINEAR_LAPACK_H
 #define KT_LINEAR_LAPACK_H

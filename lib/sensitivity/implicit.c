@@ -253,6 +253,8 @@ static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
 static double size_of(const kt_step_work *w, kt_coupled c, const double *correction) {
     const size_t N = numbers_of(w), m = w->unknowns;
     double most = 0.0, sum = 0.0;
+    if (m == 0) /* nothing moves */
+        return 0.0;
     for (size_t l = 0; l < N; l++)
         most = fmax(most, fmax(fabs(w->y[l]), fabs(w->step->h * w->slope[(c.end - 1) * N + l])));
     most = most > 0.0 ? most : 1.0;
