@@ -434,14 +434,22 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     axes of `frame`. All that it does counts as supplied. At most KT_FORMULA_VARIABLE_MAX different variables.
  * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
  * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
- * must be. Joint effects are for joints of one coordinate: revolute, prismatic or screw. "N (m)" below: N m, or N where
- * the coordinate is a length. */
+ * must be. Joint effects act in one coordinate, along which the force does its work: of a joint, or a relative coordinate
+ * of a loop. `joint` is the joint's or the loop's name, or NAME[k] for the k-th of several, in the order of kt_joint for
+ * joints (without spherical and free ones). Loops: revolute, screw, coaxial: angle; prismatic, inline: length;
+ * cylindrical: angle, length; planar: x, y, angle; inplane: x, y; universal: angle about axis, about axis2. Angles and
+ * lengths are those of the second end's frame against the first's, in which both are 0 where the frames coincide. An angle
+ * is counted from the given positions, where it is within half a turn: through whole turns where the links between the
+ * ends rotate about axes that are parallel to it, and of a screw; elsewhere it is the one nearest to that at the given
+ * positions, and a force that depends on it must not go beyond half a turn from there, where it would jump. A joint goes
+ * before a loop of the same name. A library without Jacobians has no effects in loops. "N (m)" below: N m, or N where the
+ * coordinate is a length. */
 typedef struct kt_effect {
     const char *name;      /* may be NULL */
     kt_effect_type type;   /* which members are read */
     kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
-    const char *joint;     /* joint_*, motor, servo, expression, custom with joint_force */
+    const char *joint;     /* joint_*, motor, servo, expression, custom with joint_force: the coordinate, see above */
     double stiffness;      /* spring N/m; joint_spring, joint_limit, servo N (m) per rad or m; contact N/m^exponent */
     double damping;        /* spring N s/m; joint_spring, joint_damper, joint_limit, servo N (m) s per rad or m */
     double length;         /* spring: rest length, m */

@@ -274,9 +274,9 @@ KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, c
 /* What one effect exerts. Ends are those of its description: of a contact the sphere, then the plane. */
 typedef struct kt_effect_load {
     int end_count;       /* 0: it acts in a joint */
-    kt_vec3 point[2];    /* of its ends, world, m */
+    kt_vec3 point[2];    /* of its ends, or of its loop's, world, m */
     kt_wrench wrench[2]; /* on the bodies of its ends, about these points, world axes */
-    double joint_force;  /* in its joint, N m, or N in a sliding joint; 0 of an effect with ends */
+    double joint_force; /* in its joint or along its loop's coordinate, N m, or N of a length; 0 of another with ends */
 } kt_effect_load;
 
 /* Computes what an effect exerts at (t, q, v), of which data hold the kinematics (kt_kinematics_update, a record, a
@@ -297,6 +297,13 @@ KT_API int kt_effect_find(const kt_model *model, const char *name);
 KT_API const char *kt_effect_name(const kt_model *model, int effect);
 KT_API kt_effect_type kt_effect_type_of(const kt_model *model, int effect);
 KT_API int kt_effect_body(const kt_model *model, int effect, int end);
+
+/* Of an effect in a coordinate: the loop in whose relative coordinate it acts, its index in the description (-1: in a
+ * joint, or it has ends), and in *component, which may be NULL, which of the loop's coordinates; and the value of the
+ * coordinate at q, of which data hold the kinematics, rad or m (NaN: it has ends, or there is no such effect). O(log
+ * effects + depth). */
+KT_API int kt_effect_loop(const kt_model *model, int effect, int *component);
+KT_API double kt_effect_coordinate(const kt_model *model, const kt_data *data, const double *q, int effect);
 
 /* What can be recorded of an effect: the number of its quantities, and one of them (KT_QUANTITY_COUNT: there is none).
  * These are those of its type (kt_descriptor.quantities); of a caller's own effect those of its joint, its wrench, or

@@ -212,10 +212,13 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
 }
 
 /* Finds the frames on which an effect acts, or its joint. */
-static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_effect_record *r, kt_error *error) {
+static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r,
+                              kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     r->ends = ends;
-    if (ends == 0) {
+    if (ends == 0 && KT_HAS_RELATIVE) {
+        kt_attach_place_in_coordinate(a, m, effect, r);
+    } else if (ends == 0) {
         r->body[0] = kt_joint_index(m, effect->joint);
         r->link[0] = m->body[r->body[0]].link;
     }
@@ -232,6 +235,7 @@ static kt_status place_effect(const kt_model *m, const kt_effect *effect, kt_eff
 
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
                               kt_error *error) {
+    size_t term = a->loop_terms;
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
@@ -254,9 +258,11 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             memcpy(m->text + *text, effect->name, size);
             *text += size;
         }
-        const kt_status status = place_effect(m, effect, r, error);
+        const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;
+        if (KT_HAS_RELATIVE && r->relative.type)
+            kt_attach_fill_turns(a, m, r, &term);
         for (int k = 0; k < 3; k++) {
             const kt_function *function = kt_effect_function(effect, k);
             r->curve[k] = kt_curve_compile(function, m->number, *number);
@@ -324,6 +330,8 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     if (KT_HAS_LOOPS)
         kt_attach_place_paths(a, n);
     kt_attach_number_groups(a, n);
+    if (KT_HAS_RELATIVE)
+        a->loop_terms = n->term;
     status = kt_attach_count_effects(a, n, error);
     if (KT_HAS_FORMULAS && status == KT_OK)
         status = kt_attach_count_states(a, n, error);

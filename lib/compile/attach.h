@@ -42,6 +42,8 @@ typedef struct kt_attach {
     const kt_description *description;
     const kt_planar_loop *flat; /* planar forms of the description's loops */
     const kt_model *tree;
+    size_t loop_terms;  /* terms of loops; those of effects follow */
+    int loop_of_effect; /* in whose coordinate the last one acts that acts in one */
     KT_ARENA_DECLARE(ATTACH_FIELDS)
 } kt_attach;
 
@@ -51,6 +53,22 @@ static inline bool kt_attach_is_relation(int32_t type) { return kt_loop_is_relat
 static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
+
+/* The joint or loop in whose coordinate an effect without ends acts (relative.c): its body in the tree, or -1 and its
+ * loop. */
+typedef struct kt_attach_coordinate {
+    int body, loop, component;
+} kt_attach_coordinate;
+kt_attach_coordinate kt_attach_coordinate_of(kt_attach *a, const char *joint);
+
+/* The number of ends of an effect: two in a coordinate of a loop; and the name of the body on which the k-th is. */
+int kt_attach_end_count(kt_attach *a, const kt_effect *effect);
+const char *kt_attach_end_body(kt_attach *a, const kt_effect *effect, int k);
+
+/* Places an effect in a coordinate: on a link, or on the ends of a loop. Terms from *term on are then its own. */
+void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r);
+size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect);
+void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, size_t *term);
 
 /* Formulas of effects (formula.c): counts numbers and variables, of which `names` then has the list; and fills the
  * model. */

@@ -47,8 +47,10 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
     bool known[KEYS] = {false};
     for (size_t i = 0; i < n->effect + n->effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
-        const int ends = kt_effect_end_count(effect), key = key_of((int)effect->type, ends);
+        const int ends = KT_HAS_RELATIVE ? kt_attach_end_count(a, effect) : kt_effect_end_count(effect),
+                  key = key_of((int)effect->type, ends);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
+        n->term += KT_HAS_RELATIVE ? kt_attach_count_turns(a, effect) : 0;
         if (KT_IS_OFF(effect))
             continue;
         n->batch += !known[key];
@@ -56,7 +58,7 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
         if (ends > 0 && n->force_link == 0)
             n->force_link = 1; /* the ground */
         for (int k = 0; k < ends; k++)
-            mark(a, n, effect->between[k].body);
+            mark(a, n, KT_HAS_RELATIVE ? kt_attach_end_body(a, effect, k) : effect->between[k].body);
         if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
             continue;
         kt_formula_names names;

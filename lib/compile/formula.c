@@ -10,7 +10,7 @@ static size_t numbers_of(const char *text) { return (kt_expression_size(text) + 
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error) {
     kt_status status = KT_OK;
-    *names = (kt_formula_names){.description = description, .ends = effect->end_count};
+    *names = kt_formula_names_of(description, effect);
     for (int k = 0; k < 6 && effect->type == KT_EFFECT_EXPRESSION && status == KT_OK; k++) {
         if (effect->formula[k] == NULL)
             continue;
@@ -48,7 +48,7 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
 
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
                                   size_t *number, size_t *variable, kt_error *error) {
-    kt_formula_names names = {.description = a->description, .ends = effect->end_count};
+    kt_formula_names names = kt_formula_names_of(a->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     r->variable = (int32_t)*variable;
     for (int k = 0; k < 6; k++) {

@@ -2,6 +2,8 @@
  * none in closed form (effect/effect.h), and to hold these against. */
 #include "derivative/dual_effect.h"
 
+#include "constraint/relative_coordinate.h"
+
 /* What is changed of the last end, in the order of kt_effect_jacobian. */
 enum { ROTATION, DISPLACEMENT, OMEGA, VELOCITY, CHANGES };
 
@@ -20,9 +22,44 @@ static kt_effect_frame frame_of(const kt_effect_end *end, int changed, kt_v4 e) 
     };
 }
 
-void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                             kt_effect_jacobian *jacobian) {
-    const int last = effect->ends - 1;
+/* How wrenches depend on their ends, which a change moves: in dual numbers. */
+typedef struct dependence {
+    const kt_effect_record *effect;
+    const double *numbers;
+    double t;
+    double counted;      /* of an effect in a loop, and */
+    const double *force; /* its force, and the derivatives of that by the coordinate and its rate */
+} dependence;
+
+static kt_loop_end loop_end_of(const kt_effect_frame *frame) {
+    return (kt_loop_end){.axes = {frame->axes.x, frame->axes.y, frame->axes.z},
+                         .point = frame->point,
+                         .omega = frame->omega,
+                         .velocity = frame->velocity,
+                         .alpha = kt_vector_zero(),
+                         .linear = kt_vector_zero()};
+}
+
+/* On the last end, of an effect in a loop: Q = Q_0 + Q_c dc + Q_c' dc'. */
+static kt_effect_wrench wrench_in_loop(const dependence *on, const kt_effect_frame frames[2]) {
+    const kt_loop_end end[2] = {loop_end_of(&frames[0]), loop_end_of(&frames[1])};
+    const kt_relative_coordinate c = kt_relative_coordinate_of(&on->effect->relative, on->counted, end);
+    const kt_real force = kt_dual_make(on->force[0], on->force[1] * kt_derivative_of(c.position) +
+                                                         on->force[2] * kt_derivative_of(c.rate));
+    return (kt_effect_wrench){.moment = kt_scale(force, c.moment), .force = kt_scale(force, c.force)};
+}
+
+static kt_effect_wrench wrench_on_last(const dependence *on, const kt_effect_frame frames[2]) {
+    const kt_effect_record *effect = on->effect;
+    kt_effect_wrench wrench[2];
+    if (on->force)
+        return wrench_in_loop(on, frames);
+    kt_effect_kind_of(effect->type)->wrench(effect, on->numbers, frames, on->t, wrench, NULL);
+    return wrench[effect->ends - 1];
+}
+
+static void differentiate(const dependence *on, const kt_effect_end *end, kt_effect_jacobian *jacobian) {
+    const int last = on->effect->ends - 1;
     *jacobian = (kt_effect_jacobian){.at_point = false};
     for (int changed = 0; changed < CHANGES; changed++) {
         kt_vec3 moment[3], force[3];
@@ -30,19 +67,30 @@ void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbe
             kt_v4 e = kt_v4_splat(0.0);
             e[k] = 1.0;
             kt_effect_frame frames[2];
-            kt_effect_wrench wrench[2];
             for (int i = 0; i <= last; i++)
                 frames[i] = frame_of(&end[i], i == last ? changed : CHANGES, e);
-            kt_effect_kind_of(effect->type)->wrench(effect, numbers, frames, t, wrench, NULL);
-            moment[k] = kt_v4_vec3(kt_vector_derivative(wrench[last].moment));
-            force[k] = kt_v4_vec3(kt_vector_derivative(wrench[last].force));
-            jacobian->moment = kt_v4_vec3(kt_vector_value(wrench[last].moment));
-            jacobian->force = kt_v4_vec3(kt_vector_value(wrench[last].force));
+            const kt_effect_wrench wrench = wrench_on_last(on, frames);
+            moment[k] = kt_v4_vec3(kt_vector_derivative(wrench.moment));
+            force[k] = kt_v4_vec3(kt_vector_derivative(wrench.force));
+            jacobian->moment = kt_v4_vec3(kt_vector_value(wrench.moment));
+            jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
         }
         kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
         matrix[0][changed % 2] = (kt_mat3){moment[0], moment[1], moment[2]};
         matrix[1][changed % 2] = (kt_mat3){force[0], force[1], force[2]};
     }
+}
+
+void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                             kt_effect_jacobian *jacobian) {
+    const dependence on = {.effect = effect, .numbers = numbers, .t = t};
+    differentiate(&on, end, jacobian);
+}
+
+void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
+                               const kt_effect_end *end, kt_effect_jacobian *jacobian) {
+    const dependence on = {.effect = effect, .counted = counted, .force = force};
+    differentiate(&on, end, jacobian);
 }
 
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,

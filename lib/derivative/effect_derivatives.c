@@ -26,6 +26,7 @@
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
+#include "mechanism/relative.h"
 
 #include <string.h>
 
@@ -210,6 +211,26 @@ static void subtract_jacobian(const state *s, const ends *e, const kt_effect_jac
     }
 }
 
+/* Of the force in a coordinate; derivative: by it and by its rate. */
+static void find_joint_derivatives(const state *s, const kt_effect_record *effect, double q, double v,
+                                   double derivative[2]) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    derivative[0] = derivative[1] = 0.0;
+    (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(effect, s->model->number, q, v,
+                                                                                    s->t, derivative);
+}
+
+/* The Jacobian of an effect by its force in a coordinate of a loop. */
+static void write_relative_jacobian(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
+                                    kt_effect_jacobian *jacobian) {
+    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
+    double force[3];
+    force[0] = kt_effect_kind_of(effect->type)
+                   ->joint_force(effect, s->model->number, motion.position, motion.rate, s->t, NULL);
+    find_joint_derivatives(s, effect, motion.position, motion.rate, force + 1);
+    kt_dual_relative_jacobian(effect, motion.counted, force, end, jacobian);
+}
+
 static void subtract_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_jacobian jacobian = {.at_point = false};
@@ -217,7 +238,9 @@ static void subtract_wrench(const state *s, const kt_effect_record *effect, doub
     const size_t count = find_ends(s, effect, &e);
     if (count == 0)
         return;
-    if (kind->jacobian)
+    if (KT_HAS_RELATIVE && effect->relative.type)
+        write_relative_jacobian(s, effect, e.end, &jacobian);
+    else if (kind->jacobian)
         kind->jacobian(effect, s->model->number, e.end, s->t, &jacobian);
     else
         kt_dual_effect_jacobian(effect, s->model->number, e.end, s->t, &jacobian);
@@ -312,30 +335,40 @@ static void subtract_marker(const state *s, const kt_effect_record *effect, size
 }
 
 /* The wrench on the last end that formulas of these values give; in a joint the force is b[0]. */
-static pair wrench_of(const kt_effect_record *effect, const kt_effect_kind *kind, const double values[6],
+static pair wrench_of(const state *s, const kt_effect_record *effect, const double values[6],
                       const kt_effect_end *end) {
     kt_wrench wrench[2];
     if (effect->ends == 0)
         return (pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
-    kind->formula_wrench(effect, values, end, wrench, NULL);
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
+        kt_relative_wrenches(&motion, end, values[0], wrench);
+    } else {
+        kt_effect_kind_of(effect->type)->formula_wrench(effect, values, end, wrench, NULL);
+    }
     return (pair){kt_v4_from(wrench[effect->ends - 1].moment), kt_v4_from(wrench[effect->ends - 1].force)};
 }
 
 /* What the wrench itself does in its ends' motion, and then what each variable does to it. */
 static void subtract_formulas(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
-    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     ends e = {.last = 0};
     formulas f;
     const size_t count = effect->ends > 0 ? find_ends(s, effect, &e) : 0;
     differentiate_formulas(s, effect, e.end, &f);
     if (effect->ends > 0) {
         kt_effect_jacobian jacobian;
-        kind->jacobian(effect, f.value, e.end, s->t, &jacobian);
+        if (KT_HAS_RELATIVE && effect->relative.type) {
+            const double force[3] = {f.value[0], f.value[6], f.value[7]};
+            const double counted = kt_relative_motion_of(s->model, effect, s->q, e.end).counted;
+            kt_dual_relative_jacobian(effect, counted, force, e.end, &jacobian);
+        } else {
+            kt_effect_kind_of(effect->type)->jacobian(effect, f.value, e.end, s->t, &jacobian);
+        }
         subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
     }
     for (int32_t m = 0; m < effect->variable_count; m++) {
         const kt_variable_record *variable = &s->model->variable[effect->variable + m];
-        const pair x = wrench_of(effect, kind, f.by[m], e.end);
+        const pair x = wrench_of(s, effect, f.by[m], e.end);
         if (variable->type == KT_VARIABLE_POSITION)
             subtract_forces(s, effect, count, x, 1.0, (size_t)variable->v, d_q);
         else if (variable->type == KT_VARIABLE_VELOCITY)
@@ -431,16 +464,39 @@ static kt_status subtract_own_joint_force(const state *s, const kt_effect_record
     return KT_OK;
 }
 
+/* In a loop. */
+static kt_status subtract_own_relative(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
+                                       kt_error *error) {
+    double force[4] = {0.0, 0.0, 0.0, 0.0}; /* and its derivatives by the coordinate, its rate, and time */
+    kt_effect_jacobian jacobian;
+    ends e;
+    const size_t count = find_ends(s, effect, &e);
+    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, e.end);
+    int code = effect->joint_force(effect->user, s->t, motion.position, motion.rate, force, NULL);
+    if (code == 0)
+        code = effect->joint_force_derivatives(effect->user, s->t, motion.position, motion.rate, force + 1);
+    if (code != 0 || !kt_all_finite(force, 3))
+        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+    kt_dual_relative_jacobian(effect, motion.counted, force, e.end, &jacobian);
+    subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
+    return KT_OK;
+}
+
+static kt_status subtract_own(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
+                              kt_error *error) {
+    if (KT_HAS_RELATIVE && effect->relative.type)
+        return subtract_own_relative(s, effect, d_q, d_v, error);
+    return effect->ends ? subtract_own_wrench(s, effect, d_q, d_v, error)
+                        : subtract_own_joint_force(s, effect, d_q, d_v, error);
+}
+
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
 static void subtract_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
-    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &s->model->link[effect->link[0]];
-    const double q = s->q[link->q], v = s->v[link->v];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
-    double derivative[2] = {0.0, 0.0};
-    (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(effect, s->model->number, q, v,
-                                                                                    s->t, derivative);
+    double derivative[2];
+    find_joint_derivatives(s, effect, s->q[link->q], s->v[link->v], derivative);
     d_q[diagonal] -= derivative[0];
     d_v[diagonal] -= derivative[1];
 }
@@ -455,8 +511,7 @@ kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, c
         if (kt_effect_is_differenced(effect))
             continue;
         if (effect->type == KT_EFFECT_CUSTOM)
-            status = effect->ends ? subtract_own_wrench(&s, effect, d_q, d_v, error)
-                                  : subtract_own_joint_force(&s, effect, d_q, d_v, error);
+            status = subtract_own(&s, effect, d_q, d_v, error);
         else if (effect->type == KT_EFFECT_EXPRESSION)
             subtract_formulas(&s, effect, d_q, d_v);
         else if (effect->ends)

@@ -20,7 +20,10 @@ static void check(kt_checker *checker, const kt_effect *effect) {
                          effect->wrench ? "joint_force" : "wrench", effect->wrench ? "wrench" : "joint_force",
                          effect->wrench ? "wrench" : "joint_force");
     if (effect->joint_force) {
-        kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+        if (KT_HAS_RELATIVE)
+            kt_checker_coordinate(checker, "joint", effect->joint);
+        else
+            (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
         return;
     }
     if (effect->end_count == 1 || effect->end_count == 2)

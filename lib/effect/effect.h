@@ -121,6 +121,8 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_GAP(function) function
 #endif
 
+#define KT_COORDINATE_WORDS "the joint, or the loop, in which it acts; `NAME[k]`: in the k-th of its coordinates"
+
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
 /* The beginning of an example: a free cube, or an arm on a joint, on which an effect acts. */
@@ -181,7 +183,7 @@ static inline const kt_effect_kind *kt_effect_kind_of(int type) {
 /* Whether an effect is a caller's own that gives no derivatives: these are found by differences. */
 static inline bool kt_effect_is_differenced(const kt_effect_record *effect) {
     return effect->type == KT_EFFECT_CUSTOM &&
-           (effect->ends ? !effect->wrench_derivatives : !effect->joint_force_derivatives);
+           (effect->wrench ? !effect->wrench_derivatives : !effect->joint_force_derivatives);
 }
 
 /* Whether effects of this type have a gap. */

@@ -13,7 +13,7 @@
 
 #ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
 static void check(kt_checker *checker, const kt_effect *effect) {
-    kt_formula_names names = {.description = checker->description, .ends = effect->end_count};
+    kt_formula_names names = kt_formula_names_of(checker->description, effect);
     const bool on_body = effect->end_count == 1;
     bool any = false;
     if (effect->end_count < 0 || effect->end_count > 2) {
@@ -22,7 +22,7 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         return;
     }
     if (effect->end_count == 0)
-        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+        kt_checker_coordinate(checker, "joint", effect->joint);
     for (int k = 0; k < effect->end_count; k++)
         (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
     for (int k = 0; k < 6; k++) {
@@ -116,8 +116,8 @@ const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
 #if KT_DESCRIBES
 static const kt_key keys[] = {
 #ifndef KT_NO_JACOBIAN
-    {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint that it acts in; or"), KT_WORDS("none"),
-     .needed = false},
+    {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint or loop, or `NAME[k]`, in which it acts; or"),
+     KT_WORDS("none"), .needed = false},
     {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
      KT_WORDS("none"), .needed = false},
     {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point of a body that it acts on"), KT_WORDS("none"),
@@ -134,7 +134,8 @@ const kt_descriptor kt_effect_expression_descriptor = {
     .name = "expression",
     .help = KT_WORDS("a force by formulas of t, parameters and what joints and markers do"),
     .formula = KT_WORDS("force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
-                        "             named; between two ends also of length and speed, and f > 0 pushes them apart"),
+                        "             named; in a loop also of position.LOOP and velocity.LOOP;\n"
+                        "             between two ends of length and speed, and f > 0 pushes them apart"),
     .example = KT_WORDS(
         KT_EXAMPLE_ARM
         "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n"),

@@ -25,7 +25,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE,
      .needed = true},
 };

@@ -58,7 +58,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", KT_WORDS("C, friction in motion"),
      .range = KT_RANGE_NOT_NEGATIVE},
     {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE},

@@ -72,7 +72,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; at least one of both is needed"),
      "none", .needed = false},
     {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", KT_WORDS("the upper stop"), "none", .needed = false},

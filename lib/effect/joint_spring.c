@@ -44,7 +44,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k"), .range = KT_RANGE_NOT_NEGATIVE},
     {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m",
      KT_WORDS("r, the position without force, a function of time"), "0", .needed = false},

@@ -34,7 +34,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energ
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", KT_WORDS("f"), .also = "force", .needed = true},
 };
 const kt_descriptor kt_effect_motor_descriptor = {

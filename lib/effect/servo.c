@@ -81,7 +81,7 @@ const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    KT_JOINT_KEY(kt_effect, "the joint that it acts in"),
+    KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", KT_WORDS("r, the position to reach, a function of time"),
      .needed = true},
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k; it or damping is needed"),

@@ -7,6 +7,7 @@
 #include "kinetree/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
+#include "mechanism/relative.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -84,6 +85,41 @@ static void evaluate_formulas(const kt_model *model, const surroundings *in, con
     kt_formulas_evaluate(model, effect, values, out);
 }
 
+/* Computes the force of an effect in a coordinate: of a joint, or between two ends of a loop. Returns the code of a
+ * callback, otherwise 0. */
+KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                                   const kt_effect_kind *kind, const kt_effect_end *end, double q, double v, double t,
+                                   double *force, kt_effect_balance *balance) {
+    if (kind->joint_force) {
+        *force = kind->joint_force(effect, model->number, q, v, t, balance);
+        return 0;
+    }
+    if (KT_HAS_FORMULAS && kind->formula_wrench) {
+        double values[6];
+        evaluate_formulas(model, in, effect, t, end, values);
+        *force = values[0];
+        if (balance)
+            *balance = (kt_effect_balance){.supplied = values[0] * v};
+        return 0;
+    }
+    *force = 0.0;
+    if (balance)
+        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
+    return effect->joint_force(effect->user, t, q, v, force, balance);
+}
+
+/* Computes the force of an effect in a coordinate of a loop, and its wrenches. Returns the code of a callback, otherwise
+ * 0. */
+static int evaluate_in_loop(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                            const kt_effect_end *end, double t, double *force, kt_wrench wrench[2],
+                            kt_effect_balance *balance) {
+    const kt_relative_motion motion = kt_relative_motion_of(model, effect, in->q, end);
+    const int code = evaluate_joint_force(model, in, effect, kt_effect_kind_of(effect->type), end, motion.position,
+                                          motion.rate, t, force, balance);
+    kt_relative_wrenches(&motion, end, *force, wrench);
+    return code;
+}
+
 /* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
 KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
                               const kt_effect_kind *kind, const kt_effect_end *end, double t, kt_wrench wrench[2],
@@ -91,6 +127,10 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
     if (kind->wrench) {
         kind->wrench(effect, model->number, end, t, wrench, balance);
         return 0;
+    }
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        double force;
+        return evaluate_in_loop(model, in, effect, end, t, &force, wrench, balance);
     }
     if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
@@ -102,28 +142,6 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
     if (balance)
         *balance = (kt_effect_balance){0.0, 0.0, 0.0};
     return effect->wrench(effect->user, t, end, wrench, balance);
-}
-
-/* Computes the joint force of an effect. Returns the code of a callback, otherwise 0. */
-KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                                   const kt_effect_kind *kind, double q, double v, double t, double *force,
-                                   kt_effect_balance *balance) {
-    if (kind->joint_force) {
-        *force = kind->joint_force(effect, model->number, q, v, t, balance);
-        return 0;
-    }
-    if (KT_HAS_FORMULAS && kind->formula_wrench) {
-        double values[6];
-        evaluate_formulas(model, in, effect, t, NULL, values);
-        *force = values[0];
-        if (balance)
-            *balance = (kt_effect_balance){.supplied = values[0] * v};
-        return 0;
-    }
-    *force = 0.0;
-    if (balance)
-        *balance = (kt_effect_balance){0.0, 0.0, 0.0};
-    return effect->joint_force(effect->user, t, q, v, force, balance);
 }
 
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
@@ -141,7 +159,8 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
         const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
-        s->code = evaluate_joint_force(s->model, &in, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        s->code =
+            evaluate_joint_force(s->model, &in, effect, kind, NULL, s->q[link->q], s->v[link->v], s->t, &force, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
@@ -192,9 +211,13 @@ static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &model->link[effect->link[0]];
     kt_effect_end end[2];
-    if (kind->joint_gap != NULL)
+    if (kind->joint_gap != NULL && effect->ends == 0)
         return kind->joint_gap(effect, q[link->q], v[link->v]);
     find_ends(data, effect, end);
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
+        return kind->joint_gap(effect, motion.position, motion.rate);
+    }
     return kind->gap(effect, end);
 }
 
@@ -329,7 +352,8 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
                      (w[k].force.z - w[k].force.z);
     } else {
         const kt_link *link = &s->model->link[effect->link[0]];
-        (void)evaluate_joint_force(s->model, &in, effect, kind, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        (void)evaluate_joint_force(s->model, &in, effect, kind, NULL, s->q[link->q], s->v[link->v], s->t, &force,
+                                   asked);
     }
     return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
@@ -386,7 +410,14 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
         return code;
     }
     find_ends(s->data, effect, end);
-    const int code = effect->wrench_derivatives(effect->user, s->t, end, &of_ends);
+    int code;
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
+        code = effect->joint_force_derivatives(effect->user, s->t, motion.position, motion.rate, derivatives);
+        kt_relative_wrenches(&motion, end, derivatives[2], of_ends.by_time);
+    } else {
+        code = effect->wrench_derivatives(effect->user, s->t, end, &of_ends);
+    }
     add_wrenches(s, effect, of_ends.by_time);
     return code;
 }
@@ -407,15 +438,21 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
                 return kt_effect_refuse_derivatives(model, effect, t, code, error);
             continue;
         }
-        if (kind->joint_time_derivative)
+        if (kind->joint_time_derivative && effect->ends == 0)
             data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
-        if (!kind->time_derivative && !kind->formula_wrench)
+        if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
             continue;
         find_ends(data, effect, end);
-        if (KT_HAS_FORMULAS && kind->formula_wrench) {
-            const surroundings in = {.data = data, .q = q, .v = v};
-            double rates[6];
+        const surroundings in = {.data = data, .q = q, .v = v};
+        double rates[6];
+        if (KT_HAS_FORMULAS && kind->formula_wrench)
             differentiate_formulas(model, &in, effect, t, end, rates);
+        if (KT_HAS_RELATIVE && effect->relative.type) {
+            const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
+            if (kind->joint_time_derivative)
+                rates[0] = kind->joint_time_derivative(effect, model->number, motion.position, motion.rate, t);
+            kt_relative_wrenches(&motion, end, rates[0], wrench);
+        } else if (KT_HAS_FORMULAS && kind->formula_wrench) {
             if (effect->ends == 0)
                 data->tau[link->v] += rates[0];
             else
@@ -499,9 +536,9 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         const surroundings in = {.data = data, .q = q, .v = v};
         if (effect->ends)
             find_ends(data, effect, end);
-        const int code =
-            effect->ends ? evaluate_wrench(model, &in, effect, kind, end, t, wrench, &balance)
-                         : evaluate_joint_force(model, &in, effect, kind, q[link->q], v[link->v], t, &force, &balance);
+        const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, t, wrench, &balance)
+                                      : evaluate_joint_force(model, &in, effect, kind, NULL, q[link->q], v[link->v], t,
+                                                             &force, &balance);
         energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
@@ -530,8 +567,7 @@ const kt_effect_record *kt_effect_record_find(const kt_model *model, int source)
     return NULL;
 }
 
-/* The ends of an effect as find_ends has them, from the kinematics of the last update. */
-static void find_ends_of_update(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
+void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]) {
     for (int k = 0; k < effect->ends; k++) {
         const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
         const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
@@ -566,14 +602,16 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
     const kt_link *link = &model->link[effect->link[0]];
     const surroundings in = {.data = data, .kinematics = data->kinematics, .q = q, .v = v};
     *load = (kt_effect_load){.end_count = effect->ends};
-    find_ends_of_update(data, effect, end);
+    kt_effect_ends_find(data, effect, end);
     for (int k = 0; k < effect->ends; k++)
         load->point[k] = end[k].point;
     if ((size_t)(effect - model->effect) >= model->n.effect) /* switched off: it exerts nothing */
         return 0;
-    return effect->ends > 0
-               ? evaluate_wrench(model, &in, effect, kind, end, t, load->wrench, NULL)
-               : evaluate_joint_force(model, &in, effect, kind, q[link->q], v[link->v], t, &load->joint_force, NULL);
+    if (KT_HAS_RELATIVE && effect->relative.type)
+        return evaluate_in_loop(model, &in, effect, end, t, &load->joint_force, load->wrench, NULL);
+    return effect->ends > 0 ? evaluate_wrench(model, &in, effect, kind, end, t, load->wrench, NULL)
+                            : evaluate_joint_force(model, &in, effect, kind, NULL, q[link->q], v[link->v], t,
+                                                   &load->joint_force, NULL);
 }
 
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,

@@ -58,6 +58,8 @@ const kt_effect_record *kt_effect_record_find(const kt_model *model, int source)
  * otherwise 0. */
 KT_CHECKED kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
                                            bool has_ends, kt_error *error);
+/* The motion of the ends, by the kinematics of the last update. */
+void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]);
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
 

@@ -2,6 +2,8 @@
  * formulas are evaluated with them. */
 #include "mechanism/formula.h"
 
+#include "mechanism/relative.h"
+
 #include <string.h>
 
 /* Position and velocity of a marker in the world. */
@@ -29,6 +31,15 @@ static double between(const kt_effect_end *end, bool is_speed) {
     return !is_speed ? length : length > 0.0 ? kt_vec3_dot(d, moving) / length : kt_vec3_norm(moving);
 }
 
+/* In a loop its coordinate, or the rate of it. */
+static double own_variable(const kt_model *model, const kt_effect_record *effect, const double *q,
+                           const kt_effect_end *end, bool is_speed) {
+    if (!KT_HAS_RELATIVE || !effect->relative.type)
+        return between(end, is_speed);
+    const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
+    return is_speed ? motion.rate : motion.position;
+}
+
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, double t, const double *q, const double *v,
                                const kt_effect_end *end, double values[KT_FORMULA_VARIABLE_MAX]) {
@@ -52,7 +63,7 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
             break;
         case KT_VARIABLE_LENGTH:
         case KT_VARIABLE_SPEED:
-            values[k] = between(end, variable->type == KT_VARIABLE_SPEED);
+            values[k] = own_variable(model, effect, q, end, variable->type == KT_VARIABLE_SPEED);
             break;
         default:
             values[k] = t;

@@ -9,6 +9,8 @@
  *                                                                     that of the plane's body there.
  */
 #include "mechanism/evaluate.h"
+#include "mechanism/relative.h"
+#include "model/relative.h"
 
 #include <math.h>
 #include <string.h>
@@ -62,6 +64,26 @@ int kt_effect_body(const kt_model *model, int effect, int end) {
     return record && end >= 0 && end < (record->ends > 1 ? record->ends : 1) ? record->body[end] : -1;
 }
 
+int kt_effect_loop(const kt_model *model, int effect, int *component) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    if (!record || !record->relative.type)
+        return -1;
+    if (component)
+        *component = record->relative.component;
+    return record->relative.loop;
+}
+
+double kt_effect_coordinate(const kt_model *model, const kt_data *data, const double *q, int effect) {
+    const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    if (KT_IS_OTHER_DATA(NULL, model, data) || !record || !q || (record->ends > 0 && !record->relative.type))
+        return (double)NAN;
+    if (!KT_HAS_RELATIVE || record->ends == 0)
+        return q[model->link[record->link[0]].q];
+    kt_effect_end end[2];
+    kt_effect_ends_find(data, record, end);
+    return kt_relative_motion_of(model, record, q, end).position;
+}
+
 /* The quantities of a record. Those of a caller's own effect are those of what it acts on. */
 static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
     static const kt_effect_quantity in_joint[] = {KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE,
@@ -73,8 +95,9 @@ static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, i
         *count = descriptor->quantity_count;
         return descriptor->quantities;
     }
-    *count = effect->ends == 0 ? (int)(sizeof in_joint / sizeof *in_joint) : 7 + 2 * (effect->ends == 2);
-    return effect->ends == 0 ? in_joint : at_ends;
+    const bool in_coordinate = effect->ends == 0 || (KT_HAS_RELATIVE && effect->relative.type);
+    *count = in_coordinate ? (int)(sizeof in_joint / sizeof *in_joint) : 7 + 2 * (effect->ends == 2);
+    return in_coordinate ? in_joint : at_ends;
 }
 
 int kt_effect_quantity_count(const kt_model *model, int effect) {
@@ -94,6 +117,8 @@ kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int 
 
 bool kt_effect_is_sliding(const kt_model *model, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
+    if (KT_HAS_RELATIVE && record && record->relative.type)
+        return kt_relative_is_length((kt_relative)record->relative.type);
     return record && (record->ends > 0 || model->link[record->link[0]].motion == KT_MOTION_PRISMATIC);
 }
 
@@ -102,14 +127,14 @@ bool kt_effect_is_sliding(const kt_model *model, int effect) {
 /* An effect in a state. */
 typedef struct reading {
     const kt_effect_record *effect;
-    double q, v; /* of its joint */
+    double q, v; /* of its coordinate */
     kt_effect_end end[2];
     kt_effect_load load;
 } reading;
 
 static double power_of(const reading *r) {
     double power = r->load.joint_force * r->v;
-    for (int k = 0; k < r->effect->ends; k++)
+    for (int k = 0; k < r->effect->ends && !(KT_HAS_RELATIVE && r->effect->relative.type); k++)
         power += kt_vec3_dot(r->load.wrench[k].force, r->end[k].velocity) +
                  kt_vec3_dot(r->load.wrench[k].moment, r->end[k].omega);
     return power;
@@ -208,6 +233,11 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
     int count;
     const kt_effect_quantity *quantities = quantities_of(effect, &count);
     const bool fine = kt_effect_load_find(model, data, t, q, v, effect, r.end, &r.load) == 0;
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, r.end);
+        r.q = motion.position;
+        r.v = motion.rate;
+    }
     for (int k = 0; k < count; k++)
         values[k] = fine ? value_of(&r, quantities[k]) : (double)NAN;
     return count;

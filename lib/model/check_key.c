@@ -257,7 +257,10 @@ static void check_key(kt_checked *c, const kt_key *key) {
         check_end(c, key, (const kt_end *)at + 1, 1);
         break;
     case KT_KEY_JOINT:
-        (void)kt_checker_scalar_joint(c->checker, key->name, -1, *(const char *const *)at);
+        if (KT_HAS_RELATIVE && c->checker->item == KT_ITEM_EFFECT)
+            kt_checker_coordinate(c->checker, key->name, *(const char *const *)at);
+        else
+            (void)kt_checker_scalar_joint(c->checker, key->name, -1, *(const char *const *)at);
         break;
     case KT_KEY_TERMS:
         check_terms(c, key);

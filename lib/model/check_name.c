@@ -1,6 +1,7 @@
 /* Rules for names, and for references to items by name. */
 #include "model/check.h"
 #include "model/model.h"
+#include "model/relative.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -72,15 +73,20 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
                        "name a body of the scene, or 'world'");
 }
 
+/* The body whose joint has the name; or a body of that name, whose joint has another; -1: none. */
+static int find_joint(const kt_checker *checker, const char *name) {
+    const int own = kt_names_find(&checker->names, KT_NAMES_OF_JOINTS, name);
+    return own < 0 ? kt_names_find(&checker->names, KT_SCOPE_BODY, name) : own;
+}
+
 int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char *name) {
     if (name == NULL) {
         kt_checker_fault(checker, field, sub, "joint is missing; name the body that it carries");
         return KT_BODY_UNKNOWN;
     }
     const kt_body *bodies = checker->description->bodies;
-    const int own = kt_names_find(&checker->names, KT_NAMES_OF_JOINTS, name);
-    const int body = own < 0 ? kt_names_find(&checker->names, KT_SCOPE_BODY, name) : own;
-    if (own >= 0 || (body >= 0 && bodies[body].joint.name == NULL))
+    const int body = find_joint(checker, name);
+    if (body >= 0 && strcmp(kt_joint_name_of(&bodies[body]), name) == 0)
         return body;
     if (kt_checker_is_done(checker))
         return KT_BODY_UNKNOWN;
@@ -106,6 +112,63 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
         return KT_BODY_UNKNOWN;
     }
     return body;
+}
+
+/* ---- coordinates in which effects act ---------------------------------------------------------------------------- */
+
+/* Reports what is wrong with the number of a coordinate of `what`, a joint or loop of `count` coordinates. */
+static void check_component(kt_checker *checker, const char *field, const char *what, const char *type, int count,
+                            const char *text, kt_coordinate_name name) {
+    if (count == 0)
+        kt_checker_fault(checker, field, -1, "%s %s is %s, which has no coordinate along which a force could act", what,
+                         kt_name_quote(text).text, type);
+    else if (name.k < 0 || name.k >= count)
+        kt_checker_fault(checker, field, -1, "%s %s: there is no such coordinate; %s has %d, the first is [0]", what,
+                         kt_name_quote(text).text, type, count);
+    else if (count > 1 && !name.has_index)
+        kt_checker_fault(
+            checker, field, -1, "%s %s is %s and has %d coordinates; name one of them: %.*s[0] to %.*s[%d]", what,
+            kt_name_quote(text).text, type, count, (int)name.length, text, (int)name.length, text, count - 1);
+}
+
+/* The body whose joint a text names with an index; -1: none. */
+static int indexed_body(const kt_checker *checker, const char *text, kt_coordinate_name name) {
+    const kt_description *d = checker->description;
+    for (int i = 0; i < d->body_count && name.has_index; i++)
+        if (kt_coordinate_is_of(text, name, kt_joint_name_of(&d->bodies[i])))
+            return i;
+    return -1;
+}
+
+/* Of a joint with a quaternion no coordinate has a force of its own. */
+static void check_joint_component(kt_checker *checker, const char *field, int body, const char *text,
+                                  kt_coordinate_name name) {
+    const kt_joint_type type = checker->description->bodies[body].joint.type;
+    const char *type_name = kt_joint_type_name(type);
+    const kt_joint_size *size = &kt_joint_sizes[type_name ? type : KT_JOINT_FIXED];
+    if (type_name) /* else reported with its body */
+        check_component(checker, field, "joint", type_name, size->nq == size->nv ? size->nv : 0, text, name);
+}
+
+void kt_checker_coordinate(kt_checker *checker, const char *field, const char *text) {
+    const kt_coordinate_name name = text ? kt_coordinate_name_of(text) : (kt_coordinate_name){.k = 0};
+    const int joint = text ? find_joint(checker, text) : -1;
+    if (text == NULL || (joint >= 0 && strcmp(kt_joint_name_of(&checker->description->bodies[joint]), text) == 0)) {
+        (void)kt_checker_scalar_joint(checker, field, -1, text);
+        return;
+    }
+    const int body = indexed_body(checker, text, name);
+    const int loop = body < 0 ? kt_coordinate_loop(checker->description, text, 0) : -1;
+    if (body >= 0) {
+        check_joint_component(checker, field, body, text, name);
+    } else if (loop >= 0) {
+        const kt_loop_type type = checker->description->loops[loop].type;
+        const char *type_name = kt_loop_type_name(type);
+        check_component(checker, field, "loop", type_name ? type_name : "one of your own", kt_relative_count(type),
+                        text, name);
+    } else {
+        (void)kt_checker_scalar_joint(checker, field, -1, text);
+    }
 }
 
 static void check_marker(kt_checker *checker, const char *field, int sub, int body, const char *marker) {

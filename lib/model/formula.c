@@ -4,12 +4,26 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "model/model.h"
+#include "model/relative.h"
 
+#include <stdio.h>
 #include <string.h>
 
+/* Whether `text` joins the two. */
+static bool joins(const char *text, const char *before, const char *name) {
+    const size_t length = strlen(before);
+    return strncmp(text, before, length) == 0 && strcmp(text + length, name) == 0;
+}
+
+/* Whether it is the name of what the effect's own ends do; *is_speed: of a rate. */
 static bool is_own(const kt_formula_names *names, const char *name, kt_variable *variable) {
-    const bool is_length = strcmp(name, "length") == 0, is_speed = strcmp(name, "speed") == 0;
-    if (names->ends != 2 || (!is_length && !is_speed))
+    bool is_length = names->ends == 2 && strcmp(name, "length") == 0;
+    bool is_speed = names->ends == 2 && strcmp(name, "speed") == 0;
+    if (names->coordinate) {
+        is_length = joins(name, "position.", names->coordinate);
+        is_speed = joins(name, "velocity.", names->coordinate);
+    }
+    if (!is_length && !is_speed)
         return false;
     *variable =
         (kt_variable){.type = (kt_variable_type)(is_length ? KT_VARIABLE_LENGTH : KT_VARIABLE_SPEED), .body = -1};
@@ -44,15 +58,35 @@ static bool find(void *user, const char *name, kt_symbol *symbol) {
 }
 
 static const char *list(void *user, int k) {
-    static const char *const own[] = {"length", "speed"};
+    static const char *const own[] = {"length", "speed"}, *const before[] = {"position.", "velocity."};
     kt_formula_names *names = user;
     kt_variable variable;
-    if (names->ends == 2 && k < 2)
+    const bool has_own = names->ends == 2 || names->coordinate != NULL;
+    if (names->coordinate && k < 2) {
+        (void)snprintf(names->shown, sizeof names->shown, "%s%s", before[k], names->coordinate);
+        return names->shown;
+    }
+    if (has_own && k < 2)
         return own[k];
-    if (!kt_variable_at(names->description, names->ends == 2 ? k - 2 : k, &variable))
+    if (!kt_variable_at(names->description, has_own ? k - 2 : k, &variable))
         return NULL;
     (void)kt_variable_name(names->description, &variable, names->shown, sizeof names->shown);
     return names->shown;
+}
+
+static bool is_joint(const kt_description *description, const char *name) {
+    for (int i = 0; i < description->body_count; i++)
+        if (kt_joint_name_of(&description->bodies[i]) && strcmp(kt_joint_name_of(&description->bodies[i]), name) == 0)
+            return true;
+    return false;
+}
+
+kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect) {
+    kt_formula_names names = {.description = description, .ends = effect->end_count};
+    if (KT_HAS_RELATIVE && effect->end_count == 0 && effect->joint && !is_joint(description, effect->joint) &&
+        kt_coordinate_loop(description, effect->joint, 0) >= 0)
+        names.coordinate = effect->joint;
+    return names;
 }
 
 kt_symbols kt_formula_symbols(kt_formula_names *names) {

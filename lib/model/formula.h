@@ -8,16 +8,20 @@
 #include "model/record.h"
 
 /* The variables of an effect's formulas, in the order in which they are first met. `length` and `speed` are known to those
- * between two ends. */
+ * between two ends; `position.NAME` and `velocity.NAME` of the coordinate to those in a loop. */
 typedef struct kt_formula_names {
     const kt_description *description;
     int ends;
+    const char *coordinate; /* of a loop, in which the effect acts; NULL: none */
     kt_variable variable[KT_FORMULA_VARIABLE_MAX]; /* type may be KT_VARIABLE_LENGTH, KT_VARIABLE_SPEED */
     int count;
     bool full;       /* there are more */
     bool quaternion; /* a component of a quaternion is among them */
     char shown[600]; /* the name that was listed last */
 } kt_formula_names;
+
+/* Of an effect, without variables. */
+KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect);
 
 /* The symbols of kt_expression_parse whose indices are those of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);

@@ -40,6 +40,14 @@ enum { KT_HAS_LOOPS = 0 };
 enum { KT_HAS_LOOPS = 1 };
 #endif
 
+/* Whether effects in joints may act in relative coordinates of loops. A library without Jacobians, which is meant to be
+ * small, has none. */
+#if defined(KT_NO_LOOPS) || defined(KT_NO_JACOBIAN)
+enum { KT_HAS_RELATIVE = 0 };
+#else
+enum { KT_HAS_RELATIVE = 1 };
+#endif
+
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 

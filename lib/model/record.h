@@ -221,7 +221,17 @@ static inline bool kt_group_has_fronts(const kt_group *group) { return group->fo
     X(friction)                                                                                                        \
     X(slip)
 
-/* An effect: one or two frames on links, or a joint. */
+/* The relative coordinate of a loop (constraint/relative_coordinate.h). */
+typedef struct kt_relative_record {
+    int32_t type;             /* kt_relative; 0: none */
+    int32_t loop;             /* index in the description */
+    int32_t component;        /* which of the loop's coordinates it is */
+    int32_t term, term_count; /* in model->term: the links that count turns */
+    double angle, per_length; /* near which an angle is, beside their sum and d_z / pitch of a screw */
+    double zero;              /* universal: the direction from which it is counted */
+} kt_relative_record;
+
+/* An effect: one or two frames on links, or a joint. One in a loop's coordinate acts on the loop's ends. */
 typedef struct kt_effect_record {
     int32_t type;          /* kt_effect_type */
     int32_t source;        /* index in the description */
@@ -246,9 +256,11 @@ typedef struct kt_effect_record {
     int32_t variable, variable_count; /* expression: in model->variable */
     kt_curve curve[3];                /* motor, servo, joint_spring: one; force, torque: the components */
     bool in_body;                     /* force, torque: components in the end's axes */
+    kt_relative_record relative;
 } kt_effect_record;
 
-/* Variables of formulas that only one effect has: the distance of its ends, and its rate. */
+/* Variables of formulas that only one effect has: the distance of its ends and its rate; in a loop, its coordinate and
+ * that one's rate. */
 enum { KT_VARIABLE_LENGTH = KT_VARIABLE_STATE + 1, KT_VARIABLE_SPEED };
 
 /* What a variable of a formula is read from. */

@@ -3,6 +3,7 @@
 
 #include "base/arena.h"
 #include "kinetree/descriptor.h"
+#include "kinetree/mechanism.h"
 #include "picture/solid.h"
 
 #include <float.h>
@@ -18,7 +19,7 @@ typedef struct counts {
 
 #define KT_PICTURE_FIELDS(X)                                                                                           \
     X(kt_solid, solids, n->solids, "what bodies look like")                                                            \
-    X(kt_picture_joint, joints, n->joints, "those that move")                                                          \
+    X(kt_picture_joint, joints, n->joints + n->effects, "those that move, and coordinates of loops")                   \
     X(kt_picture_loop, loops, n->loops, "those between two ends")                                                      \
     X(kt_picture_relation, relations, n->relations, "couplings and motions")                                           \
     X(kt_picture_effect, effects, n->effects, "all")                                                                   \
@@ -205,6 +206,34 @@ static double typical_value(const kt_function *f) {
     }
 }
 
+/* The coordinate of a loop in which an effect acts, as a joint: between the loop's ends, z along the motion. */
+static int coordinate_of(maker *m, int effect) {
+    kt_picture *p = m->picture;
+    int k = 0;
+    const int index = kt_effect_loop(m->model, effect, &k), body = kt_effect_body(m->model, effect, 0);
+    for (int i = 0; i < p->joint_count && index < 0; i++)
+        if (p->joints[i].body == body)
+            return i;
+    if (index < 0)
+        return -1;
+    const kt_loop *loop = &m->description->loops[index];
+    const bool slides = kt_effect_is_sliding(m->model, effect);
+    const bool in_plane = loop->type == KT_LOOP_PLANAR || loop->type == KT_LOOP_INPLANE;
+    const bool second = loop->type == KT_LOOP_UNIVERSAL && k == 1;
+    const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(second ? loop->axis2 : loop->axis), 2);
+    p->joints[p->joint_count + p->coordinate_count] =
+        (kt_picture_joint){.type = slides ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE,
+                           .body = kt_effect_body(m->model, effect, 1),
+                           .frame = frame_of(m, &loop->between[second],
+                                             !slides || !in_plane ? triad.z
+                                             : k == 0             ? triad.x
+                                                                  : triad.y),
+                           .child = kt_mat3_identity(),
+                           .axis2 = triad.x,
+                           .name = loop->name};
+    return p->joint_count + p->coordinate_count++;
+}
+
 static kt_vec3 direction_of(const kt_effect *effect) {
     const kt_vec3 value = kt_vec3_make(typical_value(&effect->value[0]), typical_value(&effect->value[1]),
                                        typical_value(&effect->value[2]));
@@ -234,7 +263,7 @@ static void list_effects(maker *m) {
         for (int k = 0; k < shown->end_count; k++)
             shown->ends[k] = frame_of(m, &effect->between[k], is_contact && k == 1 ? effect->axis : none);
         if (shown->end_count == 0)
-            shown->joint = joint_of(m, effect->joint);
+            shown->joint = coordinate_of(m, i);
     }
 }
 
@@ -482,7 +511,7 @@ static void imply_solids(maker *m) {
         if (is_pivot(source_of(m, body)->joint.type))
             attach(m, body, kt_vec3_make(0.0, 0.0, 0.0));
     }
-    for (int i = 0; i < p->joint_count; i++)
+    for (int i = 0; i < p->joint_count + p->coordinate_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
             attach_frame(m, &p->joints[i].frame);
     for (int body = 1; body < p->body_count; body++)

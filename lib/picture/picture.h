@@ -71,11 +71,11 @@ typedef struct kt_picture_relation {
     const char *name;
 } kt_picture_relation;
 
-/* An effect. Of those in a joint (end_count 0) `joint` is the body that it carries, else 0. */
+/* An effect. */
 typedef struct kt_picture_effect {
     kt_effect_type type;
     int effect;            /* in the description */
-    int joint;             /* in picture->joints; -1: none */
+    int joint;             /* in picture->joints, coordinates of loops included; -1: none */
     int end_count;         /* 0, 1 (force, torque, drag) or 2 */
     kt_body_frame ends[2]; /* contact: the sphere's centre, and the plane with z along its normal; of others the frames
                                 as given */
@@ -107,6 +107,7 @@ typedef struct kt_picture {
     int solid_count;
     kt_picture_joint *joints;
     int joint_count;
+    int coordinate_count; /* coordinates of loops in which effects act: these follow the joints */
     kt_picture_loop *loops;
     int loop_count;
     kt_picture_relation *relations;

@@ -1,4 +1,5 @@
 /* Tree joints: type, frame, initial position and velocity. */
+#include "model/relative.h"
 #include "scene/part.h"
 
 #include <string.h>
@@ -16,9 +17,25 @@ static bool is_length(kt_joint_type type, int k) {
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
 
+/* Of NAME[k] of a joint, or of a coordinate of a loop. */
+static kt_quantity quantity_of_component(const kt_reader *r, const char *coordinate) {
+    const kt_coordinate_name name = kt_coordinate_name_of(coordinate);
+    const kt_description *d = r->description;
+    bool slides = false;
+    for (int i = 0; i < d->body_count && name.has_index; i++)
+        if (kt_coordinate_is_of(coordinate, name, kt_joint_name_of(&d->bodies[i])))
+            return is_length(d->bodies[i].joint.type, name.k) ? KT_QUANTITY_NUMBER : KT_QUANTITY_ANGLE;
+    const int loop = kt_coordinate_loop(d, coordinate, 0);
+    if (loop >= 0)
+        slides = kt_relative_is_length(kt_relative_at(d->loops[loop].type, name.k));
+    return slides ? KT_QUANTITY_NUMBER : KT_QUANTITY_ANGLE;
+}
+
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
     int body = kt_find_joint(r, joint);
-    if (body < 0 || kt_body_is_hidden(r, body))
+    if (body < 0)
+        return quantity_of_component(r, joint);
+    if (kt_body_is_hidden(r, body))
         return KT_QUANTITY_ANGLE;
     kt_joint_type type = r->description->bodies[body].joint.type;
     return position_counts[type] == 1 && !is_length(type, 0) ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER;

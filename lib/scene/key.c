@@ -179,7 +179,7 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
                          const char **text) {
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, "a formula");
-    kt_formula_names names = {.description = r->description, .ends = effect->end_count};
+    kt_formula_names names = kt_formula_names_of(r->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     if (!r->names_are_known) {
         node->faulty = true; /* a fault of the bodies or states has been reported */

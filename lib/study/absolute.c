@@ -13,6 +13,7 @@
 #include "effect/effect.h"
 #include "joint/joint.h"
 #include "mechanism/evaluate.h"
+#include "model/relative.h"
 
 #include <float.h>
 #include <stdio.h>
@@ -80,8 +81,8 @@ static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint
     for (size_t i = 0; i < w->used.term; i++)
         note(w, &w->term[i].joint);
     for (int i = 0; i < w->from->effect_count; i++)
-        if (kt_effect_end_count(&w->effect[i]) == 0)
-            note(w, &w->effect[i].joint);
+        if (kt_effect_end_count(&w->effect[i]) == 0 && kt_joint_index(w->tree, w->effect[i].joint) >= 0)
+            note(w, &w->effect[i].joint); /* coordinates of loops stay these, and NAME[k] is one of the joint's loop */
 }
 
 static void count_joint(loosen *w, const char **joint) { w->counted[kt_joint_index(w->tree, *joint)] = true; }
@@ -164,7 +165,7 @@ static void add_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int3
     (void)add_loop(w, name, KT_LOOP_REVOLUTE, body->parent, name, &first);
     start_at_joint(first, &body->joint);
     first->axis = j->axes.triad.z;
-    j->loop = add_loop(w, body->name, KT_LOOP_REVOLUTE, name, body->name, &second);
+    j->loop = add_loop(w, kt_joint_name_of(body), KT_LOOP_REVOLUTE, name, body->name, &second);
     second->axis = j->axes.second;
 }
 
@@ -182,7 +183,7 @@ static void close_joint(loosen *w, const kt_body *body, kt_absolute_joint *j, in
         return;
     }
     if (type != KT_LOOP_TYPE_COUNT) {
-        j->loop = add_loop(w, body->name, type, body->parent, body->name, &loop);
+        j->loop = add_loop(w, kt_joint_name_of(body), type, body->parent, body->name, &loop);
         start_at_joint(loop, joint);
         loop->axis = j->axes.triad.z;
         loop->axis2 = j->axes.second;
@@ -254,11 +255,31 @@ static loosen_counts count_most(const kt_description *d, const kt_model *tree) {
     return n;
 }
 
+/* Whether an effect acts in one angle of a universal joint that becomes two loops. */
+static bool acts_in_cross(const kt_model *tree, const kt_description *d, const kt_effect *effect) {
+    if (kt_effect_end_count(effect) > 0 || kt_joint_index(tree, effect->joint) >= 0)
+        return false;
+    const kt_coordinate_name name = kt_coordinate_name_of(effect->joint);
+    for (int i = 0; i < d->body_count && name.has_index; i++) {
+        const kt_body *body = &d->bodies[i];
+        const kt_absolute_joint joint = {.axes = kt_joint_axes_of(&body->joint)};
+        if (body->joint.type == KT_JOINT_UNIVERSAL && kt_coordinate_is_of(effect->joint, name, kt_joint_name_of(body)))
+            return is_oblique(&joint);
+    }
+    return false;
+}
+
 /* Variables of formulas are those of the tree's joints and markers. */
-static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
+static kt_status refuse_effects(const kt_model *tree, const kt_description *d, kt_error *error) {
     char where[KT_WHERE_SIZE];
     for (int i = 0; i < d->effect_count; i++)
-        if (d->effects[i].type == KT_EFFECT_EXPRESSION) {
+        if (acts_in_cross(tree, d, &d->effects[i])) {
+            (void)snprintf(where, sizeof where, "effects[%d]", i);
+            return kt_error_set(
+                error, KT_ERROR_UNSUPPORTED, where,
+                "it acts in one angle of a universal joint whose axes are not normal to each other, and "
+                "which has no such angle here; run it with formulation: tree");
+        } else if (d->effects[i].type == KT_EFFECT_EXPRESSION) {
             (void)snprintf(where, sizeof where, "effects[%d] (expression)", i);
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                                 "its variables are those of the tree; run it with formulation: tree");
@@ -281,7 +302,7 @@ static kt_status refuse_switches(const kt_description *d, kt_error *error) {
 
 static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
-    kt_status refused = refuse_formulas(w->from, error);
+    kt_status refused = refuse_effects(w->tree, w->from, error);
     if (refused == KT_OK)
         refused = refuse_switches(w->from, error);
     if (refused != KT_OK)

@@ -7,10 +7,13 @@
 #include "derivative/effect_derivatives.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "mechanism/relative.h"
 #include "model/model.h"
+#include "model/relative.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +23,9 @@ enum { MECHANISMS = 40, SQUARE = KT_TREE_NV * KT_TREE_NV };
 typedef struct stage {
     kt_tree tree;
     kt_tree_state state;
-    kt_effect effect[2 * KT_EFFECT_TYPE_COUNT + 4];
+    kt_effect effect[4 * KT_EFFECT_TYPE_COUNT + 4];
+    kt_loop loop;
+    char coordinate[16], formula[100];
 } stage;
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -171,6 +176,42 @@ static void add_own(stage *s, kt_random *random, int a, int b, const char *joint
     e->joint_force_derivatives = differentiate_drive;
 }
 
+/* A loop of any type that leaves a coordinate free, and effects in one of its coordinates. It is not closed: their
+ * derivatives are those of their forces in every position. */
+static void add_in_loop(stage *s, kt_random *random, bool planar) {
+    kt_loop *loop = &s->loop;
+    int body = s->tree.description.body_count - 1; /* that moves against the world and its parent */
+    while (s->tree.body[body].joint.type == KT_JOINT_FIXED)
+        body--;
+    *loop = kt_loop_default();
+    do
+        loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_TYPE_COUNT - 1);
+    while (kt_relative_count(loop->type) == 0 || (planar && loop->type != KT_LOOP_REVOLUTE));
+    loop->name = "pin";
+    loop->between[0] = end_at(s, random, -1);
+    if (kt_random_int(random, 0, 1))
+        loop->between[0].body = s->tree.body[body].parent;
+    loop->between[1] = end_at(s, random, body);
+    loop->axis = planar ? kt_vec3_make(0.0, 0.0, 1.0) : kt_tree_direction(random);
+    loop->axis2 = kt_tree_direction(random);
+    loop->pitch = 0.3;
+    s->tree.description.loops = loop;
+    s->tree.description.loop_count = 1;
+    const int count = kt_relative_count(loop->type), k = kt_random_int(random, 0, count - 1);
+    snprintf(s->coordinate, sizeof s->coordinate, count > 1 ? "pin[%d]" : "pin", k);
+    snprintf(s->formula, sizeof s->formula, "cos(t)*position.%s^2 - 0.3*velocity.%s*position.%s", s->coordinate,
+             s->coordinate, s->coordinate);
+    const int before = s->tree.description.effect_count;
+    add_in_joint(s, random, s->coordinate);
+    for (int i = before; i < s->tree.description.effect_count; i++)
+        s->effect[i].limit = 1e3; /* of servos: a kink */
+    s->effect[s->tree.description.effect_count - 1].formula[0] = s->formula;
+    kt_effect *own = add(s, KT_EFFECT_CUSTOM);
+    own->joint = s->coordinate;
+    own->joint_force = drive_own;
+    own->joint_force_derivatives = differentiate_drive;
+}
+
 /* Every type, between bodies of one branch or of two, or of one and the world. */
 static bool grow(stage *s, const kt_tree_plan *plan, kt_random *random) {
     kt_tree_describe(&s->tree, plan, random);
@@ -188,7 +229,31 @@ static bool grow(stage *s, const kt_tree_plan *plan, kt_random *random) {
     add_on(s, random, kt_random_int(random, 0, bodies - 1));
     add_between(s, random, bodies - 2, -1);
     add_own(s, random, kt_random_int(random, -1, bodies - 2), bodies - 1, joint);
+    add_in_loop(s, random, plan->planar);
     return kt_tree_compile(&s->tree, NULL);
+}
+
+/* Whether no angle of a loop is next to half a turn from where it is counted, and none nearly undefined. */
+static bool is_smooth_in_loop(const stage *s) {
+    const kt_tree *tree = &s->tree;
+    const kt_model *m = tree->model;
+    for (size_t i = 0; i < m->n.effect; i++) {
+        const kt_effect_record *r = &m->effect[i];
+        kt_effect_load load;
+        kt_effect_end end[2];
+        if (!r->relative.type)
+            continue;
+        (void)kt_effect_load_find(m, tree->data, 0.3, s->state.q, s->state.v, r, end, &load);
+        const kt_relative_motion motion = kt_relative_motion_of(m, r, s->state.q, end);
+        const double away = fabs(motion.position - r->relative.angle - motion.counted);
+        if (fabs(motion.rate) < 0.15 || fabs(motion.rate) > 3.0 || fabs(motion.position) > 4.0)
+            return false; /* stops and servos have kinks there */
+        if (kt_relative_is_length((kt_relative)r->relative.type))
+            continue;
+        if (kt_vec3_norm(motion.moment) > 1.3 || (r->relative.per_length == 0.0 && away > 2.9))
+            return false;
+    }
+    return true;
 }
 
 /* No bushing is next to half a turn, where its moment jumps. */
@@ -203,7 +268,7 @@ static bool is_smooth(const stage *s) {
                 r[k] = kt_body_pose(tree->model, tree->data, kt_body_find(tree->model, e->between[k].body)).rotation;
         smooth &= kt_vec3_dot(r[0].x, r[1].x) + kt_vec3_dot(r[0].y, r[1].y) + kt_vec3_dot(r[0].z, r[1].z) > -0.9;
     }
-    return smooth;
+    return smooth && is_smooth_in_loop(s);
 }
 
 /* ---- their forces ------------------------------------------------------------------------------------------------ */
@@ -291,11 +356,17 @@ static void check_all(kt_tree_plan plan) {
     for (int n = 0; n < MECHANISMS; n++) {
         if (grow(&s, &plan, &random)) {
             int draws = 0;
+            bool smooth;
             do {
                 kt_tree_state_draw(&s.tree, &random, &s.state);
                 for (int i = 0; i < s.tree.nv; i++) /* at rest a stop's damping has a kink */
                     s.state.v[i] += copysign(0.1, s.state.v[i]);
-            } while (!is_smooth(&s) && ++draws < 100);
+                smooth = is_smooth(&s);
+            } while (!smooth && ++draws < 100);
+            if (!smooth) {
+                kt_tree_free(&s.tree);
+                continue;
+            }
             if (!differentiate(&s, d_q, d_v))
                 return;
             compare(&s, d_q, false, &by_q, n);
@@ -316,13 +387,11 @@ static void check_all(kt_tree_plan plan) {
 /* ---- one by one -------------------------------------------------------------------------------------------------- */
 
 /* Adds J' w of an end to f, and |J|' |w| to size. */
-static void add_end(const kt_tree *tree, const kt_effect *effect, int end, const kt_wrench *w, double *f,
-                    double *size) {
+static void add_end(const kt_tree *tree, const kt_end *end, const kt_wrench *w, double *f, double *size) {
     double jacobian[6 * KT_TREE_NV];
-    const char *name = effect->between[end].body;
+    const char *name = end->body;
     const double load[6] = {w->moment.x, w->moment.y, w->moment.z, w->force.x, w->force.y, w->force.z};
-    kt_point_jacobian(tree->model, tree->data, name ? kt_body_find(tree->model, name) : 0, effect->between[end].at,
-                      jacobian);
+    kt_point_jacobian(tree->model, tree->data, name ? kt_body_find(tree->model, name) : 0, end->at, jacobian);
     for (int i = 0; i < kt_model_nv(tree->model); i++)
         for (int k = 0; k < 6; k++) {
             f[i] += jacobian[6 * i + k] * load[k];
@@ -341,8 +410,8 @@ static bool add_all(const stage *s, double *f, double *size) {
                           kt_effect_evaluate(tree->model, tree->data, 0.0, s->state.q, s->state.v, i, &load, &e), &e))
             return false;
         for (int k = 0; k < load.end_count; k++)
-            add_end(tree, effect, k, &load.wrench[k], f, size);
-        if (load.end_count == 0)
+            add_end(tree, &(effect->joint ? s->loop.between : effect->between)[k], &load.wrench[k], f, size);
+        if (load.end_count == 0 && load.joint_force != 0.0)
             f[kt_body_coordinates(tree->model, kt_body_find(tree->model, effect->joint)).v] += load.joint_force;
     }
     return true;

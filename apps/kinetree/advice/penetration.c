@@ -45,7 +45,9 @@ bool kt_effect_can_penetrate(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT || effect->type == KT_EFFECT_JOINT_LIMIT;
 }
 
-kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q) {
+kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_description *d, int index,
+                                 const double *q) {
+    const kt_effect *effect = &d->effects[index];
     kt_penetration penetration = {.effect = effect};
     double exponent = 1.0;
     if (effect->type == KT_EFFECT_CONTACT) {
@@ -55,10 +57,11 @@ kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, con
         penetration.depth = effect->radius - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
-        const kt_coordinates at = kt_body_coordinates(model, kt_body_of_joint(model, effect->joint));
-        penetration.depth = fmax(effect->lower - q[at.q], q[at.q] - effect->upper);
-        penetration.is_length = kt_joint_coordinate_kind(at.type, 0) == KT_COORDINATE_LENGTH;
-        penetration.is_below = q[at.q] < effect->lower;
+        const double x = kt_effect_coordinate(model, data, q, index);
+        penetration.body = kt_effect_body(model, index, 0);
+        penetration.depth = fmax(effect->lower - x, x - effect->upper);
+        penetration.is_length = kt_effect_is_sliding(model, index);
+        penetration.is_below = x < effect->lower;
     }
     if (penetration.depth > 0.0) {
         penetration.force = effect->stiffness * pow(penetration.depth, exponent);
@@ -95,9 +98,9 @@ static bool is_moving(const kt_description *d, const kt_body *body) {
 
 /* Upper bound of the moment of all weights about a joint in any direction of gravity: the sum of m g times the distance
  * from it, N m. */
-static double moment_of_weights(const start *s, const char *joint) {
+static double moment_of_weights(const start *s, int on) {
     const kt_description *d = &s->scene->description;
-    const kt_vec3 axis = kt_body_pose(s->model, s->data, kt_body_of_joint(s->model, joint)).position;
+    const kt_vec3 axis = kt_body_pose(s->model, s->data, on).position;
     double sum = 0.0;
     for (int i = 0; i < d->body_count; i++) {
         const kt_body *body = &d->bodies[i];
@@ -117,7 +120,7 @@ static int warn_of_limit(const start *s, const kt_penetration *penetration) {
     const kt_effect *effect = penetration->effect;
     const char *unit = penetration->is_length ? "m" : "rad", *beyond = penetration->is_below ? "lower" : "upper";
     char remedy[200];
-    if (!(penetration->force > 2.0 * (penetration->is_length ? s->weight : moment_of_weights(s, effect->joint))))
+    if (!(penetration->force > 2.0 * (penetration->is_length ? s->weight : moment_of_weights(s, penetration->body))))
         return 0;
     snprintf(remedy, sizeof remedy, "Start the joint at %.6g %s or %s, or move '%s'",
              penetration->is_below ? effect->lower : effect->upper, unit, penetration->is_below ? "above" : "below",
@@ -163,7 +166,7 @@ static int warn_of_all_contacts(const start *s) {
     double force = 0.0, energy = 0.0;
     int count = 0;
     for (int i = 0; i < d->effect_count; i++) {
-        const kt_penetration penetration = kt_penetration_of(s->model, s->data, &d->effects[i], s->q);
+        const kt_penetration penetration = kt_penetration_of(s->model, s->data, d, i, s->q);
         if (d->effects[i].type != KT_EFFECT_CONTACT || penetration.depth <= 0.0)
             continue;
         count++;
@@ -195,7 +198,7 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
         s.weight = kt_mass_center(model, s.data, &center) * kt_vec3_norm(d->gravity);
         count = warn_of_all_contacts(&s);
         for (int i = 0; i < d->effect_count; i++) {
-            const kt_penetration penetration = kt_penetration_of(model, s.data, &d->effects[i], q);
+            const kt_penetration penetration = kt_penetration_of(model, s.data, d, i, q);
             if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT && penetration.depth > 0.0)
                 count += warn_of_limit(&s, &penetration);
         }

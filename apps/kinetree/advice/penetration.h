@@ -11,16 +11,18 @@ typedef struct kt_penetration {
     double force; /* elastic force, N or N m; its potential energy below, J */
     double energy;
     kt_vec3 normal; /* contact: unit normal, out of the half-space, world frame */
-    bool is_length; /* joint_limit: its joint is prismatic */
+    int body;       /* joint_limit: on which it acts */
+    bool is_length; /* joint_limit: its coordinate is a length */
     bool is_below;  /* joint_limit: beyond `lower` */
 } kt_penetration;
 
 /* Whether an effect is a contact or a joint limit. */
 bool kt_effect_can_penetrate(const kt_effect *effect);
 
-/* Evaluates a contact or joint limit at q, for which data must contain the kinematics. For any other effect the depth
+/* Evaluates effect `index`, a contact or joint limit, at q, for which data must contain the kinematics. For any other effect the depth
  * is 0. */
-kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_effect *effect, const double *q);
+kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_description *d, int index,
+                                 const double *q);
 
 /* "contact 'floor' of 'ball'" */
 typedef struct kt_penetration_name {

@@ -249,11 +249,11 @@ static int write_json(const kt_stability_subject *subject, json_t *inactive) {
 /* ---- inactive contacts and limits -------------------------------------------------------------------------------- */
 
 /* Returns whether a contact or joint limit acts in one of the states. */
-static bool acts(const kt_stability_subject *subject, kt_data *data, const kt_effect *effect) {
+static bool acts(const kt_stability_subject *subject, kt_data *data, int effect) {
     for (int i = 0; i < kt_spectrum_samples(subject->spectrum); i++) {
         const double *q = kt_spectrum_positions(subject->spectrum, i);
         if (kt_kinematics_update(subject->model, data, q, NULL, NULL, NULL) == KT_OK &&
-            kt_penetration_of(subject->model, data, effect, q).depth > 0.0)
+            kt_penetration_of(subject->model, data, &subject->scene->description, effect, q).depth > 0.0)
             return true;
     }
     return false;
@@ -267,7 +267,7 @@ static json_t *list_inactive(const kt_stability_subject *subject) {
     if (kt_data_create(subject->model, &data, NULL) != KT_OK)
         return list;
     for (int i = 0; i < d->effect_count; i++)
-        if (kt_effect_can_penetrate(&d->effects[i]) && !acts(subject, data, &d->effects[i]))
+        if (kt_effect_can_penetrate(&d->effects[i]) && !acts(subject, data, i))
             json_array_append_new(list, json_string(kt_name_penetration(&d->effects[i]).text));
     kt_data_free(data);
     return list;

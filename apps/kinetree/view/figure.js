@@ -106,7 +106,7 @@ class Figure {
             }
         this.data.bodies.forEach((body, i) => this.thing(describe_body(this.data, i), i));
         this.data.solids.filter((solid) => !this.hidden.has(solid.body)).forEach((solid) => this.put_solid(solid));
-        this.data.joints.filter((joint) => !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
+        this.data.joints.filter((joint) => !joint.loop && !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
         this.data.loops.forEach((loop, i) => this.put_loop(loop, i));
         this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
         this.data.effects.filter((effect) => effect.type === "bushing").forEach((effect) => this.put_bushing(effect));
@@ -186,7 +186,7 @@ class Figure {
         if (shown.planes)
             this.data.planes.forEach((plane) => this.draw_plane(poses, plane));
         if (shown.axes)
-            this.data.joints.forEach((joint) => this.draw_axis(poses, joint));
+            this.data.joints.filter((joint) => !joint.loop).forEach((joint) => this.draw_axis(poses, joint));
         if (shown.loops)
             this.data.loops.forEach((loop, i) => this.draw_gap(poses, loop, i));
         if (shown.springs)

@@ -151,6 +151,8 @@ static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_integer(out, "body", joint->body);
     kt_put_integer(out, "on", joint->frame.body);
     put_pose(out, joint->frame.pose);
+    if (i >= motion->picture->joint_count)
+        kt_put_boolean(out, "loop", true);
     if (joint->type == KT_JOINT_REVOLUTE)
         put_quaternion(out, "child", joint->child);
     if (joint->type == KT_JOINT_UNIVERSAL)
@@ -334,7 +336,7 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
     put_head(out, motion, view);
     put_list(out, "bodies", motion, picture->body_count, put_body);
     put_list(out, "solids", motion, picture->solid_count, put_solid);
-    put_list(out, "joints", motion, picture->joint_count, put_joint);
+    put_list(out, "joints", motion, picture->joint_count + picture->coordinate_count, put_joint);
     put_list(out, "loops", motion, picture->loop_count, put_loop);
     put_list(out, "relations", motion, picture->relation_count, put_relation);
     put_list(out, "effects", motion, picture->effect_count, put_effect);

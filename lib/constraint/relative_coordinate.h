@@ -1,0 +1,58 @@
+/* A relative coordinate of a loop (d_i, theta_i of [MSD 6.2]): its value c, its rate, and the wrench on the second end
+ * that a unit force along it exerts,
+ *     c' = m . w + f . u            w, u of loop/relative.h
+ * so that the power of a force Q is Q c' in every state, whether the loop is closed or not. With e = e_z and f = f_z, the
+ * z axes of the first and of the second end, and d from the first point to the second:
+ *     displacements    c = e_k . d                                     f = e_k
+ *     angle            theta of loop/orientation.h                     m = (e + f) / (1 + e . f)
+ *     universal: of f about e from e_x                                 m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
+ *                of the frame about f, less that of e from f_x:        m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
+ * An angle is one of those that differ by whole turns, the one nearest to
+ *     angle + sum of coefficient * position + d_z / pitch
+ * in which the links of the loop whose axes stay parallel to e count turns, and screws, too.
+ */
+#ifndef KT_CONSTRAINT_RELATIVE_COORDINATE_H
+#define KT_CONSTRAINT_RELATIVE_COORDINATE_H
+
+#include "loop/orientation.h"
+#include "model/model.h"
+#include "model/relative.h"
+
+typedef struct kt_relative_coordinate {
+    kt_real position, rate;
+    kt_vector moment, force; /* on the second end, about its point; the opposite acts on the first at the same point */
+} kt_relative_coordinate;
+
+/* The direction of axis `f` about z of the frame e, in which it rotates at w; *moment . w is the rate. */
+KT_INLINE kt_real kt_direction_about(const kt_vector e[3], kt_vector f, kt_vector *moment) {
+    const kt_real x = kt_dot(e[0], f), y = kt_dot(e[1], f);
+    *moment = kt_over(kt_cross(f, kt_scale(x, e[1]) - kt_scale(y, e[0])), x * x + y * y);
+    return kt_atan2(y, x);
+}
+
+/* counted: the sum over the links that count turns. */
+KT_INLINE kt_relative_coordinate kt_relative_coordinate_of(const kt_relative_record *record, double counted,
+                                                           const kt_loop_end end[2]) {
+    const kt_loop_relative r = kt_loop_relative_of(end);
+    kt_relative_coordinate c = {.moment = kt_vector_zero(), .force = kt_vector_zero()};
+    if (record->type == KT_RELATIVE_ANGLE) {
+        const kt_axis_turn turn = kt_axis_turn_of(end, &r);
+        c.position = turn.theta;
+        c.moment = turn.k;
+    } else if (record->type == KT_RELATIVE_FIRST) {
+        c.position = kt_direction_about(end[0].axes, end[1].axes[2], &c.moment) - record->zero;
+    } else if (record->type == KT_RELATIVE_SECOND) {
+        c.position = record->zero - kt_direction_about(end[1].axes, end[0].axes[2], &c.moment);
+    } else {
+        c.force = end[0].axes[record->type - KT_RELATIVE_X];
+        c.position = kt_dot(c.force, r.d);
+    }
+    c.rate = kt_dot(c.moment, r.w) + kt_dot(c.force, r.u);
+    if (!kt_relative_is_length((kt_relative)record->type)) {
+        const double along = record->per_length * kt_value(kt_dot(end[0].axes[2], r.d));
+        c.position += KT_TURN * rint((record->angle + counted + along - kt_value(c.position)) / KT_TURN);
+    }
+    return c;
+}
+
+#endif

@@ -1,0 +1,53 @@
+/* Relative coordinates of loops, and the coordinates in which an effect acts: that of a joint, or of a loop.
+ *
+ * `joint: NAME` names the one coordinate of a joint or loop, NAME[k] the k-th of several. A joint goes before a loop of
+ * the same name.
+ */
+#ifndef KT_MODEL_RELATIVE_H
+#define KT_MODEL_RELATIVE_H
+
+#include "base/inner.h"
+#include "kinetree/description.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+/* What a loop may leave free, of the second end's frame relative to the first's (constraint/relative_coordinate.h). */
+typedef enum kt_relative {
+    KT_RELATIVE_NONE = 0,
+    KT_RELATIVE_X, /* displacements along the first end's axes */
+    KT_RELATIVE_Y,
+    KT_RELATIVE_Z,
+    KT_RELATIVE_ANGLE, /* about z of both ends */
+    KT_RELATIVE_FIRST, /* universal: about z of the first end, and about that of the second */
+    KT_RELATIVE_SECOND
+} kt_relative;
+
+static inline bool kt_relative_is_length(kt_relative relative) {
+    return relative >= KT_RELATIVE_X && relative <= KT_RELATIVE_Z;
+}
+
+/* The k-th relative coordinate of loops of a type, in the order of a joint's that leaves the same motion free;
+ * KT_RELATIVE_NONE: it has no more, or there is no such type. */
+KT_INNER kt_relative kt_relative_at(kt_loop_type type, int k);
+int kt_relative_count(kt_loop_type type);
+
+/* "NAME", "NAME[k]" */
+typedef struct kt_coordinate_name {
+    size_t length; /* of NAME */
+    int k;         /* 0 if it is not given; -1: the text is no such name */
+    bool has_index;
+} kt_coordinate_name;
+
+KT_INNER kt_coordinate_name kt_coordinate_name_of(const char *text);
+
+/* Whether NAME is this one. */
+static inline bool kt_coordinate_is_of(const char *text, kt_coordinate_name name, const char *of) {
+    return of != NULL && strncmp(of, text, name.length) == 0 && of[name.length] == '\0';
+}
+
+/* The loop that is named, -1: none. The search begins at `first` and goes round. */
+KT_INNER int kt_coordinate_loop(const kt_description *description, const char *text, int first);
+
+#endif
