@@ -43,6 +43,20 @@ static int turn(void *user, double t, const kt_loop_motion *m, kt_loop_equation 
     return 0;
 }
 
+/* The second end's z axis stays normal to the first's: c = e . f = 0. */
+static int keep_normal(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+    const kt_loop_given given = *(const kt_loop_given *)user;
+    const kt_vec3 e = kt_vec3_make(0.0, 0.0, 1.0), f = m->rotation.z;
+    (void)t;
+    row->residual = kt_vec3_dot(e, f);
+    if (given == KT_LOOP_GIVES_RESIDUAL)
+        return 0;
+    row->moment = kt_vec3_cross(f, e);
+    if (given == KT_LOOP_GIVES_ALL)
+        row->drift = kt_vec3_dot(e, kt_vec3_cross(m->omega, kt_vec3_cross(m->omega, f)));
+    return 0;
+}
+
 static int refuse(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
     (void)m;
     row->residual = m->position.x;
@@ -219,6 +233,40 @@ KT_TEST(loops_written_once_more_do_the_same) {
         }
         release(&own);
     }
+}
+
+/* A moment between ends that turn about different axes, the arm about its own, the sled about all: seen from the arm, the
+ * rate of w is w2' - w1' - w1 x w2, and the last term is 10 to 20 % of accelerations here. Against `orthogonal`, whose
+ * equation has the same slope where it is closed; bounds as above. */
+KT_TEST(moments_between_turning_ends_are_those_of_orthogonal) {
+    static const double bounds[3] = {1e-9, 2e-11, 2e-14};
+    mechanism own;
+    result expected;
+    describe(&own, false);
+    own.loop[0].type = KT_LOOP_ORTHOGONAL;
+    own.description.loop_count = 1;
+    if (compile(&own))
+        evaluate(&own, NULL, &expected);
+    for (int given = KT_LOOP_GIVES_RESIDUAL; given <= KT_LOOP_GIVES_ALL; given++) {
+        mechanism m;
+        result found;
+        kt_loop_given what = (kt_loop_given)given;
+        describe(&m, false);
+        m.loop[0].type = KT_LOOP_CUSTOM;
+        m.loop[0].equations = keep_normal;
+        m.loop[0].equation_count = 1;
+        m.loop[0].given = what;
+        m.loop[0].user = &what;
+        m.description.loop_count = 1;
+        if (compile(&m)) {
+            evaluate(&m, &expected, &found);
+            kt_check_below("accelerations", largest_difference(found.a, expected.a, NV), 20.0 * bounds[given]);
+            kt_check_below("multipliers", largest_difference(found.multipliers, expected.multipliers, 1),
+                           20.0 * bounds[given]);
+        }
+        release(&m);
+    }
+    release(&own);
 }
 
 /* Derivatives of the accelerations: differences over those of the loops. */
