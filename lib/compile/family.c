@@ -2,8 +2,9 @@
  *
  * Each is compiled by itself, from the description in which the others are off. Constraint groups, their ranks and forms,
  * and the planes of trees follow from the loops that are on, so that a model is as fast as one that never had the others:
- * a walker in flight is a tree (bench/run forms: a quadruped whose feet are all in one dense group takes several times
- * as long). All are copied into one block.
+ * apps/embed/standing.c, of 18 coordinates, takes 25,000 instructions an evaluation with all feet off the ground, as a
+ * tree, and 120,000 with four feet down, which are one dense group. Were they one group throughout, whose rows are left
+ * out, its matrices of 18 coordinates would be filled and factored in flight, too. All are copied into one block.
  */
 #include "compile/compile.h"
 
