@@ -253,9 +253,9 @@ static kt_status build(robot *r, kt_error *error) {
     return status;
 }
 
-/* Accelerations that push the trunk by (x, y, z) m/s^2 with the feet where they are: those nearest to the asked ones. */
-static kt_status accelerate(robot *r, kt_vec3 push, double *a, kt_error *error) {
-    double jacobian[MOST * NV], basis[NV * NV], wanted[NV] = {push.x, push.y, push.z};
+/* Accelerations that move the trunk by (x, y, z) m/s^2 with the feet where they are: those nearest to the asked ones. */
+static kt_status accelerate(robot *r, kt_vec3 asked, double *a, kt_error *error) {
+    double jacobian[MOST * NV], basis[NV * NV], wanted[NV] = {asked.x, asked.y, asked.z};
     int columns = 0;
     kt_status status = kt_loop_equations(r->model, r->data, 0.0, r->q, r->v, jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
@@ -308,12 +308,12 @@ static void pose_program(const double *right, const double *jacobian, int rows, 
 }
 
 /* One command: prints what the solution is worth. Returns whether there is one. */
-static bool command(robot *r, const char *what, kt_vec3 push) {
+static bool command(robot *r, const char *what, kt_vec3 asked) {
     static program p;
     static solution s;
     kt_error error = {0};
     double a[NV], right[NV], jacobian[MOST * NV], tau[NV] = {0.0}, reached[NV], found[MOST];
-    kt_status status = accelerate(r, push, a, &error);
+    kt_status status = accelerate(r, asked, a, &error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(r->model, r->data, r->q, r->v, a, NULL, right, &error);
     if (status == KT_OK)

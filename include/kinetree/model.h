@@ -193,7 +193,8 @@ typedef enum kt_energetics {
                                 time */
 } kt_energetics;
 
-/* Of a model, without torques and wrenches that the caller sets. O(effects). */
+/* Of a model, without torques and wrenches that the caller sets; where loops or effects are switched, of all their sets, and of
+ * switching itself. O(effects). */
 KT_API kt_energetics kt_model_energetics(const kt_model *model);
 
 /* ---- loops and effects that are switched ---------------------------------------------------------------------------

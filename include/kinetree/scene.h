@@ -34,7 +34,7 @@
  *   number may stand, = and an expression (expression.h) of them may stand (`mass: =rho*area*L`), in quotes where it has a
  *   comma, a bracket or a brace. It counts as an angle by its units: `=2*tilt` is no length.
  * - An event's `when`, and `simulate.until`, are formulas without =. `then` is an action or a list of them: stop, record,
- *   {call: NAME}.
+ *   {release: NAME} and {engage: NAME} of a loop or an effect, which then is switched (kt_switching), {call: NAME}.
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H

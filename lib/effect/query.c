@@ -1,5 +1,6 @@
 /* What follows from the descriptors of effect types, and the energetics of all effects of a model. */
 #include "effect/effect.h"
+#include "model/switching.h"
 
 #define KT_EFFECT_EXTERN(id, name) extern const kt_descriptor kt_effect_##name##_descriptor;
 KT_EFFECT_LIST(KT_EFFECT_EXTERN)
@@ -46,6 +47,15 @@ kt_energetics kt_model_energetics(const kt_model *model) {
         const kt_energetics one = kt_effect_kind_of(effect->type)->energetics(effect);
         worst = one > worst ? one : worst;
     }
+#if KT_HAS_SWITCHES
+    /* Loops that are switched on take energy; what effects store comes and goes with them. */
+    for (int k = 0; k < kt_switch_count(model); k++) {
+        const kt_energetics one = model->family->item[k].loop >= 0 ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
+        worst = one > worst ? one : worst;
+    }
+    if (model->family && kt_family_model(model->family, kt_family_sets(model->family) - 1)->driven)
+        worst = KT_ENERGY_SUPPLIED;
+#endif
     return worst;
 }
 

@@ -94,6 +94,13 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         json_object_set_new(counts, name,
                             json_integer((json_int_t)kt_simulation_event_count(outcome->simulation, name)));
     }
+    const kt_model *model = kt_simulation_model(outcome->simulation);
+    json_t *switched = json_object();
+    for (int k = 0; k < kt_switch_count(model); k++)
+        json_object_set_new(switched, kt_switch_name(model, k), json_boolean(kt_switch_set(model) >> k & 1));
+    if (kt_switch_count(model) > 0)
+        json_object_set(root, "switched", switched);
+    json_decref(switched);
     if (kt_scene_event_room(scene) > 0) {
         json_object_set(root, "events", counts);
         json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());
@@ -112,7 +119,7 @@ static void list_states(const kt_outcome *outcome, json_t *root) {
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
-    const kt_model *model = outcome->model;
+    const kt_model *model = kt_simulation_model(outcome->simulation); /* with what is on at the end */
     const kt_simulation *simulation = outcome->simulation;
     double kinetic = kt_kinetic_energy(model, data);
     double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
@@ -155,7 +162,7 @@ static json_t *describe_watch(const kt_outcome *outcome) {
 }
 
 static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
-    const kt_model *model = outcome->model;
+    const kt_model *model = kt_simulation_model(outcome->simulation); /* with what is on at the end */
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     kt_mobility dof = kt_model_mobility(model);
@@ -200,7 +207,7 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
     kt_data *data = NULL;
     json_t *root = NULL;
     double *a = malloc(sizeof(double) * ((size_t)kt_model_nv(outcome->model) + 1));
-    if (a == NULL || kt_data_create(outcome->model, &data, &error) != KT_OK) {
+    if (a == NULL || kt_data_create(kt_simulation_model(outcome->simulation), &data, &error) != KT_OK) {
         kt_say("there is not enough memory for the summary");
         free(a);
         return KT_EXIT_INTEGRATION;
