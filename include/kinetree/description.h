@@ -202,6 +202,8 @@ typedef struct kt_body {
     bool com_of_shape;        /* take the com from the shape and `mass`, and ignore `com` */
     bool inertia_of_shape;    /* take the inertia from the shape and `mass`, and ignore `inertia` */
     kt_shape shape;           /* for pictures, and where it is asked for, for com and inertia */
+    const kt_shape *shapes;   /* further ones, for pictures alone: the caller's; NULL where there are none */
+    int shape_count;          /* length of shapes */
     const kt_marker *markers; /* the caller's; NULL where there are none */
     int marker_count;         /* length of markers */
 } kt_body;

@@ -29,19 +29,23 @@ typedef struct counts {
 
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
-/* A body has at most a solid of its shape, a point at its mass, and a rod to each joint, loop and effect on it. */
+/* A body has at most a solid of each of its shapes, a point at its mass, and a rod to each joint, loop and effect on it. */
 static counts count(const kt_description *d, const kt_model *model) {
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
                  effects = (size_t)d->effect_count;
     size_t relations = 0;
     for (size_t i = 0; i < loops; i++)
         relations += 1 + (size_t)d->loops[i].term_count;
+    size_t shapes = 0;
+    for (int i = 0; i < d->body_count; i++)
+        shapes += (size_t)d->bodies[i].shape_count;
     return (counts){.bodies = bodies,
                     .joints = bodies,
                     .loops = loops,
                     .relations = relations,
                     .effects = effects,
-                    .solids = 4 * bodies + 2 * loops + 2 * effects,
+
+                    .solids = 4 * bodies + shapes + 2 * loops + 2 * effects,
                     .planes = bodies + loops + effects};
 }
 
@@ -371,12 +375,14 @@ static double median_length(const maker *m, double *lengths) {
     return n > 0 ? lengths[n / 2] : 0.0;
 }
 
+static bool has_shape(const kt_body *body) { return body->shape.type != KT_SHAPE_NONE || body->shape_count > 0; }
+
 /* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
 static kt_bounds measure(maker *m, double *lengths) {
     kt_picture *p = m->picture;
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
     for (int body = 1; body < p->body_count; body++)
-        if (source_of(m, body)->shape.type == KT_SHAPE_NONE && source_of(m, body)->mass > 0.0)
+        if (!has_shape(source_of(m, body)) && source_of(m, body)->mass > 0.0)
             widen(&bounds, kt_pose_apply(m->poses[body], source_of(m, body)->com));
     if (bounds.low.x > bounds.high.x)
         widen(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
@@ -403,6 +409,11 @@ static void list_shapes(maker *m) {
         kt_solid solid = {.body = body};
         if (kt_solid_of_shape(&source_of(m, body)->shape, &solid))
             add_solid(m, solid);
+        for (int i = 0; i < source_of(m, body)->shape_count; i++) {
+            solid = (kt_solid){.body = body};
+            if (kt_solid_of_shape(&source_of(m, body)->shapes[i], &solid))
+                add_solid(m, solid);
+        }
     }
 }
 
@@ -437,7 +448,7 @@ static void imply_mass(maker *m, int body) {
                           slides ? kt_vec3_make(2.0 * r, 2.0 * r, 3.5 * r) : kt_vec3_make(2.4 * r, 2.4 * r, 2.4 * r)};
     solid.pose.rotation = slides ? kt_triad_from_axis(kt_vec3_normalize(source->joint.axis), 2) : kt_mat3_identity();
     solid.pose.position = slides ? kt_vec3_make(0.0, 0.0, 0.0) : source->com;
-    if (source->shape.type == KT_SHAPE_NONE && (source->mass > 0.0 || slides))
+    if (!has_shape(source) && (source->mass > 0.0 || slides))
         add_solid(m, solid);
 }
 

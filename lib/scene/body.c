@@ -1,6 +1,7 @@
 /* Bodies: the list, and the keys of each. */
-#include "scene/part.h"
+#include "scene/shapes.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- mass properties: they depend on one another ----------------------------------------------------------------- */
@@ -14,7 +15,7 @@ static bool same_mass(const kt_field *field, const void *object, const void *sta
 static bool shape_has_mass(const kt_body *body, const kt_body *standard) {
     bool has_mass =
         body->com_of_shape || body->inertia_of_shape || !kt_same_bits(&body->mass, &standard->mass, sizeof body->mass);
-    return has_mass && body->shape.type != KT_SHAPE_NONE;
+    return has_mass && (body->shape.type != KT_SHAPE_NONE || body->shape_count > 0);
 }
 
 static bool same_com(const kt_field *field, const void *object, const void *standard) {
@@ -139,6 +140,67 @@ static const kt_table shape_table = {.fields = shape_fields,
                                      .describe = describe_shape,
                                      .kind_of = kt_kind_of_value_key};
 
+/* ---- several shapes ----------------------------------------------------------------------------------------------- */
+
+static const kt_field part_fields[] = {
+    {.key = "type",
+     .kind = &kt_kind_choice,
+     .offset = offsetof(kt_part, shape.type),
+     .flags = KT_FIELD_REQUIRED,
+     .detail = &shape_types},
+    {.key = "mass", .kind = &kt_kind_number, .offset = offsetof(kt_part, mass)},
+};
+_Static_assert(offsetof(kt_part, shape) == 0, "keys of a shape are read into a part");
+static const kt_table part_table = {.fields = part_fields,
+                                    .count = KT_COUNT_OF(part_fields),
+                                    .flow = true,
+                                    .types = &shape_types,
+                                    .describe = describe_shape,
+                                    .kind_of = kt_kind_of_value_key};
+
+/* Their masses are settled once the body has been read (read_body). */
+static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_body *body = object;
+    kt_node **nodes = NULL;
+    int count = 0;
+    (void)field;
+    if (!kt_list_nodes(r, scope, node, "a list of shapes ('- {type: ...}')", &nodes, &count))
+        return false;
+    kt_shape *shapes = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *shapes);
+    kt_part *parts = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *parts);
+    if (shapes == NULL || parts == NULL)
+        return kt_reader_out_of_memory(r);
+    bool good = true;
+    for (int i = 0; i < count; i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        parts[i] = (kt_part){.shape = kt_shape_default(), .mass = (double)NAN};
+        good = kt_table_read(r, &here, nodes[i], &part_table, &parts[i]) && !kt_node_is_faulty(nodes[i]) && good;
+        shapes[i] = parts[i].shape;
+    }
+    body->shapes = shapes;
+    body->shape_count = good ? count : 0;
+    r->parts = good ? parts : NULL;
+    r->part_nodes = nodes;
+    return good;
+}
+
+static void write_shapes(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_body *body = object;
+    const kt_shape rest = kt_shape_default();
+    (void)field, (void)standard;
+    kt_emit_list(e, false);
+    for (int i = 0; i < body->shape_count; i++)
+        kt_table_write(e, &shape_table, &body->shapes[i], &rest);
+    kt_emit_end(e);
+}
+
+static bool same_shapes(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_body *)object)->shape_count == 0;
+}
+
+static const kt_kind kind_shapes = {read_shapes, write_shapes, same_shapes};
+
 /* ---- a body ------------------------------------------------------------------------------------------------------ */
 
 #define AT(member) .offset = offsetof(kt_body, member)
@@ -150,14 +212,32 @@ static const kt_field fields[] = {
     {.key = "com", .kind = &kt_kind_vector, AT(com), .same = same_com},
     {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
     {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &shape_table, .same = same_shape},
+    {.key = "shapes", .kind = &kind_shapes},
     {.key = "markers", .kind = &kind_markers},
 };
 static const kt_table body_table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
+/* What shapes give of mass, com and inertia. */
+static void settle_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body) {
+    kt_node *list = kt_node_find(node, "shapes");
+    if (r->parts == NULL || list == NULL)
+        return;
+    if (kt_node_find(node, "shape") != NULL) {
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, list, "the body has a `shape`, too; put it into the list");
+        return;
+    }
+    const unsigned given = (kt_node_find(node, "mass") != NULL ? KT_GIVES_MASS : 0) |
+                           (kt_node_find(node, "com") != NULL ? KT_GIVES_COM : 0) |
+                           (kt_node_find(node, "inertia") != NULL ? KT_GIVES_INERTIA : 0);
+    (void)kt_parts_settle(r, scope, list, r->part_nodes, r->parts, body->shape_count, given, body);
+}
+
 static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
     const kt_scope scope = kt_item_scope("body", "bodies", index, node);
+    r->parts = NULL;
     if (!kt_table_read(r, &scope, node, &body_table, body))
         return;
+    settle_shapes(r, &scope, node, body);
     if (body->parent != NULL && strcmp(body->parent, "world") == 0)
         body->parent = NULL;
     if (kt_node_find(node, "mass") != NULL && kt_node_find(node, "shape") != NULL) {

@@ -37,11 +37,13 @@ struct kt_reader {
     size_t fault_count, fault_room, fault_dropped;
 
     const kt_description *description; /* once the bodies are read */
-    kt_names names;                    /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
-    bool names_are_known;              /* the name of every body could be read */
-    int quantity;                      /* kt_quantity of the values of the function that is being read */
-    int function_depth;                /* sums and products that the function is within */
-    int joint_quantity;                /* kt_quantity of the position of the joint that the item acts in */
+    struct kt_part *parts;             /* shapes of the body that is being read; NULL: none */
+    kt_node **part_nodes;
+    kt_names names;       /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
+    bool names_are_known; /* the name of every body could be read */
+    int quantity;         /* kt_quantity of the values of the function that is being read */
+    int function_depth;   /* sums and products that the function is within */
+    int joint_quantity;   /* kt_quantity of the position of the joint that the item acts in */
 
     kt_named_number *parameters; /* of the file; see parameter.c */
     double *parameter_values;    /* theirs, NaN where there is none: the values of expressions' symbols */

@@ -1,0 +1,21 @@
+/* Several shapes of a body. */
+#ifndef KT_SCENE_SHAPES_H
+#define KT_SCENE_SHAPES_H
+
+#include "scene/part.h"
+
+/* A shape, and its own mass, NaN if it has none. */
+typedef struct kt_part {
+    kt_shape shape;
+    double mass;
+} kt_part;
+
+/* What the scene gives of the body itself. */
+enum { KT_GIVES_MASS = 1, KT_GIVES_COM = 2, KT_GIVES_INERTIA = 4 };
+
+/* Checks the shapes, and gives the body what follows from them of mass, com and inertia and is not given. node: that of
+ * the list; nodes: of its items. False after reporting why. */
+bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_part *parts,
+                     int count, unsigned given, kt_body *body);
+
+#endif

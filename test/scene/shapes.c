@@ -1,0 +1,129 @@
+/* Bodies of several shapes against closed forms: solids cut into pieces, dumb-bells, shares by volume and length. */
+#include "check.h"
+#include "collect.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The only body of a scene; false after showing why not. */
+static bool read_body(const char *keys, kt_scene *scene) {
+    char text[1000];
+    snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, %s}\n", keys);
+    return kt_parse_right(text, scene);
+}
+
+/* The body that the first keys describe is that of the second. Sums of some terms of the size of mass and lengths. */
+static void check_same(const char *what, const char *parts, const char *whole) {
+    kt_scene a, b;
+    if (!read_body(parts, &a))
+        return;
+    if (read_body(whole, &b)) {
+        kt_vec3 com[2];
+        kt_sym3 inertia[2];
+        kt_error error = {0};
+        const kt_body *bodies[] = {a.description.bodies, b.description.bodies};
+        for (int i = 0; i < 2; i++)
+            kt_check_equal_int(what, kt_body_inertia(bodies[i], &com[i], &inertia[i], &error), KT_OK);
+        const double *c = &com[0].x, *d = &com[1].x;
+        const kt_sym3 s = inertia[0], t = inertia[1];
+        const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
+        const double scale = fmax(1.0, bodies[1]->mass) * 16.0 * DBL_EPSILON;
+        kt_check_near("mass", bodies[0]->mass, bodies[1]->mass, scale);
+        for (int k = 0; k < 3; k++)
+            kt_check_near("com", c[k], d[k], 16.0 * DBL_EPSILON);
+        for (int k = 0; k < 6; k++)
+            kt_check_near("inertia", one[k], other[k], 4.0 * scale);
+        kt_scene_free(&b);
+    }
+    kt_scene_free(&a);
+}
+
+KT_TEST(pieces_weigh_as_the_whole) {
+    check_same("a box of two unequal ones, turned",
+               "mass: 6, shapes: [{type: box, size: [1, 0.4, 0.2], at: [0.5, 0, 0]}, "
+               "{type: box, size: [0.4, 2, 0.2], at: [2, 0, 0], rotation: {axis: [0, 0, 1], angle: 90 deg}}]",
+               "mass: 6, shape: {type: box, size: [3, 0.4, 0.2], at: [1.5, 0, 0]}");
+    check_same("a cylinder of two of different length, whose masses are given",
+               "shapes: [{type: cylinder, radius: 0.3, length: 1, at: [0, 0, 0.5], mass: 2}, "
+               "{type: cylinder, radius: 0.3, length: 3, at: [0, 0, 2.5], mass: 6}]",
+               "mass: 8, shape: {type: cylinder, radius: 0.3, length: 4, at: [0, 0, 2]}");
+    check_same("a slender rod of two, by length",
+               "mass: 3, shapes: [{type: rod, to: [1, 1, 0]}, {type: rod, from: [3, 3, 0], to: [1, 1, 0]}]",
+               "mass: 3, shape: {type: rod, to: [3, 3, 0]}");
+    check_same("a shape alone", "mass: 2, shapes: [{type: sphere, radius: 0.2, at: [1, 2, 3]}]",
+               "mass: 2, shape: {type: sphere, radius: 0.2, at: [1, 2, 3]}");
+}
+
+/* Points of m at the ends of a rod of M: M l^2 / 12 + m l^2 / 2 about the middle. */
+KT_TEST(dumb_bell_has_its_closed_form) {
+    check_same(
+        "about the middle",
+        "mass: 5, shapes: [{type: rod, from: [-1, 0, 0], to: [1, 0, 0]}, {type: point, at: [-1, 0, 0], mass: 1}, "
+        "{type: point, at: [1, 0, 0], mass: 1}]",
+        "mass: 5, inertia: [0, 3, 3]");
+    check_same(
+        "one end heavier, a ball of its own mass and the rest by volume",
+        "mass: 4, shapes: [{type: box, size: [2, 1, 1], at: [1, 0, 0]}, {type: sphere, radius: 0.5, at: [3, 0, 0], "
+        "mass: 2}]",
+        "mass: 4, com: [2, 0, 0], inertia: [0.53333333333333333, 5.0333333333333333, 5.0333333333333333]");
+}
+
+KT_TEST(what_is_given_counts_and_shapes_without_masses_are_pictures) {
+    check_same("com", "mass: 1, com: [1, 0, 0], inertia: [1, 1, 1], shapes: [{type: rod, to: [0, 0, 1]}]",
+               "mass: 1, com: [1, 0, 0], inertia: [1, 1, 1]");
+    kt_scene scene;
+    if (!read_body("shapes: [{type: rod, to: [0, 0, 1]}, {type: point, at: [0, 0, 2]}]", &scene))
+        return;
+    kt_check_equal_int("shapes", scene.description.bodies[0].shape_count, 2);
+    kt_check_true("no mass", scene.description.bodies[0].mass == 0.0);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(shapes_are_written_and_read_again) {
+    kt_scene scene, again;
+    if (!read_body(
+            "mass: 6, shapes: [{type: box, size: [1, 0.4, 0.2], at: [0.5, 0, 0]}, {type: sphere, radius: 0.1, at: "
+            "[0, 0.3, 0.7], mass: 1.1}]",
+            &scene))
+        return;
+    char *text = kt_write_text(&scene);
+    if (text != NULL && kt_parse_right(text, &again)) {
+        const kt_body *a = scene.description.bodies, *b = again.description.bodies;
+        kt_check_equal_int("shapes", b->shape_count, 2);
+        kt_check_true("each",
+                      b->shape_count == 2 && kt_same_bytes(&a->shapes[1].at, &b->shapes[1].at, sizeof a->shapes[1].at));
+        kt_check_equal_bits("com", &b->com.x, &a->com.x, 3);
+        kt_check_equal_bits("inertia", &b->inertia.xx, &a->inertia.xx, 6);
+        kt_check_equal_bits("mass", &b->mass, &a->mass, 1);
+        kt_scene_free(&again);
+    }
+    free(text);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(faults_of_shapes_are_told_at_their_places) {
+    static const char *const wrong[][2] = {
+        {"shapes: [{type: sphere, radius: 0.1, mass: 1}, {type: sphere, radius: 0.1}]",
+         "some shapes have a `mass` and 1 has none"},
+        {"mass: 1, shapes: [{type: sphere, radius: 0.1, mass: 2}]", "add up to 2 kg, and the body's mass is 1 kg"},
+        {"mass: 1, shapes: [{type: sphere, radius: 0.1}, {type: point}]", "the shape has no volume"},
+        {"mass: 1, shapes: [{type: sphere, radius: -0.1}]", "radius is -0.1"},
+        {"shapes: [{type: sphere, radius: 0.1, mass: -1}]", "mass is -1; it cannot be negative"},
+        {"mass: 1, shape: {type: point}, shapes: [{type: point}]", "has a `shape`, too"},
+        {"mass: 1, shapes: {type: point}", "a list of shapes"},
+        {"mass: 1, shapes: [{type: rod, to: [0, 0, 0]}]", "a rod needs a length"},
+        {"mass: 1, shapes: [{type: ball}]", "ball"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        static kt_collected faults;
+        char text[1000];
+        kt_scene scene;
+        snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, %s}\n", wrong[i][0]);
+        kt_check_true("refused", kt_collect_parse(&faults, text, &scene) != KT_OK);
+        kt_check_contains("fault", faults.text, wrong[i][1]);
+        kt_check_equal_int("one fault", faults.count, 1);
+    }
+}
