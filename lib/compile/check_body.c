@@ -25,8 +25,8 @@ static void check_joint(kt_checker *checker, const kt_joint *joint) {
     if (kt_joint_is_limited(joint) &&
         !(kt_joint_sizes[joint->type].nq == 1 && l.lower <= l.upper && l.velocity >= 0.0 && l.effort >= 0.0))
         kt_checker_fault(checker, "joint.limits", -1,
-                         "joint.limits are for joints of one coordinate, with lower, %g, not above upper, %g, and "
-                         "velocity, %g, and effort, %g, not below 0",
+                         "joint.limits want one coordinate, lower, %g, up to upper, %g, velocity, %g, and effort, %g, "
+                         "not below 0",
                          l.lower, l.upper, l.velocity, l.effort);
 }
 
