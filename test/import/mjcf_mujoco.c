@@ -6,6 +6,7 @@
  * blanks, of which those that both read are compared. */
 #include "check.h"
 
+#include "kinetree/export.h"
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
 
@@ -241,6 +242,86 @@ static void compare_tree(const char *path, const kt_robot_options *options, bool
 KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) { compare_tree(MODELS "/tree.xml", NULL, true, 1e-9); }
 
 KT_TEST(masses_follow_the_settings_of_the_compiler) { compare_tree(MODELS "/masses.xml", NULL, true, 1e-13); }
+
+/* ---- what is exported -------------------------------------------------------------------------------------------- */
+
+/* Writes a description as MJCF into a file of its own, which both read. */
+static void compare_exported(const kt_description *d, double bound) {
+    char path[] = "/tmp/kinetree-export-XXXXXX";
+    kt_error error = {0};
+    const int descriptor = mkstemp(path);
+    FILE *file = descriptor >= 0 ? fdopen(descriptor, "w") : NULL;
+    if (!kt_check_true("there is a file", file != NULL))
+        return;
+    const kt_status status = kt_robot_write(d, KT_ROBOT_MJCF, file, NULL, NULL, &error);
+    (void)fclose(file);
+    if (kt_check_equal_int("written", status, KT_OK))
+        compare_tree(path, NULL, false, bound);
+    (void)remove(path);
+}
+
+/* The tree of every element with inertias along the axes of their bodies, which MuJoCo does not turn. Of joints that
+ * stand on bodies without mass, which it refuses, these have one. */
+KT_TEST(tree_of_every_element_without_principal_axes_is_that_of_mujoco_to_rounding) {
+    kt_scene scene;
+    kt_error error = {0};
+    if (!kt_check_equal_int("read", kt_robot_read(MODELS "/tree.xml", NULL, &scene, NULL, NULL, &error), KT_OK))
+        return;
+    kt_description d = scene.description;
+    kt_body *bodies = calloc((size_t)d.body_count, sizeof *bodies);
+    if (kt_check_true("there is memory", bodies != NULL))
+        for (int i = 0; i < d.body_count; i++) {
+            kt_sym3 *s = &bodies[i].inertia;
+            bodies[i] = d.bodies[i];
+            bodies[i].mass = fmax(bodies[i].mass, 0.1);
+            *s = kt_sym3_make(fmax(s->xx, 0.01), fmax(s->yy, 0.01), fmax(s->zz, 0.01), 0.0, 0.0, 0.0);
+            const double most = fmax(s->xx, fmax(s->yy, s->zz));
+            if (s->xx + s->yy + s->zz < 2.0 * most)
+                *s = kt_sym3_make(most, most, most, 0.0, 0.0, 0.0);
+        }
+    d.bodies = bodies;
+    d.loop_count = d.effect_count = 0;
+    if (bodies != NULL)
+        compare_exported(&d, 1e-12);
+    free(bodies);
+    kt_scene_free(&scene);
+}
+
+/* Random trees of all joints that MJCF has. */
+KT_TEST(exported_trees_are_those_that_mujoco_computes) {
+    enum { BODIES = 8, TREES = 20 };
+    static const char *const names[BODIES] = {"a", "b", "c", "d", "e", "f", "g", "h"};
+    static const kt_joint_type types[] = {KT_JOINT_FIXED,     KT_JOINT_REVOLUTE,    KT_JOINT_PRISMATIC,
+                                          KT_JOINT_UNIVERSAL, KT_JOINT_CYLINDRICAL, KT_JOINT_PLANAR,
+                                          KT_JOINT_SPHERICAL};
+    kt_random random = kt_random_of_test();
+    for (int n = 0; n < TREES; n++) {
+        kt_body bodies[BODIES];
+        kt_description d = kt_description_default();
+        for (int i = 0; i < BODIES; i++) {
+            double v[12];
+            for (int k = 0; k < 12; k++)
+                v[k] = kt_random_uniform(&random, -1.0, 1.0);
+            kt_body *b = &bodies[i];
+            *b = kt_body_default();
+            b->name = names[i];
+            b->parent = i > 0 ? names[(int)kt_random_uniform(&random, 0.0, (double)i)] : NULL;
+            b->joint.type = i > 0 ? types[(int)kt_random_uniform(&random, 0.0, 7.0)] : KT_JOINT_FREE;
+            b->joint.axis = kt_vec3_make(v[0], v[1], v[2]);
+            b->com = kt_vec3_make(v[3], v[4], v[5]);
+            if (i > 0) {
+                b->joint.at = kt_vec3_make(v[6], v[7], v[8]);
+                b->joint.rotation = kt_rotation_rpy(v[9], v[10], v[11]);
+            }
+            b->mass = 1.5 + v[0];
+            b->inertia = kt_sym3_make(0.8 + 0.2 * v[1], 0.8 + 0.2 * v[2], 0.8 + 0.2 * v[3], 0.0, 0.0, 0.0);
+        }
+        d.bodies = bodies;
+        d.body_count = BODIES;
+        d.gravity = kt_vec3_make(1.0, -2.0, -9.0);
+        compare_exported(&d, 1e-12);
+    }
+}
 
 /* MuJoCo 2.2.2 keeps vertices as single-precision numbers: 6e-8 of their size, several of which make an inertia. */
 KT_TEST(masses_of_meshes_are_those_that_mujoco_computes) { compare_tree(MODELS "/meshes.xml", NULL, false, 1e-6); }

@@ -1,0 +1,436 @@
+/* Mechanisms written as robots: read back, they have the same mass matrix, places and loops; what is lost is told. */
+#include "../scene_files.h"
+#include "check.h"
+#include "random.h"
+
+#include "kinetree/export.h"
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- writing and reading back ------------------------------------------------------------------------------------ */
+
+typedef struct told {
+    char text[2000];
+} told;
+
+static void hear(void *user, const char *what, int count) {
+    told *t = user;
+    const size_t length = strlen(t->text);
+    (void)snprintf(t->text + length, sizeof t->text - length, "%s %d\n", what, count);
+}
+
+static kt_status write_back(const kt_description *d, kt_robot_format format, told *t, char **text, kt_error *error) {
+    size_t size = 0;
+    FILE *stream = open_memstream(text, &size);
+    memset(t, 0, sizeof *t);
+    if (stream == NULL)
+        return KT_ERROR_MEMORY;
+    const kt_status status = kt_robot_write(d, format, stream, hear, t, error);
+    (void)fclose(stream);
+    return status;
+}
+
+typedef struct compiled {
+    kt_model *model;
+    kt_data *data;
+    double *q, *matrix;
+} compiled;
+
+static bool compile(const kt_description *d, compiled *c) {
+    kt_error error = {0};
+    kt_description tree = *d; /* loops do not change the mass matrix, and may not be closed at a random position */
+    tree.loop_count = tree.effect_count = tree.hold_count = 0;
+    memset(c, 0, sizeof *c);
+    if (kt_model_compile(&tree, NULL, &c->model, &error) != KT_OK ||
+        kt_data_create(c->model, &c->data, &error) != KT_OK) {
+        kt_note("%s: %s", error.where, error.message);
+        return false;
+    }
+    const size_t nq = (size_t)kt_model_nq(c->model), nv = (size_t)kt_model_nv(c->model);
+    c->q = calloc(nq + 1, sizeof *c->q);
+    c->matrix = calloc(nv * nv + 1, sizeof *c->matrix);
+    return c->q != NULL && c->matrix != NULL;
+}
+
+static void release(compiled *c) {
+    kt_data_free(c->data);
+    kt_model_free(c->model);
+    free(c->q);
+    free(c->matrix);
+}
+
+static int body_of_joint(const kt_model *model, const char *joint) {
+    int b = kt_model_body_count(model) - 1;
+    while (b > 0 && strcmp(kt_joint_name(model, b), joint) != 0)
+        b--;
+    return b;
+}
+
+/* The coordinates in the other model of each coordinate: of joints of their names, or, of one that has become several,
+ * of NAME, NAME__1, NAME__2. Returns whether all are there. */
+static bool map_coordinates(const compiled *from, const compiled *to, int *positions, int *velocities) {
+    for (int b = 1; b < kt_model_body_count(from->model); b++) {
+        const kt_coordinates c = kt_body_coordinates(from->model, b);
+        for (int k = 0; k < c.nq; k++) {
+            char name[200];
+            const char *own = kt_joint_name(from->model, b);
+            int other = body_of_joint(to->model, own);
+            kt_coordinates there = other > 0 ? kt_body_coordinates(to->model, other) : (kt_coordinates){.nq = 0};
+            int part = k;
+            if (there.nq != c.nq) {
+                (void)snprintf(name, sizeof name, k > 0 ? "%s__%d" : "%s", own, k);
+                other = body_of_joint(to->model, name);
+                part = 0;
+            }
+            if (other < 1)
+                return false;
+            there = kt_body_coordinates(to->model, other);
+            positions[c.q + k] = there.q + part;
+            if (k < c.nv)
+                velocities[c.v + k] = there.v + part;
+        }
+    }
+    return true;
+}
+
+static void random_position(const compiled *c, kt_random *random) {
+    for (int b = 1; b < kt_model_body_count(c->model); b++) {
+        const kt_coordinates at = kt_body_coordinates(c->model, b);
+        double norm = 0.0;
+        for (int k = 0; k < at.nq; k++)
+            c->q[at.q + k] = kt_random_uniform(random, -1.0, 1.0);
+        const int first = at.nq - 4;
+        for (int k = first; k < at.nq && at.nq > at.nv; k++)
+            norm += c->q[at.q + k] * c->q[at.q + k];
+        for (int k = first; k < at.nq && at.nq > at.nv; k++)
+            c->q[at.q + k] /= sqrt(norm);
+    }
+}
+
+/* 64 eps: some ten rotations and products of numbers that rounding has met on the way into text and back, and rpy of URDF
+ * close to a pitch of a quarter turn. */
+static void compare(const compiled *ours, const compiled *theirs, kt_random *random, kt_worst *worst) {
+    enum { COORDINATES = 256 };
+    int positions[COORDINATES], velocities[COORDINATES];
+    kt_error error = {0};
+    const int nv = kt_model_nv(ours->model);
+    if (!kt_check_equal_int("degrees of freedom", kt_model_nv(theirs->model), nv) ||
+        kt_model_nq(ours->model) > COORDINATES ||
+        !kt_check_true("joints have their names", map_coordinates(ours, theirs, positions, velocities)))
+        return;
+    random_position(ours, random);
+    for (int i = 0; i < kt_model_nq(ours->model); i++)
+        theirs->q[positions[i]] = ours->q[i];
+    if (kt_dynamics_mass(ours->model, ours->data, ours->q, ours->matrix, &error) != KT_OK ||
+        kt_dynamics_mass(theirs->model, theirs->data, theirs->q, theirs->matrix, &error) != KT_OK) {
+        kt_worst_below(worst, (double)NAN, 0.0, "%s", error.message);
+        return;
+    }
+    double most = 0.0;
+    for (int i = 0; i < nv * nv; i++)
+        most = fmax(most, fabs(ours->matrix[i]));
+    for (int i = 0; i < nv; i++)
+        for (int k = 0; k < nv; k++)
+            kt_worst_near(worst, theirs->matrix[velocities[i] + nv * velocities[k]], ours->matrix[i + nv * k],
+                          64.0 * DBL_EPSILON * most, "%d, %d", i, k);
+}
+
+/* Whether a free joint counts from the world in both. */
+static bool is_plain(const kt_description *d) {
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_joint *j = &d->bodies[i].joint;
+        if (j->type == KT_JOINT_FREE &&
+            (j->rotation.type != KT_ROTATION_NONE || j->at.x != 0.0 || j->at.y != 0.0 || j->at.z != 0.0))
+            return false;
+    }
+    return true;
+}
+
+/* Returns whether the description could be written. */
+static bool check_back(const kt_description *d, kt_robot_format format, kt_random *random, kt_worst *worst) {
+    told t;
+    char *text = NULL;
+    kt_error error = {0};
+    kt_scene back;
+    compiled ours, theirs;
+    const kt_robot_options accept = {.inertia = KT_ROBOT_INERTIA_ACCEPT};
+    if (write_back(d, format, &t, &text, &error) != KT_OK) {
+        free(text);
+        kt_note("%s: %s", error.where, error.message);
+        return kt_check_equal_int("refused with a reason", error.message[0] == '\0', 0) && false;
+    }
+    const kt_status status = kt_robot_parse("back", text, strlen(text), &accept, &back, NULL, NULL, &error);
+    if (status != KT_OK) {
+        kt_note("%s: %s\n%s", error.where, error.message, text);
+        free(text);
+        return kt_check_true("it is read back", false);
+    }
+    if (compile(d, &ours)) { /* some have no inertia along all coordinates where no loop is closed */
+        if (kt_check_true("it is compiled", compile(&back.description, &theirs)) && is_plain(d))
+            compare(&ours, &theirs, random, worst);
+        release(&theirs);
+    }
+    release(&ours);
+    kt_scene_free(&back);
+    free(text);
+    return true;
+}
+
+/* ---- bundled scenes ---------------------------------------------------------------------------------------------- */
+
+KT_TEST(bundled_scenes_read_back_with_the_same_mass_matrix) {
+    struct dirent **files;
+    int written[2] = {0, 0};
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("mass matrix");
+    const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
+    for (int i = 0; i < count; i++) {
+        char path[600];
+        kt_scene scene;
+        kt_error error = {0};
+        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
+        if (kt_scene_read(path, &scene, NULL, NULL, &error) == KT_OK) {
+            if (scene.description.body_count <= 100)
+                for (int format = 0; format < 2; format++)
+                    written[format] += check_back(&scene.description, (kt_robot_format)format, &random, &worst);
+            kt_scene_free(&scene);
+        }
+        free(files[i]);
+    }
+    free(files);
+    kt_note("%d scenes: %d in URDF, %d in MJCF", count, written[0], written[1]);
+    kt_check_above("in URDF", written[0], 20.5);
+    kt_check_above("in MJCF", written[1], 30.5);
+    kt_check_worst(&worst);
+}
+
+/* ---- random trees ------------------------------------------------------------------------------------------------ */
+
+enum { BODIES = 9 };
+
+static kt_vec3 random_vector(kt_random *r) {
+    return kt_vec3_make(kt_random_uniform(r, -1.0, 1.0), kt_random_uniform(r, -1.0, 1.0),
+                        kt_random_uniform(r, -1.0, 1.0));
+}
+
+/* The inertia of points, turned, so that it is one of bodies. */
+static kt_sym3 random_inertia(kt_random *r) {
+    kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (int i = 0; i < 4; i++) {
+        const kt_vec3 p = random_vector(r);
+        s = kt_sym3_add(s, kt_sym3_make(p.y * p.y + p.z * p.z, p.x * p.x + p.z * p.z, p.x * p.x + p.y * p.y, -p.x * p.y,
+                                        -p.x * p.z, -p.y * p.z));
+    }
+    return s;
+}
+
+static kt_rotation rotation_of(kt_vec3 v) {
+    const kt_quat q = kt_quat_normalize(kt_quat_make(1.0, v.x, v.y, v.z));
+    return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
+}
+
+static void random_tree(kt_random *r, const kt_joint_type *types, int type_count, kt_body *bodies) {
+    static const char *const names[BODIES] = {"a", "b", "c", "d", "e", "f", "g", "h", "i"};
+    static const char *const joints[BODIES] = {NULL, "jb", NULL, "jd", "je", NULL, "jg", NULL, "ji"};
+    for (int i = 0; i < BODIES; i++) {
+        const int parent = i > 0 ? (int)kt_random_uniform(r, 0.0, (double)i) : -1;
+        kt_body *b = &bodies[i];
+        *b = kt_body_default();
+        b->name = names[i];
+        b->parent = parent >= 0 ? names[parent] : NULL;
+        b->joint.name = joints[i];
+        b->joint.type = i == 0 ? KT_JOINT_FREE : types[(int)kt_random_uniform(r, 0.0, (double)type_count)];
+        b->joint.axis = random_vector(r);
+        if (i % 2 == 0)
+            b->joint.axis2 = random_vector(r);
+        if (i > 0) {
+            const kt_vec3 v = random_vector(r);
+            b->joint.at = random_vector(r);
+            b->joint.rotation = i % 3 == 0 ? kt_rotation_rpy(v.x, v.y, v.z) : rotation_of(v);
+        }
+        if (b->joint.type == KT_JOINT_REVOLUTE || b->joint.type == KT_JOINT_PRISMATIC)
+            b->joint.armature[0] = kt_random_uniform(r, 0.0, 1.0);
+        b->mass = kt_random_uniform(r, 0.5, 2.0);
+        b->com = random_vector(r);
+        b->inertia = random_inertia(r);
+        b->shape.type = (kt_shape_type)((int)KT_SHAPE_ROD + i % 4);
+        b->shape.to = random_vector(r);
+        b->shape.axis = random_vector(r);
+        b->shape.size = kt_vec3_make(1.0, 2.0, 3.0);
+        b->shape.radius = b->shape.length = 0.5;
+    }
+}
+
+KT_TEST(random_trees_read_back_with_the_same_mass_matrix) {
+    static const kt_joint_type types[] = {KT_JOINT_FIXED,     KT_JOINT_REVOLUTE,    KT_JOINT_PRISMATIC,
+                                          KT_JOINT_UNIVERSAL, KT_JOINT_CYLINDRICAL, KT_JOINT_PLANAR,
+                                          KT_JOINT_SPHERICAL};
+    kt_random random = kt_random_of_test();
+    for (int format = 0; format < 2; format++) {
+        kt_worst worst = kt_worst_make(format == KT_ROBOT_URDF ? "in URDF" : "in MJCF");
+        for (int n = 0; n < 200; n++) {
+            kt_body bodies[BODIES];
+            random_tree(&random, types, format == KT_ROBOT_URDF ? 6 : 7, bodies);
+            kt_description d = kt_description_default();
+            d.bodies = bodies;
+            d.body_count = BODIES;
+            if (!kt_check_true("it is written", check_back(&d, (kt_robot_format)format, &random, &worst)))
+                return;
+        }
+        kt_check_worst(&worst);
+    }
+}
+
+/* ---- all else ---------------------------------------------------------------------------------------------------- */
+
+static kt_body make_body(const char *name, const char *parent, kt_joint_type type) {
+    kt_body b = kt_body_default();
+    b.name = name;
+    b.parent = parent;
+    b.joint.type = type;
+    b.mass = 1.0;
+    b.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    return b;
+}
+
+KT_TEST(forces_limits_couplings_and_the_start_come_back) {
+    kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", KT_JOINT_PRISMATIC)};
+    const kt_term terms[] = {{"a", 2.0}, {"b", -4.0}};
+    kt_effect effects[] = {kt_effect_default(), kt_effect_default(), kt_effect_default()};
+    kt_loop loops[] = {kt_loop_default()};
+    kt_description d = kt_description_default();
+    told t;
+    char *text = NULL;
+    kt_error error = {0};
+    kt_scene back;
+    bodies[0].joint.position[0] = 0.25;
+    bodies[0].joint.velocity[0] = 1.5;
+    bodies[0].joint.limits.lower = -1.0;
+    bodies[0].joint.limits.upper = 2.0;
+    effects[0].type = KT_EFFECT_JOINT_DAMPER;
+    effects[0].damping = 0.5;
+    effects[1].type = KT_EFFECT_JOINT_SPRING;
+    effects[1].stiffness = 3.0;
+    effects[1].rest = kt_function_constant(0.125);
+    effects[2].type = KT_EFFECT_DRAG;
+    effects[2].linear = 1.0;
+    effects[2].between[0].body = "a";
+    effects[0].joint = effects[1].joint = "a";
+    loops[0].name = "tie";
+    loops[0].type = KT_LOOP_COUPLING;
+    loops[0].terms = terms;
+    loops[0].term_count = 2;
+    loops[0].offset = 1.0;
+    d.bodies = bodies;
+    d.body_count = 2;
+    d.effects = effects;
+    d.effect_count = 3;
+    d.loops = loops;
+    d.loop_count = 1;
+    const kt_robot_options start = {.keyframe = "start"};
+    kt_check_equal_int("written", write_back(&d, KT_ROBOT_MJCF, &t, &text, &error), KT_OK);
+    kt_check_text("told", t.text, "effects of type drag 1\n");
+    if (kt_check_equal_int("read", kt_robot_parse("b", text, strlen(text), &start, &back, NULL, NULL, &error), KT_OK)) {
+        const kt_joint *j = &back.description.bodies[0].joint;
+        const kt_loop *tie = &back.description.loops[0];
+        kt_check_equal_bits("joint", (const double[]){j->position[0], j->velocity[0], j->limits.lower, j->limits.upper},
+                            (const double[]){0.25, 1.5, -1.0, 2.0}, 4);
+        kt_check_equal_int("effects", back.description.effect_count, 2);
+        kt_check_equal_int("loops", back.description.loop_count, 1);
+        kt_check_equal_bits("a - 2 b = 1/2",
+                            (const double[]){tie->terms[0].coefficient, tie->terms[1].coefficient, tie->offset},
+                            (const double[]){1.0, -2.0, 0.5}, 3);
+        kt_scene_free(&back);
+    } else {
+        kt_note("%s: %s\n%s", error.where, error.message, text);
+    }
+    free(text);
+    kt_check_equal_int("written", write_back(&d, KT_ROBOT_URDF, &t, &text, &error), KT_OK);
+    kt_check_contains("told", t.text, "effects of type joint_spring 1\neffects of type drag 1\n");
+    kt_check_contains("told", t.text, "joints that do not start at rest in zero 1\n");
+    kt_check_contains("told", t.text, "gravity that is not 9.81 m/s^2 along -z 1\n");
+    free(text);
+}
+
+KT_TEST(loops_between_bodies_come_back_where_they_were) {
+    kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", NULL, KT_JOINT_FREE)};
+    kt_loop loop = kt_loop_default();
+    kt_description d = kt_description_default();
+    told t;
+    char *text = NULL;
+    kt_error error = {0};
+    kt_scene back;
+    loop.name = "weld";
+    loop.type = KT_LOOP_WELD;
+    loop.between[0].body = "a";
+    loop.between[0].at = kt_vec3_make(0.5, 0.0, 0.25);
+    loop.between[1].body = "b";
+    loop.between[1].rotation = kt_rotation_quaternion(0.5, 0.5, 0.5, 0.5);
+    d.bodies = bodies;
+    d.body_count = 2;
+    d.loops = &loop;
+    d.loop_count = 1;
+    kt_check_equal_int("written", write_back(&d, KT_ROBOT_MJCF, &t, &text, &error), KT_OK);
+    kt_check_text("nothing is lost", t.text, "");
+    if (kt_check_equal_int("read", kt_robot_parse("b", text, strlen(text), NULL, &back, NULL, NULL, &error), KT_OK)) {
+        const kt_loop *l = &back.description.loops[0];
+        kt_check_equal_int("type", l->type, KT_LOOP_WELD);
+        kt_check_equal_bits("place", &l->between[0].at.x, &loop.between[0].at.x, 3);
+        kt_check_near("orientation", l->between[1].rotation.value[1], 0.5, DBL_EPSILON);
+        kt_scene_free(&back);
+    }
+    free(text);
+}
+
+KT_TEST(joints_that_a_format_has_not_are_refused_and_nothing_is_written) {
+    static const struct {
+        kt_joint_type type;
+        kt_robot_format format;
+        const char *words;
+    } table[] = {{KT_JOINT_SCREW, KT_ROBOT_URDF, "URDF has no screw joint"},
+                 {KT_JOINT_SCREW, KT_ROBOT_MJCF, "MJCF has no screw joint"},
+                 {KT_JOINT_SPHERICAL, KT_ROBOT_URDF, "URDF has no spherical joint; MJCF has"},
+                 {KT_JOINT_FREE, KT_ROBOT_MJCF, "MJCF has free joints on the world alone, and this one is on 'a'"}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", table[i].type)};
+        kt_description d = kt_description_default();
+        told t;
+        char *text = NULL;
+        kt_error error = {0};
+        bodies[1].joint.pitch = 0.5;
+        d.bodies = bodies;
+        d.body_count = 2;
+        kt_check_equal_int("status", write_back(&d, table[i].format, &t, &text, &error), KT_ERROR_MODEL);
+        kt_check_text("words", error.message, table[i].words);
+        kt_check_text("where", error.where, "b");
+        kt_check_text("written", text, "");
+        free(text);
+    }
+}
+
+KT_TEST(names_of_scenes_are_escaped) {
+    kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
+    kt_description d = kt_description_default();
+    d.bodies = &body;
+    d.body_count = 1;
+    d.name = "a <b> & \"c\"\n";
+    for (int format = 0; format < 2; format++) {
+        told t;
+        char *text = NULL;
+        kt_error error = {0};
+        kt_scene back;
+        kt_check_equal_int("written", write_back(&d, (kt_robot_format)format, &t, &text, &error), KT_OK);
+        if (kt_check_equal_int("read", kt_robot_parse("b", text, strlen(text), NULL, &back, NULL, NULL, &error),
+                               KT_OK)) {
+            kt_check_text("name", back.description.name, "a <b> & \"c\"?");
+            kt_scene_free(&back);
+        }
+        free(text);
+    }
+}
