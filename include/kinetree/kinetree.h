@@ -11,6 +11,7 @@
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/effect.h"
+#include "kinetree/export.h"
 #include "kinetree/expression.h"
 #include "kinetree/identification.h"
 #include "kinetree/import.h"

@@ -67,7 +67,7 @@ BY_TYPE = {
     "kt_constraint_formulation *": "f->formulation", "const kt_constraint_formulation *": "f->formulation",
     "const kt_constraint_formulation_options *": "&f->formulation_options", "ptrdiff_t *": "&f->place", "kt_plan_step *": "f->steps",
     "double *": None, "const double **": "&f->slope", "const kt_model **": "&f->switched", "uint64_t": "0", "kt_impact *": "&f->impact", "void *": "f->memory", "const void *": "f->block",
-    "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
+    "kt_robot_lost *": "NULL", "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
     "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
     "kt_floquet *": "f->floquet", "const kt_floquet *": "f->floquet", "const kt_floquet_options *": "&f->floquet_options",
     "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
@@ -77,7 +77,7 @@ BY_TYPE = {
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
            "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch"]
-ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|status|key_kind|interpolation|effect_quantity)"
+ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|robot_format|status|key_kind|interpolation|effect_quantity)"
 
 
 def split(parameters):
