@@ -9,10 +9,10 @@
  *     u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),   sum_k w_k = 1.
  * The first force is applied, and the plan is shifted by one sample.
  *
- * One model serves two simulations: the plant, with steps of 1 ms, and the planner, with steps of 20 ms. Once per
- * sample the planner is set to the plant's state, which is saved into a block of memory; every rollout begins by
- * restoring that block. Nothing is allocated during the run, and the noise comes from a short generator with a fixed
- * seed, so that every run gives the same bits, independently of the computing time of the rollouts.
+ * One model serves the plant, a simulation with steps of 1 ms, and the planner, a batch of K states with steps of 20 ms:
+ * all rollouts go forward together, several at once in the lanes of the processor's vectors. Once per sample every state
+ * of the batch is set to the plant's. Nothing is allocated during the run, and the noise comes from a short generator
+ * with a fixed seed, so that every run gives the same bits, independently of the computing time of the rollouts.
  */
 #include <kinetree/kinetree.h>
 #include <math.h>
@@ -30,9 +30,8 @@ static const double rail = 1.0;                    /* m, to each side */
 static const double spread = 1.5, smooth = 0.9;    /* of the noise: N; correlation from step to step */
 static const double temperature = 0.02;            /* lambda */
 
-/* Memory of both simulations, and the planner's saved state. */
-static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[16 * 1024], planner_memory[16 * 1024];
-static _Alignas(double) unsigned char saved[4 * 1024];
+/* Memory of the simulation and of the batch. */
+static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[16 * 1024], planner_memory[128 * 1024];
 
 static kt_status describe(kt_model **model, kt_error *error) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
@@ -78,7 +77,7 @@ static double limited(double force) { return fmax(-limit, fmin(limit, force)); }
 /* ---- the controller ---------------------------------------------------------------------------------------------- */
 
 typedef struct controller {
-    kt_simulation *planner;
+    kt_batch *planner;
     double plan[HORIZON];
     double noise[ROLLOUTS][HORIZON];
     double cost[ROLLOUTS];
@@ -93,20 +92,35 @@ static double cost_of(const double *q, const double *v, double force) {
            400.0 * beyond * beyond + 1e-3 * force * force;
 }
 
-/* Simulates plan + noise. *cost is the mean of the costs of all steps, in which the last step counts ten times. */
-static kt_status roll_out(controller *c, const double *noise, double *cost, kt_error *error) {
-    kt_status status = kt_simulation_restore(c->planner, saved, error);
-    const double start = kt_simulation_time(c->planner);
-    *cost = 0.0;
-    for (int i = 0; i < HORIZON && status == KT_OK; i++) {
-        const double torque[2] = {limited(c->plan[i] + noise[i]), 0.0};
-        status = kt_simulation_set_torque(c->planner, torque, error);
-        if (status == KT_OK)
-            status = kt_simulation_advance(c->planner, start + (i + 1) * sample, error);
-        *cost += (i == HORIZON - 1 ? 10.0 : 1.0) *
-                 cost_of(kt_simulation_positions(c->planner), kt_simulation_velocities(c->planner), torque[CART]);
+/* One step of all rollouts, under plan + noise; adds the costs of the states after it. */
+static kt_status step_all(controller *c, int i, kt_error *error) {
+    kt_status status = KT_OK;
+    double torque[ROLLOUTS][2];
+    for (size_t k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+        torque[k][CART] = limited(c->plan[i] + c->noise[k][i]);
+        torque[k][POLE] = 0.0;
+        status = kt_batch_set_torque(c->planner, k, torque[k], error);
     }
-    *cost /= HORIZON;
+    if (status == KT_OK)
+        status = kt_batch_step(c->planner, sample, 1, error);
+    for (size_t k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+        double q[2], v[2];
+        status = kt_batch_get_state(c->planner, k, NULL, q, v, error);
+        c->cost[k] += (i == HORIZON - 1 ? 10.0 : 1.0) * cost_of(q, v, torque[k][CART]) / HORIZON;
+    }
+    return status;
+}
+
+/* Simulates all rollouts from the state q, v. The cost of one is the mean of those of its steps, in which the last step
+ * counts ten times. */
+static kt_status roll_out(controller *c, const double *q, const double *v, kt_error *error) {
+    kt_status status = KT_OK;
+    for (size_t k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+        c->cost[k] = 0.0;
+        status = kt_batch_set_state(c->planner, k, 0.0, q, v, error);
+    }
+    for (int i = 0; i < HORIZON && status == KT_OK; i++)
+        status = step_all(c, i, error);
     return status;
 }
 
@@ -118,19 +132,17 @@ static double processor_time(void) {
 
 /* Computes the force for the next sample from the state q, v. */
 static kt_status control(controller *c, const double *q, const double *v, double *force, kt_error *error) {
-    kt_status status = kt_simulation_set_state(c->planner, 0.0, q, v, error);
     const double start = processor_time();
     double least = (double)INFINITY, weights = 0.0, change[HORIZON] = {0.0};
-    kt_simulation_save(c->planner, saved);
-    for (int k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+    for (int k = 0; k < ROLLOUTS; k++)
         for (int i = 0; i < HORIZON; i++) /* the first rollout is the plan itself */
             c->noise[k][i] = (k > 0 ? sqrt(1.0 - smooth * smooth) * spread * normal(&c->seed) : 0.0) +
                              (i > 0 ? smooth * c->noise[k][i - 1] : 0.0);
-        status = roll_out(c, c->noise[k], &c->cost[k], error);
-        least = fmin(least, c->cost[k]);
-    }
+    const kt_status status = roll_out(c, q, v, error);
     if (status != KT_OK)
         return status;
+    for (int k = 0; k < ROLLOUTS; k++)
+        least = fmin(least, c->cost[k]);
     for (int k = 0; k < ROLLOUTS; k++) {
         const double weight = exp(-(c->cost[k] - least) / temperature);
         weights += weight;
@@ -180,21 +192,20 @@ int main(int argc, char **argv) {
     kt_error error;
     kt_model *model = NULL;
     kt_simulation *plant = NULL;
-    kt_run fine = kt_run_default(), coarse;
+    kt_run fine = kt_run_default();
+    kt_batch_options coarse = kt_batch_options_default();
     double late = 0.0, far = 0.0;
     fine.integrator = "rk4";
     fine.step = 1e-3;
-    coarse = fine;
-    coarse.step = sample;
+    coarse.states = ROLLOUTS;
+    coarse.method = kt_method_find("rk4");
     if (csv != NULL)
         fprintf(csv, "time,position.cart,position.pole,velocity.cart,velocity.pole,torque.cart\n");
     kt_status status = describe(&model, &error);
     if (status == KT_OK)
         status = kt_simulation_init(model, &fine, NULL, plant_memory, sizeof plant_memory, &plant, &error);
     if (status == KT_OK)
-        status = kt_simulation_init(model, &coarse, NULL, planner_memory, sizeof planner_memory, &c.planner, &error);
-    if (status == KT_OK && kt_simulation_state_size(c.planner) > sizeof saved)
-        status = kt_error_set(&error, KT_ERROR_MEMORY, "saved", "needs %zu bytes", kt_simulation_state_size(c.planner));
+        status = kt_batch_init(model, &coarse, planner_memory, sizeof planner_memory, &c.planner, &error);
     if (status == KT_OK)
         status = experiment(plant, &c, csv, &late, &far, &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
@@ -203,8 +214,8 @@ int main(int argc, char **argv) {
         printf("in the last second within %.4f rad of upright; cart never further than %.3f m out\n", late, far);
         printf("%ld rollouts of %d steps, %.0f rollouts a second of processor time; %d fit into a sample\n", c.rollouts,
                HORIZON, (double)c.rollouts / c.seconds, (int)((double)c.rollouts / c.seconds * sample));
-        printf("a simulation takes %zu bytes, its saved state %zu\n", kt_simulation_size(model, &coarse, NULL),
-               kt_simulation_state_size(c.planner));
+        printf("%d rollouts take %zu bytes, %zu at once\n", ROLLOUTS, kt_batch_size(model, &coarse),
+               kt_batch_report_of(c.planner).width);
     } else {
         fprintf(stderr, "%s: %s\n", error.where, error.message);
     }
