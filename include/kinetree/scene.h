@@ -85,6 +85,13 @@ typedef struct kt_scene_event {
     int limit;                       /* how often it happens at most; 0: any number */
 } kt_scene_event;
 
+/* An item of `output.columns`: a column of the records by a formula over all others, recorded or not (the command's CSV
+ * files have them). */
+typedef struct kt_scene_column {
+    const char *name;    /* of the column */
+    const char *formula; /* parameters are in it as the numbers that they are */
+} kt_scene_column;
+
 /* How a file is read. */
 typedef struct kt_scene_options {
     /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
@@ -112,6 +119,8 @@ typedef struct kt_scene {
     const kt_scene_event *events;         /* `events`; NULL: none */
     int event_count;                      /* length of events */
     kt_scene_event until;                 /* `simulate.until`; its `when` is NULL: there is none */
+    const kt_scene_column *columns;       /* `output.columns`; NULL: none */
+    int column_count;                     /* length of columns */
     const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */

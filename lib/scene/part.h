@@ -8,10 +8,10 @@
 extern const kt_table kt_joint_table; /* kt_joint */
 
 /* Sections, of a kt_scene. */
-extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states;
+extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states, kt_kind_columns;
 extern const kt_table kt_initial_table;
 extern const kt_kind kt_kind_simulate; /* of a kt_scene */
-extern const kt_table kt_output_table; /* of its kt_run */
+extern const kt_table kt_output_table; /* of a kt_scene */
 
 /* Finds the items of a list: their number, and their nodes in an array. Returns false, after reporting why, if the node
  * is no list. */

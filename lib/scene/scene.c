@@ -69,7 +69,7 @@ static const kt_field fields[] = {
     {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION},
     {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION},
     {.key = "simulate", .kind = &kt_kind_simulate, .flags = KT_FIELD_SECTION},
-    {.key = "output", .kind = &kt_kind_map, AT(run), .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
+    {.key = "output", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
 };
 static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 

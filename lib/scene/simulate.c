@@ -296,7 +296,7 @@ static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_n
 
 static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
-    kt_run *run = object;
+    kt_run *run = &((kt_scene *)object)->run;
     kt_node **nodes = NULL;
     int count = 0;
     if (!kt_list_nodes(r, scope, node, "a list of markers [BODY.MARKER, ...]", &nodes, &count))
@@ -319,7 +319,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
 static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)standard;
-    const kt_run *run = object;
+    const kt_run *run = &((const kt_scene *)object)->run;
     kt_emit_list(e, true);
     for (int i = 0; i < run->marker_count; i++)
         kt_emit_pair(e, run->markers[i].body, run->markers[i].marker);
@@ -329,17 +329,18 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
 static bool same_markers(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)standard;
-    return ((const kt_run *)object)->marker_count == 0;
+    return ((const kt_scene *)object)->run.marker_count == 0;
 }
 
 static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
 
 #undef AT
-#define AT(member) .offset = offsetof(kt_run, member)
+#define AT(member) .offset = offsetof(kt_scene, run.member)
 static const kt_field output_fields[] = {
     {.key = "interval", .kind = &kt_kind_positive, AT(interval)},
     {.key = "record", .kind = &kind_record, AT(record)},
     {.key = "markers", .kind = &kind_markers},
+    {.key = "columns", .kind = &kt_kind_columns},
 };
 const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(output_fields)};
 

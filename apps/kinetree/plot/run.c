@@ -28,7 +28,8 @@ struct kt_plot_run {
 static bool is_drawn(const kt_column *column, bool is_default) {
     if (column->source == KT_COLUMN_TIME || column->source == KT_COLUMN_ENERGY || column->source == KT_COLUMN_WORK)
         return false;
-    return !is_default || column->source == KT_COLUMN_POSITION || column->source == KT_COLUMN_MARKER;
+    return !is_default || column->source == KT_COLUMN_POSITION || column->source == KT_COLUMN_MARKER ||
+           column->source == KT_COLUMN_OWN;
 }
 
 static int panel_of(kt_plot_run *plot, size_t column) {

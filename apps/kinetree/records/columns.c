@@ -173,7 +173,25 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
     return columns->values != NULL;
 }
 
+kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error) {
+    *record = 0;
+    if (scene->column_count == 0)
+        return KT_OK;
+    const kt_status status = kt_own_columns_create(scene, columns->model, &columns->own, record, error);
+    if (status != KT_OK)
+        return status;
+    bool fine = true;
+    for (int k = 0; k < scene->column_count && fine; k++)
+        fine = add(columns, KT_COLUMN_OWN, k, 1, k);
+    double *values = fine ? realloc(columns->values, columns->count * sizeof *values) : NULL;
+    if (values == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    columns->values = values;
+    return KT_OK;
+}
+
 void kt_columns_free(kt_columns *columns) {
+    kt_own_columns_free(columns->own);
     free(columns->columns);
     free(columns->values);
     free(columns->quantities);
@@ -243,6 +261,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
                              kt_loop_rows_of(model, c->index).count);
     case KT_COLUMN_CLOSURE:
         return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
+    case KT_COLUMN_OWN:
+        return snprintf(text, size, "%s", kt_own_column_name(columns->own, c->index));
     case KT_COLUMN_STATE:
         return snprintf(text, size, "state.%s", kt_own_state_name(model, c->index));
     case KT_COLUMN_EFFECT:
@@ -335,6 +355,8 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_CLOSURE:
         return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
                                                      : (kt_quantity){"Relative rotations in loops", "rad"};
+    case KT_COLUMN_OWN:
+        return (kt_quantity){"Own columns", ""};
     case KT_COLUMN_STATE:
         return (kt_quantity){"Own states", ""};
     case KT_COLUMN_EFFECT:
@@ -438,6 +460,8 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
         return component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
         return multiplier_of(c, record);
+    case KT_COLUMN_OWN:
+        return (double)NAN; /* computed together */
     case KT_COLUMN_STATE:
         return coordinate(record->x, c->at);
     case KT_COLUMN_EFFECT:
@@ -457,15 +481,27 @@ static void evaluate_quantities(kt_columns *columns, const kt_record *record) {
             columns->quantities[columns->columns[i].at] = (double)NAN;
 }
 
+static bool uses_effects(const kt_columns *columns) {
+    for (size_t i = 0; columns->is_used != NULL && i < columns->count; i++)
+        if (columns->is_used[i] && columns->columns[i].source == KT_COLUMN_EFFECT)
+            return true;
+    return columns->is_used == NULL;
+}
+
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
     kt_column_group group = {{0.0}};
-    if (columns->quantities != NULL)
+    if (columns->quantities != NULL && uses_effects(columns))
         evaluate_quantities(columns, record);
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
+        if (columns->is_used != NULL && !columns->is_used[i])
+            continue;
         if (c->component == 0)
             group = group_of(c, record);
         columns->values[i] = value_of(c, record, &group, columns->quantities);
     }
+    if (columns->own != NULL) /* the last ones */
+        kt_own_columns_evaluate(columns->own, record,
+                                columns->values + columns->count - (size_t)kt_own_column_count(columns->own));
     return columns->values;
 }

@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
+#include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
 #include <stdbool.h>
@@ -25,6 +26,7 @@ typedef enum kt_column_source {
     KT_COLUMN_LOOP_REACTION,       /* in loop `index` */
     KT_COLUMN_MULTIPLIER,          /* of equation `component` of loop `index` */
     KT_COLUMN_CLOSURE,             /* of loop `index`: d, Euler vector; of a curve the arc length alone */
+    KT_COLUMN_OWN,                 /* `index` of output.columns */
     KT_COLUMN_STATE,               /* own state `index` */
     KT_COLUMN_EFFECT,              /* quantity `component` of effect `index`; at: among all quantities */
 } kt_column_source;
@@ -35,20 +37,36 @@ typedef struct kt_column {
     int at; /* of coordinates and multipliers: their place in q, v, a or among the multipliers */
 } kt_column;
 
+typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all that their formulas read */
+
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
     unsigned record; /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
-    double *values;     /* [count], of the record that was evaluated last */
-    double *quantities; /* of all effects, likewise; NULL: they are not recorded */
+    double *values;      /* [count], of the record that was evaluated last */
+    kt_own_columns *own; /* NULL: there are none */
+    const bool *is_used; /* [count]: which are evaluated; NULL: all */
+    double *quantities;  /* of all effects, likewise; NULL: they are not recorded */
 } kt_columns;
 
 /* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
  * is insufficient; kt_columns_free releases the list in any case. */
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record);
 void kt_columns_free(kt_columns *columns);
+
+/* Adds those of output.columns; the scene must outlive the list. *record: the KT_RECORD_ bits that simulations have to
+ * compute for them (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column), KT_ERROR_MEMORY. */
+KT_CHECKED kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error);
+
+/* own_columns.c: the formulas of a scene, bound to the columns of a model; their values in a record; their names. */
+KT_CHECKED kt_status kt_own_columns_create(const kt_scene *scene, const kt_model *model, kt_own_columns **own,
+                                           unsigned *record, kt_error *error);
+void kt_own_columns_free(kt_own_columns *own);
+void kt_own_columns_evaluate(kt_own_columns *own, const kt_record *record, double *values);
+const char *kt_own_column_name(const kt_own_columns *own, int column);
+int kt_own_column_count(const kt_own_columns *own);
 
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);

@@ -341,17 +341,20 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
 
 /* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
 static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
+    const bool has_reactions = (record & KT_RECORD_REACTION) != 0;
+    kt_error error;
     if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
         return false;
     outcome->columns = &results->columns;
+    if (kt_columns_add_own(&results->columns, outcome->scene, &record, &error) != KT_OK) /* names have been checked */
+        return false;
     if (!kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(&results->columns, outcome->run);
     if (names->view != NULL || names->glb != NULL)
-        results->motion =
-            kt_motion_start(outcome->scene, &results->columns, kt_simulation_record_count(outcome->simulation),
-                            (record & KT_RECORD_REACTION) != 0);
+        results->motion = kt_motion_start(outcome->scene, &results->columns,
+                                          kt_simulation_record_count(outcome->simulation), has_reactions);
     return (results->plot != NULL || names->plot == NULL) &&
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
@@ -602,9 +605,15 @@ static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_opti
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner) {
     kt_error error = {0};
-    const kt_simulation_options options = choose_options(arguments, names, outcome, manner);
+    kt_simulation_options options = choose_options(arguments, names, outcome, manner);
     kt_scene_watch *events = NULL;
-    const kt_status status = create_simulation(outcome, &options, &events, &error);
+    kt_own_columns *own = NULL;
+    unsigned record = 0;
+    kt_status status = kt_own_columns_create(outcome->scene, outcome->model, &own, &record, &error);
+    kt_own_columns_free(own);
+    options.record |= record;
+    if (status == KT_OK)
+        status = create_simulation(outcome, &options, &events, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
     if (status != KT_OK)
         kt_say_error(&error);

@@ -134,6 +134,13 @@ static kt_status no_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
+/* Own columns with them; *record: what these need besides. */
+static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
+    return kt_columns_list(&m->columns, m->model, &m->scene.run, kt_run_record(&m->scene.run, m->model))
+               ? kt_columns_add_own(&m->columns, &m->scene, record, error)
+               : no_memory(error);
+}
+
 /* Compiles what has been read, assembles it, and lists the columns of its records. */
 static kt_status prepare(made *m, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
@@ -142,14 +149,13 @@ static kt_status prepare(made *m, kt_error *error) {
         return status;
     kt_absolute_use(m->absolute, &options);
     m->energy = kt_energy_watch_start(m->model);
-    options.record = KT_RECORD_ENERGY;
-    status = kt_simulation_create(m->model, &m->scene.run, &options, &m->simulation, error);
-    if (status != KT_OK)
-        return status;
-    if (!kt_columns_list(&m->columns, m->model, &m->scene.run, kt_run_record(&m->scene.run, m->model)) ||
-        !kt_extremes_start(&m->extremes, m->columns.count))
-        return no_memory(error);
-    return KT_OK;
+    status = list_columns(m, &options.record, error);
+    options.record |= KT_RECORD_ENERGY;
+    if (status == KT_OK)
+        status = kt_simulation_create(m->model, &m->scene.run, &options, &m->simulation, error);
+    if (status == KT_OK && !kt_extremes_start(&m->extremes, m->columns.count))
+        status = no_memory(error);
+    return status;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
@@ -333,8 +339,9 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     int code = -1;
     kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
-    if (status == KT_OK && !kt_columns_list(&m.columns, m.model, &m.scene.run, kt_run_record(&m.scene.run, m.model)))
-        status = no_memory(&error);
+    unsigned record;
+    if (status == KT_OK)
+        status = list_columns(&m, &record, &error);
     if (status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))

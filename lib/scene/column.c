@@ -1,0 +1,107 @@
+/* Own columns of the records: formulas over whatever a record may have.
+ *
+ *     output: {columns: {range: "marker.ball.centre.x", power: "effect.motor.torque*velocity.rotor"}}
+ *
+ * Which columns there are depends on the compiled model; what is read here is checked by its beginning, and bound by who
+ * writes the records.
+ */
+#include "scene/expression.h"
+#include "scene/part.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* Columns that are no variables of a description. */
+static bool is_recorded(const char *name) {
+    static const char *const kinds[] = {"acceleration.", "effect.",     "energy.",  "momentum.", "orientation.",
+                                        "reaction.",     "constraint.", "closure.", "marker.",   "effect["};
+    for (size_t i = 0; i < KT_COUNT_OF(kinds); i++)
+        if (strncmp(name, kinds[i], strlen(kinds[i])) == 0)
+            return true;
+    return false;
+}
+
+static bool find_name(void *user, const char *name, kt_symbol *symbol) {
+    const kt_reader *r = user;
+    kt_variable variable;
+    *symbol = (kt_symbol){.index = 0};
+    return r->description != NULL && (kt_variable_find(r->description, name, &variable) || is_recorded(name));
+}
+
+static const char *list_name(void *user, int k) {
+    kt_reader *r = user;
+    kt_variable variable;
+    char text[KT_EXPRESSION_NAME_MAX + 1];
+    r->effort -= 1000;
+    if (r->description == NULL || r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+        return NULL;
+    (void)kt_variable_name(r->description, &variable, text, sizeof text);
+    return kt_pool_text(&r->scratch, text, strlen(text));
+}
+
+static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_scene_column *column) {
+    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+    if (key->kind != KT_NODE_TEXT) {
+        (void)kt_fault_expected(r, outer, key, "the name of a column");
+        return;
+    }
+    const kt_scope here = {.outer = outer, .key = key->of.text};
+    if (!kt_name_is_valid(key->of.text) || strcmp(key->of.text, "time") == 0)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, key,
+                          "%s is no name of a column; begin with a letter or _, go on with letters, digits, _ and -; "
+                          "'time' is there already",
+                          kt_name_quote(key->of.text).text);
+    else if (key->next->kind != KT_NODE_TEXT || key->next->count == 0)
+        (void)kt_fault_expected(r, &here, key->next, "a formula (\"2*velocity.arm\")");
+    else if (r->names_are_known)
+        (void)kt_read_formula(r, &here, key->next, &symbols, true, &column->formula);
+    column->name = kt_pool_text(&r->keep, key->of.text, key->count);
+    if (column->name == NULL)
+        (void)kt_reader_out_of_memory(r);
+}
+
+/* Names are compared with each other. */
+enum { COLUMN_COUNT_MAX = 1000 };
+
+static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_scene *scene = object;
+    if (node->kind != KT_NODE_MAP)
+        return kt_fault_expected(r, scope, node, "names and formulas ('power: \"...\"')");
+    if (node->count > COLUMN_COUNT_MAX)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there are %u columns; a scene has at most %d",
+                           (unsigned)node->count, (int)COLUMN_COUNT_MAX);
+    kt_scene_column *columns = kt_pool_take(&r->keep, (size_t)node->count + 1, sizeof *columns);
+    if (columns == NULL)
+        return kt_reader_out_of_memory(r);
+    int count = 0;
+    for (kt_node *key = node->of.first; key != NULL; key = key->next->next) {
+        for (int i = 0; i < count; i++)
+            if (key->kind == KT_NODE_TEXT && columns[i].name != NULL && strcmp(columns[i].name, key->of.text) == 0)
+                (void)kt_fault_at(r, KT_ERROR_SCENE, scope, key, "there is a column of this name already");
+        read_column(r, scope, key, &columns[count++]);
+    }
+    scene->columns = columns;
+    scene->column_count = count;
+    return !kt_node_is_faulty(node);
+}
+
+static void write_columns(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    const kt_scene *scene = object;
+    kt_emit_map(e, true);
+    for (int i = 0; i < scene->column_count; i++) {
+        kt_emit_key(e, scene->columns[i].name);
+        kt_emit_text(e, scene->columns[i].formula);
+    }
+    kt_emit_end(e);
+}
+
+static bool same_columns(const kt_field *field, const void *object, const void *standard) {
+    (void)field;
+    (void)standard;
+    return ((const kt_scene *)object)->column_count == 0;
+}
+
+const kt_kind kt_kind_columns = {read_columns, write_columns, same_columns};

@@ -1,0 +1,92 @@
+/* Own columns: in records, in the summary and in sweeps, over what is recorded and what is not; and own states from file
+ * to file. */
+#include "shell.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A block that a force pulls over a rail, and a marker on it. Its weight is carried by the joint. */
+#define BLOCK                                                                                                          \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, 0, -10]\n"                                                                                           \
+    "parameters: {m: 2, T: 0.5}\n"                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: block, joint: {type: prismatic, axis: x, velocity: 1}, mass: =m, inertia: [1, 1, 1],\n"                \
+    "     markers: {nose: [0.25, 0, 0]}}\n"                                                                            \
+    "states: {thrust: {initial: 3, rate: \"-thrust/T\"}}\n"                                                            \
+    "effects: [{type: expression, joint: block, force: thrust}, {name: rest, type: motor, joint: block, torque: 0}]\n" \
+    "simulate: {duration: 1, integrator: dop853, tolerance: 1e-12}\n"
+
+static const char scene[] =
+    BLOCK "output:\n"
+          "  interval: 0.125\n"
+          "  record: [position]\n"
+          "  columns:\n"
+          "    kinetic: m*velocity.block^2/2 - energy.kinetic\n"
+          "    newton: m*acceleration.block - thrust\n"
+          "    ahead: marker.block.nose.x - position.block + marker.block.nose.vx - velocity.block\n"
+          "    weight: reaction.block.fz + momentum.px\n"
+          "    rest: effect.rest.force + state.thrust - thrust + 1\n"
+          "    clock: 2*t + 1\n";
+
+KT_TEST(own_columns_are_computed_of_what_is_recorded_and_what_is_not) {
+    kt_write_file("block.yaml", scene);
+    kt_expect(0, NULL, "$K run block.yaml --quiet --out block.csv --summary block.json");
+    static char csv[20000];
+    snprintf(csv, sizeof csv, "%s", kt_read_file("block.csv"));
+    kt_check_equal_int("time, position and six", kt_csv_column(csv, "clock"), 7);
+    for (int line = 1; line <= 9; line++) {
+        const double t = 0.125 * (line - 1), v = 1.0 + 1.5 * 0.5 * (1.0 - exp(-t / 0.5));
+        kt_check_near("kinetic energy", kt_csv_number(csv, line, kt_csv_column(csv, "kinetic")), 0.0, 1e-13);
+        kt_check_near("Newton's law", kt_csv_number(csv, line, kt_csv_column(csv, "newton")), 0.0, 1e-13);
+        kt_check_near("place of the marker", kt_csv_number(csv, line, kt_csv_column(csv, "ahead")), 0.25, 1e-14);
+        kt_check_near("weight and momentum", kt_csv_number(csv, line, kt_csv_column(csv, "weight")), 20.0 + 2.0 * v,
+                      1e-9);
+        kt_check_near("force", kt_csv_number(csv, line, kt_csv_column(csv, "rest")), 1.0, 1e-13);
+        kt_check_near("clock", kt_csv_number(csv, line, kt_csv_column(csv, "clock")), 2.0 * t + 1.0, 1e-15);
+    }
+    json_t *summary = kt_json(kt_read_file("block.json"));
+    kt_check_near("end", kt_json_at(summary, "columns.clock.end"), 3.0, 1e-15);
+    kt_check_near("largest", kt_json_at(summary, "columns.clock.max"), 3.0, 1e-15);
+    kt_check_near("final state", kt_json_at(summary, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    json_decref(summary);
+}
+
+KT_TEST(own_columns_are_swept) {
+    kt_write_file("block.yaml", scene);
+    kt_expect(0, NULL, "$K sweep block.yaml --vary m=1:2:2 --columns weight --out sweep.csv --quiet");
+    static char csv[20000];
+    snprintf(csv, sizeof csv, "%s", kt_read_file("sweep.csv"));
+    const int end = kt_csv_column(csv, "weight.end");
+    const double p = 3.0 * 0.5 * (1.0 - exp(-2.0)); /* impulse of the force */
+    kt_check_near("m = 1", kt_csv_number(csv, 1, end), 10.0 + 1.0 + p, 1e-9);
+    kt_check_near("m = 2", kt_csv_number(csv, 2, end), 20.0 + 2.0 + p, 1e-9);
+}
+
+KT_TEST(names_that_are_no_columns_are_told) {
+    kt_write_file("wrong.yaml", BLOCK "output: {columns: {x: velocity.blok}}\n");
+    kt_expect(2, "wrong.yaml:10:23: output.columns.x: there is no name 'velocity.blok'; did you mean 'velocity.block'?",
+              "$K check wrong.yaml");
+    kt_write_file("wrong.yaml", BLOCK "output: {columns: {x: reaction.blok.fx}}\n");
+    kt_expect(2, "output.columns.x: there is no name 'reaction.blok.fx'; did you mean 'reaction.block.fx'?",
+              "$K run wrong.yaml --out /dev/null");
+    kt_write_file("wrong.yaml", BLOCK "output: {columns: {time: \"1\"}}\n");
+    kt_expect(2, "'time' is there already", "$K check wrong.yaml");
+}
+
+KT_TEST(written_scenes_have_their_columns_and_states) {
+    kt_write_file("block.yaml", scene);
+    kt_expect(0, NULL, "$K run block.yaml --quiet --duration 0.5 --out half.csv --scene end.yaml --summary half.json");
+    kt_expect(0, NULL, "$K run end.yaml --quiet --duration 0.5 --out rest.csv --summary rest.json");
+    json_t *rest = kt_json(kt_read_file("rest.json"));
+    kt_check_near("state of a written scene", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    kt_check_near("column of a written scene", kt_json_at(rest, "columns.clock.end"), 2.0, 1e-15);
+    json_decref(rest);
+    kt_expect(0, NULL, "$K run block.yaml --from half.json --quiet --duration 0.5 --out rest.csv --summary rest.json");
+    rest = kt_json(kt_read_file("rest.json"));
+    kt_check_near("state from a summary", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    json_decref(rest);
+    kt_expect(0, "half.csv has no state 'thrust', which starts as the scene says",
+              "$K run block.yaml --from half.csv --quiet --duration 0.5 --out rest.csv");
+}
