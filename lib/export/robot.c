@@ -132,6 +132,8 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
         take_effect(x, &x->d->effects[i], format);
     for (int i = 0; i < x->d->loop_count; i++)
         take_loop(x, &x->d->loops[i], format);
+    for (int i = 0; i < x->d->state_count; i++)
+        kt_export_lose(x, "own states");
     if (format == KT_ROBOT_URDF)
         kt_export_urdf(x);
     else
