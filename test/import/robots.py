@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""What becomes of files of robots: a row of Markdown for each, of bodies, degrees of freedom, loops and what was told.
+
+    robots.py KINETREE FOLDER|PACKAGE.deb...      of a package of Debian what it contains (`apt-get download PACKAGE`)
+
+Files that are no robots (other XML) are passed over. A file that is refused has the reason in place of numbers; the last line sums up.
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+kinetree = sys.argv[1]
+ROOTS = {"robot": "URDF", "mujoco": "MJCF", "sdf": "SDF"}
+
+
+def format_of(path):
+    head = re.sub(rb"<\?.*?\?>|<!--.*?-->", b"", path.read_bytes()[:20000], flags=re.S)
+    found = re.search(rb"<\s*([A-Za-z_]+)", head)
+    return ROOTS.get(found[1].decode()) if found else None
+
+
+def run(*words):
+    return subprocess.run([kinetree, *words], capture_output=True, text=True, timeout=60)
+
+
+def row(path, name):
+    scene = run("import", path)
+    notes = [line.split(": note: ", 1)[1] for line in scene.stderr.splitlines() if ": note: " in line]
+    if scene.returncode:
+        first = next((line for line in scene.stderr.splitlines() if ": note: " not in line), "?")
+        return f"| {name} | {format_of(path)} | | | | refused: {re.sub(r'^.*?:[0-9]+:[0-9]+: ', '', first)} |", "refused"
+    bodies = len(re.findall(r"^  - name: ", scene.stdout.split("\nloops:")[0].split("\neffects:")[0], flags=re.M))
+    loops = len(re.findall(r"^  - \{?name: ", scene.stdout.split("\nloops:")[1].split("\neffects:")[0], flags=re.M)) if "\nloops:" in scene.stdout else 0
+    done = run("run", path, "--duration", "1e-4", "--out", "/dev/null", "--summary", "-")
+    dofs = json.loads(done.stdout)["freedom"]["minimal"] if done.returncode == 0 else "-"
+    told = "; ".join(sorted({kind for pattern, kind in KINDS for n in notes if re.search(pattern, n)}))
+    return f"| {name} | {format_of(path)} | {bodies} | {dofs} | {loops} | {told} |", "run" if done.returncode == 0 else "read"
+
+
+KINDS = [("meshes", "meshes"), ("contacts", "contacts"), ("do not concern", "extensions"), ("friction", "smooth friction"), ("free|freely", "free root"),
+         ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
+         ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq", "some forces"),
+         ("keyframes", "keyframes"), ("limits of position", "limits"), ("not in the model", "missing files"), ("cannot be read", "missing files"),
+         ("two axes|beside", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]
+
+
+def files_of(argument, folder):
+    path = pathlib.Path(argument)
+    if path.suffix == ".deb":
+        subprocess.run(["dpkg", "-x", path, folder], check=True)
+        subprocess.run(["find", folder, "-name", "*.gz", "-exec", "gunzip", "-f", "{}", "+"], check=True)
+        path = pathlib.Path(folder)
+    return path, sorted(f for f in path.rglob("*") if f.is_file() and f.suffix in (".urdf", ".sdf", ".world", ".xml") and format_of(f))
+
+
+def main():
+    counts = {}
+    print("| file | format | bodies | degrees of freedom | loops | told |\n|---|---|---|---|---|---|")
+    for argument in sys.argv[2:]:
+        with tempfile.TemporaryDirectory() as folder:
+            base, files = files_of(argument, folder)
+            for path in files:
+                text, result = row(path, f"{pathlib.Path(argument).name.split('_')[0]}: {path.relative_to(base).name}")
+                counts[result] = counts.get(result, 0) + 1
+                print(text)
+    print("\n" + ", ".join(f"{n} {k}" for k, n in sorted(counts.items())))
+
+
+main()
