@@ -52,7 +52,8 @@ typedef struct kt_robot_options {
  *   - The rotor inertia of a transmission, times the square of its reduction, becomes the joint's armature.
  *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
  *     where a link has an inertia that no body has, but options->inertia accepts it, or where nothing has a mass.
- *   - Left out: meshes, contacts, limits of effort and speed, extensions of simulators.
+ *   - Limits of position, speed and effort are kt_joint_limits, data that change no motion.
+ *   - Left out: meshes, contacts, extensions of simulators.
  * MJCF:
  *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
  *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.

@@ -191,7 +191,7 @@ KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_refused) {
     kt_write_file("twice.yaml", "kinetree: 1\nbodies:\n"
                                 "  - {name: a, joint: {type: revolute}, mass: 1, com: [1, 0, 0]}\n"
                                 "loops:\n  - {name: a, type: motion, joint: a, position: 1}\n");
-    kt_expect(2, "loop 'a' has the name of a body, and with 'reaction' recorded both would have the same columns",
+    kt_expect(2, "loop 'a' has the name of a joint, and with 'reaction' recorded both would have the same columns",
               "$K run twice.yaml --quiet --record reaction");
     kt_expect(0, NULL, "$K run twice.yaml --quiet --duration 0.1");
 }
