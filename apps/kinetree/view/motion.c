@@ -241,7 +241,8 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
     else
         status = kt_kinematics_update(motion->model, data, q, v, NULL, &error);
     if (status == KT_OK) {
-        const kt_record record = {.time = time,
+        const kt_record record = {.model = motion->model,
+                                  .time = time,
                                   .q = q,
                                   .v = v,
                                   .kinetic = (double)NAN,
