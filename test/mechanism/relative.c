@@ -271,7 +271,8 @@ KT_TEST(effects_in_loops_are_those_in_joints) {
 
 /* ---- turns ------------------------------------------------------------------------------------------------------- */
 
-/* A drag link, whose bars all turn: cut between coupler and rocker, where the rocker's angle is that of a joint, or where
+/* One spring acts on the rocker's angle, one between coupler and rocker, the other way round in the other tree. A drag
+ * link, whose bars all turn: cut between coupler and rocker, where the rocker's angle is that of a joint, or where
  * the rocker is on the ground, where it is that of a loop. Angles p of the bars against the world. */
 enum { BARS = 3, STEPS = 400 };
 typedef struct drag_link {
@@ -308,12 +309,14 @@ static bool describe_drag_link(drag_link *g, bool at_ground, const double p[BARS
     g->s.description.bodies = g->bar;
     g->s.description.body_count = BARS;
     g->s.description.loop_count = 1;
-    g->s.effect[0] = kt_effect_default();
-    g->s.effect[0].type = KT_EFFECT_JOINT_SPRING;
-    g->s.effect[0].stiffness = 0.02;
-    g->s.effect[0].joint = at_ground ? "pin" : "rocker";
+    for (int i = 0; i < 2; i++) {
+        g->s.effect[i] = kt_effect_default();
+        g->s.effect[i].type = KT_EFFECT_JOINT_SPRING;
+        g->s.effect[i].stiffness = 0.02;
+        g->s.effect[i].joint = at_ground == (i == 0) ? "pin" : "rocker";
+    }
     g->s.description.effects = g->s.effect;
-    g->s.description.effect_count = 1;
+    g->s.description.effect_count = 2;
     return compile(&g->s);
 }
 
@@ -336,7 +339,7 @@ KT_TEST(angles_of_loops_count_turns) {
     static drag_link cut[2];
     kt_error e = {0};
     kt_worst angle = kt_worst_make("angle of the rocker"), force = kt_worst_make("torque of its spring"),
-             motion = kt_worst_make("acceleration of the crank");
+             motion = kt_worst_make("acceleration of the crank"), between = kt_worst_make("angle on the coupler");
     if (!describe_drag_link(&cut[0], false, start) || !describe_drag_link(&cut[1], true, start))
         return;
     scene *joint = &cut[0].s, *pin = &cut[1].s;
@@ -358,6 +361,8 @@ KT_TEST(angles_of_loops_count_turns) {
         kt_worst_near(&motion, pin->a[place_of(pin, "crank")], joint->a[crank], 1e-13, "step %d", step);
         kt_worst_near(&angle, pin->quantity[2], q[rocker], 64.0 * DBL_EPSILON * (1.0 + fabs(q[rocker])), "step %d",
                       step);
+        kt_worst_near(&between, pin->quantity[6], -joint->quantity[6], 64.0 * DBL_EPSILON * (1.0 + fabs(q[rocker])),
+                      "step %d", step);
         kt_worst_near(&force, pin->quantity[0], joint->quantity[0], 64.0 * DBL_EPSILON, "step %d", step);
         first = step == 0 ? q[rocker] : first;
         last = q[rocker];
@@ -369,6 +374,7 @@ KT_TEST(angles_of_loops_count_turns) {
     kt_check_worst(&angle);
     kt_check_worst(&force);
     kt_check_worst(&motion);
+    kt_check_worst(&between);
     kt_check_above("turns of the rocker", fabs(last - first) / turn, 2.0);
     release(joint);
     release(pin);
