@@ -60,14 +60,6 @@ void kt_columns_free(kt_columns *columns);
  * compute for them (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column), KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error);
 
-/* own_columns.c: the formulas of a scene, bound to the columns of a model; their values in a record; their names. */
-KT_CHECKED kt_status kt_own_columns_create(const kt_scene *scene, const kt_model *model, kt_own_columns **own,
-                                           unsigned *record, kt_error *error);
-void kt_own_columns_free(kt_own_columns *own);
-void kt_own_columns_evaluate(kt_own_columns *own, const kt_record *record, double *values);
-const char *kt_own_column_name(const kt_own_columns *own, int column);
-int kt_own_column_count(const kt_own_columns *own);
-
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
 
