@@ -81,7 +81,6 @@ typedef struct crossing {
     double *closed;          /* the acceleration at the state closed to rounding, computed directly */
     double open, rounding; /* errors of the direct acceleration: what the state is open by, and what rounding leaves */
     double interpolated, dt; /* error of the interpolated one, and the distance of its states, s */
-    bool cone;               /* more than one degree of freedom is left: branches form a cone */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
 } crossing;
@@ -231,7 +230,7 @@ static double interpolate(crossing *c, double dt, double *a) {
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
  * its unit, and in *pull the largest acceleration, relative to its unit, too. */
-static double choose_direction(crossing *c, const double *a, double *direction, double *pull) {
+static double choose_direction(const crossing *c, const double *a, double *direction, double *pull) {
     const kt_model *model = c->model;
     double speed = 0.0;
     *pull = 0.0;
@@ -242,7 +241,6 @@ static double choose_direction(crossing *c, const double *a, double *direction, 
         const kt_group *group = &model->group[g];
         if (!c->driven && !c->data->near[g])
             continue;
-        c->cone |= group->v_count > group->rank[KT_ROWS_ALL] + 1;
         for (int32_t i = group->v; i < group->v + group->v_count; i++) {
             const int32_t k = model->group_v[i];
             direction[k] = c->v[k];
@@ -263,10 +261,9 @@ static void adopt(crossing *c, double dt, double apart, const double *try, doubl
 }
 
 /* Whether the closed state's acceleration differs from the interpolated one by more than the errors explain: then the
- * path bends between the states. At a cone these agree with each other although all of them are off. */
+ * path bends between the states. */
 static bool contradicts(const crossing *c, const double *a) {
-    const double most = c->cone ? 1.0 : ERRORS_MOST;
-    return difference(c->model, a, c->closed) > most * (c->rounding + c->interpolated);
+    return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->interpolated);
 }
 
 /* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
