@@ -1,6 +1,6 @@
 /* Mechanisms written in the formats of other programs. Part of libkinetree-scene.
  *
- *     status = kt_robot_write(&scene.description, KT_ROBOT_MJCF, stdout, say, NULL, &error);
+ *     status = kt_robot_write(&description, KT_ROBOT_MJCF, stdout, NULL, NULL, &error);
  *
  * kt_robot_read (import.h) reads what is written: the mass matrix is then the same but for rounding.
  */

@@ -78,8 +78,8 @@ static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_er
     if (kt_step_work_size(model, o->method) == 0)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "method",
-            "%s is not explicit: derivatives of steps are those of explicit Runge-Kutta methods, such as "
-            "rk4 or dop853",
+            "steps of %s have no derivatives here; those of explicit Runge-Kutta methods have, such as rk4 or "
+            "dop853, and of implicit-euler, crank-nicolson and radau5",
             o->method->name);
     return KT_OK;
 }

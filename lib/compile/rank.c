@@ -341,17 +341,30 @@ static void coarsen(kt_model *model, const kt_data *data, size_t g) {
         group->least[rows] = least_of(model, group, &w);
 }
 
+/* Notes the groups that close neither in a sample nor from the given position: those that do are hard to sample, and
+ * their equations agree. Returns whether there are any. */
+static bool note_open(kt_model *model, kt_data *data, samples *found) {
+    bool any = false;
+    model->disagreement = 0.0;
+    memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
+    (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, found->q);
+    for (size_t g = 0; g < model->n.group; g++) {
+        found->open[g] = !found->sampled[g] && !is_closed(model, data, g);
+        any |= found->open[g];
+    }
+    return any;
+}
+
 /* The disagreement of the groups that no sample closes; 0 where one is larger than the tolerance. */
 static double find_disagreement(kt_model *model, kt_data *data, samples *found) {
     double most = 0.0, *base = found->q;
-    bool *open = found->open, *seen = found->seen;
+    const bool *open = found->open;
+    bool *seen = found->seen;
     memset(seen, 0, model->n.group * sizeof *seen);
     model->disagreement = model->rounding = model->tolerance;
     memcpy(base, model->q0, model->n.q * sizeof *base);
-    for (size_t g = 0; g < model->n.group; g++) {
-        open[g] = !found->sampled[g];
+    for (size_t g = 0; g < model->n.group; g++)
         found->fraction[g] = 1.0;
-    }
     (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, base);
     for (size_t s = 0; s < SAMPLES; s++) {
         take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
@@ -370,10 +383,7 @@ static double find_disagreement(kt_model *model, kt_data *data, samples *found) 
  * rounded data. They count as closed to what motion may make of it, and directions that are not larger do not count. */
 static void accept_disagreement(kt_model *model, kt_data *data, samples *found) {
     const double rounding = model->rounding;
-    bool any = false;
-    for (size_t g = 0; g < model->n.group; g++)
-        any |= !found->sampled[g];
-    model->disagreement = 0.0;
+    const bool any = note_open(model, data, found);
     if (!any || !(model->tolerance > 0.0))
         return;
     const double most = find_disagreement(model, data, found);

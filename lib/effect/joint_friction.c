@@ -10,10 +10,10 @@
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     if (kt_number_is_fine(effect->coulomb) && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
-        kt_checker_fault(checker, "static", -1,
-                         "static is %g, less than coulomb, which is %g; friction at rest is not less than in motion: "
-                         "raise static, or leave it out to have both alike",
-                         effect->breakaway, effect->coulomb);
+        kt_checker_fault(
+            checker, "static", -1,
+            "static is %g, less than coulomb, which is %g; raise static, or leave it out to have both alike",
+            effect->breakaway, effect->coulomb);
 }
 
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,

@@ -702,3 +702,10 @@ kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigne
     columns->values = values;
     return KT_OK;
 }
+
+kt_status kt_columns_own_record(const kt_scene *scene, const kt_model *model, unsigned *record, kt_error *error) {
+    kt_own_columns *own = NULL;
+    const kt_status status = create_own(scene, model, &own, record, error);
+    free_own(own);
+    return status;
+}

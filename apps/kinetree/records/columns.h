@@ -60,6 +60,10 @@ void kt_columns_free(kt_columns *columns);
  * compute for them (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column), KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error);
 
+/* These bits alone, for who creates the simulation before the columns. Errors: as above. */
+KT_CHECKED kt_status kt_columns_own_record(const kt_scene *scene, const kt_model *model, unsigned *record,
+                                           kt_error *error);
+
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
 

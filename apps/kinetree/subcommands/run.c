@@ -607,10 +607,8 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_error error = {0};
     kt_simulation_options options = choose_options(arguments, names, outcome, manner);
     kt_scene_watch *events = NULL;
-    kt_own_columns *own = NULL;
     unsigned record = 0;
-    kt_status status = kt_own_columns_create(outcome->scene, outcome->model, &own, &record, &error);
-    kt_own_columns_free(own);
+    kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
     if (status == KT_OK)
         status = create_simulation(outcome, &options, &events, &error);
