@@ -30,6 +30,7 @@
  * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
  */
 #include "algebra/lu.h"
+#include "derivative/loop_response.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -272,10 +273,23 @@ static kt_status differentiate_all(kt_simulation *s, double t, const double *q, 
     return KT_OK;
 }
 
+/* Next to a singular position the path bends within a step: Newton's iterations stall by matrices of the bend, however well
+ * these are known, and do not by earlier ones in a shorter step. */
+static kt_status refuse_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
+    kt_violation violation;
+    if (!KT_HAS_LOOPS || s->groups == 0)
+        return KT_OK;
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(s->model);
+    (void)(kernels->residuals(s->model, s->data, t, q, v, NULL, &violation) &&
+           kernels->factor(s->model, s->data, KT_ROWS_ALL, false));
+    return kt_loops_refuse_near(s->model, s->data, error);
+}
+
 /* M, C and K at a state, where any velocity is free. */
 static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     const double *q = y, *v = y + s->size.nq, *tau = s->tau;
     const kt_wrench *external = s->external;
+    kt_status status = KT_OK;
     if (s->size.free == 0)
         return KT_OK;
     if (s->transformation != NULL && (tau != NULL || external != NULL))
@@ -284,6 +298,9 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
     s->memory.factorizations += (uint64_t)s->groups;
     if (s->size.all_directions)
         return differentiate_all(s, t, q, v, tau, external, error);
+    status = refuse_near(s, t, q, v, error);
+    if (status != KT_OK)
+        return status;
     return kt_stiffness_evaluate(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external,
                                  a, s->size.reduced ? s->basis : NULL, s->mass, s->stiffness, s->damping, error);
 }
