@@ -239,5 +239,6 @@ KT_TEST(unknown_key_is_offered_those_there_are) {
     kt_scene scene;
     kt_error error = {KT_OK, "", ""};
     kt_check_equal_int("status", kt_scene_parse(NULL, text, strlen(text), &scene, NULL, NULL, &error), KT_ERROR_SCENE);
-    kt_check_text("message", error.message, "output: unknown key 'xyzzy'; it can be interval, record, markers, columns");
+    kt_check_text("message", error.message,
+                  "output: unknown key 'xyzzy'; it can be interval, record, markers, columns");
 }

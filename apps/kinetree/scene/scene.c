@@ -113,8 +113,9 @@ static bool is_xml_file(const char *path) {
 static int refuse_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
-    kt_say("%s: --set %s: a robot in URDF, MJCF or SDF has no keys of a scene; write it as one by 'kinetree import' first",
-           path, settings->text[0]);
+    kt_say(
+        "%s: --set %s: a robot in URDF, MJCF or SDF has no keys of a scene; write it as one by 'kinetree import' first",
+        path, settings->text[0]);
     return KT_EXIT_USAGE;
 }
 
