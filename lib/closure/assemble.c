@@ -229,7 +229,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
 
-/* Changes v by the least step that satisfies the velocity equations; fixed coordinates do not change. *violation is the
+/* Changes v by the least step that satisfies the velocity equations; fixed coordinates (NULL: none) do not change. *violation is the
  * remaining violation, *speed the largest term of the equations, of which it may be a rounding error. Returns false if
  * a number is not finite. */
 static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
@@ -246,7 +246,7 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
             !kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
             return true;
         for (size_t k = 0; k < model->n.v; k++)
-            v[k] += fixed[k] ? 0.0 : data->delta[k];
+            v[k] += fixed && fixed[k] ? 0.0 : data->delta[k];
     }
 }
 

@@ -79,9 +79,8 @@ KT_TEST(friction_at_rest_is_compared_with_that_in_motion_where_both_are_numbers)
     kt_effect friction = of_type(KT_EFFECT_JOINT_FRICTION);
     friction.coulomb = 2.0;
     friction.breakaway = 1.0;
-    check_told(friction,
-               "static is 1, less than coulomb, which is 2; friction at rest is not less than in motion: raise "
-               "static, or leave it out to have both alike\n");
+    check_told(friction, "static is 1, less than coulomb, which is 2; raise static, or leave it out to have both "
+                         "alike\n");
     friction.coulomb = (double)NAN;
     check_told(friction, "coulomb is nan; give a finite number\n");
     friction.coulomb = 2.0;
