@@ -11,6 +11,8 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
   t  say in a warning of the summary what is not sure: with adaptive steps that positions closer than rounding decide the way, and that only at
      distances up to ROUNDING (where two loops fold at once ROUNDING_FOLDED); with fixed steps that steps are too long
   r  refuse a linkage that is rigid if its lengths are off by d
+  d  move a linkage that is rigid if its lengths are off by d in the sense of least squares, and say by how much its loops disagree
+     (`initial.tolerance`): what they miss the positions of their motion by does work
   e  with fixed steps, end with an error on the way
 Wrong are X without a word, T a warning where the distance is above rounding, E another error, O no end in --patience seconds.
 Without --full there are some distances of some families and methods (30 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
@@ -36,7 +38,7 @@ FIXED_LIMIT = 1e-3
 ROUNDING = 1e-9
 ROUNDING_FOLDED = 1e-6
 FOLDED = {"scissor_lift", "sarrus_flat"}
-KEPT = ".tre"
+KEPT = ".tred"
 TOLD = ("'singular'",)
 TOLD_FIXED = (*TOLD, "energ", "steps")
 
@@ -401,6 +403,8 @@ def run(program, family, d, options, duration, keep, patience):
     if told:
         rounding = ROUNDING_FOLDED if family in FOLDED else ROUNDING
         return Result("t" if fixed or abs(d) <= rounding else "T", d, drift, told[0], steps, cpu)
+    if family in RIGID and found["disagreement"]:
+        return Result("d", d, drift, "", steps, cpu)
     return Result("X", d, drift, "", steps, cpu)
 
 
