@@ -5,11 +5,11 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 bool kt_joint_is_limited(const kt_joint *joint) {
-    static const kt_joint_limits none = {-(double)INFINITY, (double)INFINITY, (double)INFINITY, (double)INFINITY};
-    return memcmp(&joint->limits, &none, sizeof none) != 0;
+    const kt_joint_limits l = joint->limits;
+    const double none = (double)INFINITY;
+    return !(l.lower == -none && l.upper == none && l.velocity == none && l.effort == none);
 }
 
 static void check_joint(kt_checker *checker, const kt_joint *joint) {

@@ -104,7 +104,7 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
 /* The same for a joint that must have one coordinate. */
 int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, const char *name);
 /* Checks the name of the coordinate in which an effect acts (model/relative.h). */
-void kt_checker_coordinate(kt_checker *checker, const char *field, const char *name);
+void kt_checker_coordinate(kt_checker *checker, const char *field, const char *text);
 /* Checks an end; returns the index of its body, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting that there is none.
  * `sub`: 0 or 1 in a list of two ends, else -1. */
 int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end *end);
