@@ -93,8 +93,9 @@ static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
         if (lower == -far || upper == far)
             kt_export_lose(x, "limits that are none, and are 1e9");
     }
-    kt_export_numbers(x, "effort", &(double){isfinite(l->effort) ? l->effort : far}, 1);
-    kt_export_numbers(x, "velocity", &(double){isfinite(l->velocity) ? l->velocity : far}, 1);
+    const double effort = isfinite(l->effort) ? l->effort : far, velocity = isfinite(l->velocity) ? l->velocity : far;
+    kt_export_numbers(x, "effort", &effort, 1);
+    kt_export_numbers(x, "velocity", &velocity, 1);
     fputs("/>\n", x->stream);
 }
 
