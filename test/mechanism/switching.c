@@ -96,7 +96,7 @@ static kt_model *compile_alone(const switched *s, uint64_t set, int *index, kt_d
 
 /* Everything that is computed of a state. */
 typedef struct answers {
-    int status[9];
+    kt_status status[9];
     double a[NV], jacobian[ROWS * NV], residual[ROWS], rate[ROWS], drift[ROWS], basis[NV * NV], multiplier[ROWS];
     double projected_q[KT_TREE_NQ], projected_v[NV], impact_v[NV], by_q[NV * NV], by_v[NV * NV], by_tau[NV * NV];
     int columns;
@@ -110,7 +110,7 @@ static void answer(const kt_model *model, kt_data *data, const tangle *g, const 
                    answers *out) {
     memset(out, 0, sizeof *out);
     const double *q = g->q, *v = g->v;
-    int *s = out->status;
+    kt_status *s = out->status;
     s[0] = kt_acceleration_evaluate(model, data, g->t, q, v, g->tau, g->external, out->a, NULL);
     s[1] = kt_loop_equations(model, data, g->t, q, v, out->jacobian, out->residual, out->rate, out->drift, NULL);
     s[2] = kt_loop_nullspace(model, data, g->t, q, out->basis, &out->columns, NULL);
