@@ -84,17 +84,17 @@ static void solve_closed(work *w, double *d, const double *e) {
     kt_dense_apply(w->of.qr.basis, (int)n, (int)n, y, d);
 }
 
-/* Overwrites D with da. */
-static kt_status solve(work *w, double *d, const double *e, kt_error *error) {
+/* Overwrites `columns` columns of D with da. */
+static kt_status solve(work *w, size_t columns, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
-    for (size_t j = 0; KT_HAS_LOOPS && j < n && w->of.dense; j++)
+    for (size_t j = 0; KT_HAS_LOOPS && j < columns && w->of.dense; j++)
         solve_closed(w, d + j * n, e ? e + j * p : NULL);
-    for (size_t i = 0; i < n * n && !w->of.dense; i++)
+    for (size_t i = 0; i < n * columns && !w->of.dense; i++)
         d[i] = -d[i];
     if (KT_HAS_LOOPS && p && !w->of.dense)
-        kt_kkt_solve(&w->kkt, n, d, e);
-    const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)n, d, error);
-    return status == KT_OK && !kt_all_finite(d, n * n) ? kt_linearized_overflow(error) : status;
+        kt_kkt_solve(&w->kkt, columns, d, e);
+    const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)columns, d, error);
+    return status == KT_OK && !kt_all_finite(d, n * columns) ? kt_linearized_overflow(error) : status;
 }
 
 /* da/dtau: D = -1. */
@@ -103,7 +103,7 @@ static kt_status solve_forces(work *w, kt_error *error) {
     memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
     for (size_t j = 0; j < n; j++)
         w->d_tau[j * n + j] = -1.0;
-    return solve(w, w->d_tau, NULL, error);
+    return solve(w, n, w->d_tau, NULL, error);
 }
 
 /* Refuses derivatives next to a singular position that are known too little. */
@@ -127,13 +127,13 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
-                                          da_dtau, error);
+                                          da_dtau, NULL, error);
 }
 
 kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
                                          double t, const double *q, const double *v, const double *tau,
                                          const kt_wrench *external, const double *a, double *da_dq, double *da_dv,
-                                         double *da_dtau, kt_error *error) {
+                                         double *da_dtau, const kt_state_derivatives *states, kt_error *error) {
     const size_t bytes = model->n.v * model->n.v * sizeof(double);
     work w = {.reduced = NULL};
     kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
@@ -147,9 +147,11 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     if (status == KT_OK)
         status = factor(&w, q, error);
     if (status == KT_OK)
-        status = solve(&w, w.of.d_q, w.of.e_q, error);
+        status = solve(&w, w.of.n, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)
-        status = solve(&w, w.of.d_v, w.of.e_v, error);
+        status = solve(&w, w.of.n, w.of.d_v, w.of.e_v, error);
+    if (status == KT_OK && states && model->n.x > 0)
+        status = solve(&w, model->n.x, w.of.force_x, NULL, error);
     if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0)
         status = refuse_unknown(&w, error);
     if (status == KT_OK && da_dtau)
@@ -160,5 +162,9 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     kt_copy(da_dv, w.of.d_v, bytes);
     if (da_dtau)
         memcpy(da_dtau, w.d_tau, bytes);
+    if (states) {
+        kt_copy(states->force, w.of.force_x, w.of.n * model->n.x * sizeof(double));
+        kt_linearized_copy_rates(&w.of, states);
+    }
     return KT_OK;
 }

@@ -17,11 +17,15 @@
  * The first X is for those i that k of the last end carries, and for those that k of the other end does not carry, on
  * either end; the second is for all others.
  *
+ * The rate of an own state is a formula as the force in a joint is, with a row in matrices of its own. Formulas that
+ * read own states add columns by these.
+ *
  * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h): positions are relative to the base
  * of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
  */
 #include "derivative/effect_derivatives.h"
 
+#include "base/copy.h"
 #include "derivative/dual_effect.h"
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"
@@ -298,23 +302,29 @@ static void differentiate_formulas(const state *s, const kt_effect_record *effec
     }
 }
 
-/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor; in a joint, of the
- * force x.b[0]. */
-static void subtract_forces(const state *s, const kt_effect_record *effect, size_t count, pair x, double factor,
-                            size_t column, double *d) {
-    double *to = d + column * s->model->n.v;
+/* What the derivatives of formulas are subtracted from, column-major: by positions, velocities and own states. */
+typedef struct target {
+    double *q, *v, *x;
+    size_t rows, row; /* row: of a formula without ends */
+} target;
+
+/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor; of a formula
+ * without ends x.b[0]. */
+static void subtract_forces(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
+                            double factor, size_t column, double *d) {
+    d += column * to->rows;
     if (effect->ends == 0)
-        to[s->model->link[effect->link[0]].v] -= factor * x.b[0];
+        d[to->row] -= factor * x.b[0];
     for (size_t a = 0; a < count; a++) {
         const kt_effect_dof *i = &s->path[a];
         const double y = factor * kt_v4_dot2(i->s[0], x.a, i->s[1], x.b);
-        to[i->v] -= i->end == effect->ends - 1 ? y : -y;
+        d[i->v] -= i->end == effect->ends - 1 ? y : -y;
     }
 }
 
 /* With u a variable and x = dW/du: du/dq and du/dv are those of the marker's point, as of the last end of an effect. */
-static void subtract_marker(const state *s, const kt_effect_record *effect, size_t count, pair x,
-                            const kt_variable_record *variable, double *d_q, double *d_v) {
+static void subtract_marker(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
+                            const kt_variable_record *variable) {
     const kt_effect_record marker = marker_of(variable);
     const pair base = base_of(s, variable->link);
     const int c = variable->component;
@@ -325,12 +335,10 @@ static void subtract_marker(const state *s, const kt_effect_record *effect, size
     for (size_t b = count; b < last; b++) {
         const kt_effect_dof *k = &s->path[b];
         const kt_v4 turned = kt_v4_cross(k->s[0], motion.velocity - base.b) + k->psi[1];
-        if (variable->type == KT_VARIABLE_MARKER) {
-            subtract_forces(s, effect, count, x, k->s[1][c], k->v, d_q);
-        } else {
-            subtract_forces(s, effect, count, x, turned[c], k->v, d_q);
-            subtract_forces(s, effect, count, x, k->s[1][c], k->v, d_v);
-        }
+        const bool is_point = variable->type == KT_VARIABLE_MARKER;
+        subtract_forces(s, effect, to, count, x, is_point ? k->s[1][c] : turned[c], k->v, to->q);
+        if (!is_point)
+            subtract_forces(s, effect, to, count, x, k->s[1][c], k->v, to->v);
     }
 }
 
@@ -350,7 +358,7 @@ static pair wrench_of(const state *s, const kt_effect_record *effect, const doub
 }
 
 /* What the wrench itself does in its ends' motion, and then what each variable does to it. */
-static void subtract_formulas(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+static void subtract_formulas(const state *s, const kt_effect_record *effect, const target *to) {
     ends e = {.last = 0};
     formulas f;
     const size_t count = effect->ends > 0 ? find_ends(s, effect, &e) : 0;
@@ -364,18 +372,32 @@ static void subtract_formulas(const state *s, const kt_effect_record *effect, do
         } else {
             kt_effect_kind_of(effect->type)->jacobian(effect, f.value, e.end, s->t, &jacobian);
         }
-        subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
+        subtract_jacobian(s, &e, &jacobian, count, to->q, to->v);
     }
     for (int32_t m = 0; m < effect->variable_count; m++) {
         const kt_variable_record *variable = &s->model->variable[effect->variable + m];
         const pair x = wrench_of(s, effect, f.by[m], e.end);
         if (variable->type == KT_VARIABLE_POSITION)
-            subtract_forces(s, effect, count, x, 1.0, (size_t)variable->v, d_q);
+            subtract_forces(s, effect, to, count, x, 1.0, (size_t)variable->v, to->q);
         else if (variable->type == KT_VARIABLE_VELOCITY)
-            subtract_forces(s, effect, count, x, 1.0, (size_t)variable->v, d_v);
+            subtract_forces(s, effect, to, count, x, 1.0, (size_t)variable->v, to->v);
+        else if (variable->type == KT_VARIABLE_STATE)
+            subtract_forces(s, effect, to, count, x, 1.0, (size_t)variable->x, to->x);
         else if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
-            subtract_marker(s, effect, count, x, variable, d_q, d_v);
+            subtract_marker(s, effect, to, count, x, variable);
     }
+}
+
+/* The rates of own states. */
+static void write_rates(const state *s, const kt_state_derivatives *states) {
+    const size_t n = s->model->n.v, x = s->model->n.x;
+    target to = {.q = states->rate_q, .v = states->rate_v, .x = states->rate_x, .rows = x};
+    kt_clear(states->force, n * x * sizeof(double));
+    kt_clear(states->rate_q, n * x * sizeof(double));
+    kt_clear(states->rate_v, n * x * sizeof(double));
+    kt_clear(states->rate_x, x * x * sizeof(double));
+    for (to.row = 0; to.row < x; to.row++)
+        subtract_formulas(s, &s->model->state[to.row], &to);
 }
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
@@ -503,18 +525,21 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
 
 kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
                                    const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v,
-                                   kt_error *error) {
+                                   const kt_state_derivatives *states, kt_error *error) {
     const state s = {.model = model, .data = data, .x = x, .t = t, .q = q, .v = v, .path = path};
+    target to = {.q = d_q, .v = d_v, .x = states->force, .rows = model->n.v};
     kt_status status = KT_OK;
+    write_rates(&s, states);
     for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
         if (kt_effect_is_differenced(effect))
             continue;
         if (effect->type == KT_EFFECT_CUSTOM)
             status = subtract_own(&s, effect, d_q, d_v, error);
-        else if (effect->type == KT_EFFECT_EXPRESSION)
-            subtract_formulas(&s, effect, d_q, d_v);
-        else if (effect->ends)
+        else if (effect->type == KT_EFFECT_EXPRESSION) {
+            to.row = (size_t)model->link[effect->link[0]].v;
+            subtract_formulas(&s, effect, &to);
+        } else if (effect->ends)
             subtract_wrench(&s, effect, d_q, d_v);
         else
             subtract_joint_force(&s, effect, d_q, d_v);

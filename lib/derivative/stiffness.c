@@ -139,10 +139,18 @@ kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v,
     if (status == KT_OK)
         status = fill_tree(w, q, v, external, error);
     if (status == KT_OK) /* first: what follows leaves other motions in data */
-        status = kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v, error);
+        status = kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v,
+                                          &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
         status = fill_loops(w, q, v, tau, external, error);
     return status == KT_OK ? kt_linearized_difference_effects(w, q, v, error) : status;
+}
+
+void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to) {
+    const size_t x = w->model->n.x;
+    kt_copy(to->rate_q, w->rate_q, w->n * x * sizeof(double));
+    kt_copy(to->rate_v, w->rate_v, w->n * x * sizeof(double));
+    kt_copy(to->rate_x, w->rate_x, x * x * sizeof(double));
 }
 
 kt_status kt_linearized_overflow(kt_error *error) {
@@ -165,9 +173,11 @@ size_t kt_stiffness_work_size(const kt_model *model) {
 }
 
 static bool is_finite(const kt_linearized *w) {
-    const size_t square = w->n * w->n;
+    const size_t square = w->n * w->n, x = w->model->n.x;
     return kt_all_finite(w->mass, square) && kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square) &&
-           kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p);
+           kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p) &&
+           kt_all_finite(w->force_x, w->n * x) && kt_all_finite(w->rate_q, w->n * x) &&
+           kt_all_finite(w->rate_v, w->n * x) && kt_all_finite(w->rate_x, x * x);
 }
 
 /* out = Z' D + (Z' M Q1) R1^-T E, f x n */
@@ -202,6 +212,14 @@ static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis,
             most = fmax(most, fabs(stiffness[(size_t)model->group_v[k] * f + i]) * model->unit[k]);
     }
     return kt_derivatives_refuse_unknown(w->t, size, most, error);
+}
+
+/* Z'x of the joint forces by own states. */
+static void write_closed_forces(const kt_linearized *w, double *force) {
+    const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
+    for (size_t c = 0; c < w->model->n.x; c++)
+        for (size_t i = 0; i < f; i++)
+            force[c * f + i] = kt_dense_dot(w->qr.basis + (r + i) * n, w->force_x + c * n, (int)n);
 }
 
 static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
@@ -240,7 +258,7 @@ static void write_basis(const kt_kkt *along, size_t n, size_t f, double *x, doub
 
 /* All of it along the tree. */
 static kt_status write_along(kt_linearized *w, void *memory, const double *q, double *basis, double *mass,
-                             double *stiffness, double *damping, kt_error *error) {
+                             double *stiffness, double *damping, double *force, kt_error *error) {
     const size_t n = w->n;
     double *x = w->mass; /* M is not needed: it is applied along the tree, too */
     kt_kkt along;
@@ -260,6 +278,8 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, do
     write_basis(&along, n, f, x, basis, mass);
     kt_kkt_restrict(&along, n, w->d_q, stiffness);
     kt_kkt_restrict(&along, n, w->d_v, damping);
+    if (force)
+        kt_kkt_restrict(&along, w->model->n.x, w->force_x, force);
     return KT_OK;
 }
 
@@ -274,15 +294,11 @@ static void write_tree(const kt_linearized *w, double *basis, double *mass, doub
     kt_copy(damping, w->d_v, bytes);
 }
 
-kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
-                                const double *q, const double *v, const double *tau, const kt_wrench *external,
-                                const double *a, double *basis, double *mass, double *stiffness, double *damping,
-                                kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) ||
-        KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
-                      basis || !model->n.group))
-        return KT_ERROR_ARGUMENT;
-    v = v ? v : model->zero;
+kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                 const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                 const double *a, double *basis, double *mass, double *stiffness, double *damping,
+                                 const kt_state_derivatives *states, kt_error *error) {
+    double *force = states && model->n.x > 0 ? states->force : NULL;
     kt_linearized w;
     kt_status status =
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
@@ -297,12 +313,30 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
     if (!is_finite(&w))
         return kt_linearized_overflow(error);
     if (KT_HAS_LOOPS && by_tree)
-        status = write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, error);
+        status = write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, force, error);
     else if (KT_HAS_LOOPS && w.p)
         write_closed(&w, basis, mass, stiffness, damping);
     else
         write_tree(&w, basis, mass, stiffness, damping);
+    if (force && KT_HAS_LOOPS && w.p && !by_tree)
+        write_closed_forces(&w, force);
+    else if (force && !w.p)
+        kt_copy(force, w.force_x, w.n * model->n.x * sizeof *force);
+    if (states && status == KT_OK)
+        kt_linearized_copy_rates(&w, states);
     return status == KT_OK && KT_HAS_LOOPS && w.p
                ? refuse_unknown(&w, (size_t)kt_model_mobility(model).minimal, basis, mass, stiffness, error)
                : status;
+}
+
+kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                                const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                const double *a, double *basis, double *mass, double *stiffness, double *damping,
+                                kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
+                      basis || !model->n.group))
+        return KT_ERROR_ARGUMENT;
+    return kt_stiffness_of_states(model, data, memory, memory_size, t, q, v ? v : model->zero, tau, external, a, basis,
+                                  mass, stiffness, damping, NULL, error);
 }

@@ -31,6 +31,10 @@
     X(kt_effect_dof, path, kt_effect_path_size(model), "of an effect")                                                 \
     X(kt_support_dof, dof, l, "of a loop")                                                                             \
     X(int32_t, chain, l ? model->n.link : 0, "of a loop")                                                              \
+    X(double, force_x, n * model->n.x, "of kt_state_derivatives")                                                      \
+    X(double, rate_q, n * model->n.x, "likewise")                                                                      \
+    X(double, rate_v, n * model->n.x, "likewise")                                                                      \
+    X(double, rate_x, model->n.x * model->n.x, "likewise")                                                             \
     X(double, e_q, n *p, "E by positions, p x n")                                                                      \
     X(double, e_v, n *p, "E by velocities")
 
@@ -61,6 +65,9 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
                                         const kt_wrench *external, const double *a, kt_error *error);
 
+/* Copies what own states add, but for force. */
+void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to);
+
 /* Computes f (n): the joint forces of all effects, or if `differenced` of those alone that have no derivatives, including
  * J' times their wrenches. And subtracts the derivatives of these from D, by differences. */
 KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const double *v, bool differenced,
@@ -68,11 +75,20 @@ KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q
 KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
                                                       kt_error *error);
 
-/* kt_acceleration_derivatives at known accelerations a of the motion, or NULL. */
+/* kt_stiffness_evaluate, and unless `states` is NULL of a model with own states force = -Z' dF/dx (free x states). */
+KT_CHECKED kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
+                                            double t, const double *q, const double *v, const double *tau,
+                                            const kt_wrench *external, const double *a, double *basis, double *mass,
+                                            double *stiffness, double *damping, const kt_state_derivatives *states,
+                                            kt_error *error);
+
+/* kt_acceleration_derivatives at known accelerations a of the motion, or NULL; and unless `states` is NULL of a model
+ * with own states force = da/dx (nv x states). */
 KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,
                                                     size_t memory_size, double t, const double *q, const double *v,
                                                     const double *tau, const kt_wrench *external, const double *a,
-                                                    double *da_dq, double *da_dv, double *da_dtau, kt_error *error);
+                                                    double *da_dq, double *da_dv, double *da_dtau,
+                                                    const kt_state_derivatives *states, kt_error *error);
 
 /* The error that derivatives overflow. */
 kt_status kt_linearized_overflow(kt_error *error);

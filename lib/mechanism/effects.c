@@ -384,20 +384,6 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* The partial derivatives of the formulas by time. Forces are linear in their values. */
-static void differentiate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                                   double t, const kt_effect_end *end, double rates[6]) {
-    double values[KT_FORMULA_VARIABLE_MAX], of_time[KT_FORMULA_VARIABLE_MAX], y[3];
-    kt_formula_variables_read(model, in->data, in->kinematics, effect, t, in->q, in->v, end, values);
-    for (int32_t k = 0; k < effect->variable_count; k++)
-        of_time[k] = model->variable[effect->variable + k].type == KT_VARIABLE_TIME;
-    for (int k = 0; k < 6; k++) {
-        y[1] = 0.0;
-        kt_expression_taylor(kt_formula_of(model, effect, k), values, of_time, NULL, y);
-        rates[k] = y[1];
-    }
-}
-
 /* The derivatives by time that a caller's own effect gives. Returns the code of its callback. */
 static int differentiate_own(sum *s, const kt_effect_record *effect) {
     const kt_link *link = &s->model->link[effect->link[0]];
@@ -443,10 +429,9 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
             continue;
         find_ends(data, effect, end);
-        const surroundings in = {.data = data, .q = q, .v = v};
         double rates[6];
         if (KT_HAS_FORMULAS && kind->formula_wrench)
-            differentiate_formulas(model, &in, effect, t, end, rates);
+            kt_formula_time_derivatives(model, data, NULL, effect, t, q, v, end, rates);
         if (KT_HAS_RELATIVE && effect->relative.type) {
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
             if (kind->joint_time_derivative)

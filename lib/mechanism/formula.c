@@ -81,3 +81,17 @@ void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect,
     for (int k = 0; k < count; k++)
         out[k] = effect->formula[k] > 0 ? kt_expression_evaluate(kt_formula_of(model, effect, k), values) : 0.0;
 }
+
+void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                                 const kt_effect_record *effect, double t, const double *q, const double *v,
+                                 const kt_effect_end *end, double rates[6]) {
+    double values[KT_FORMULA_VARIABLE_MAX], of_time[KT_FORMULA_VARIABLE_MAX], y[3];
+    kt_formula_variables_read(model, data, kinematics, effect, t, q, v, end, values);
+    for (int32_t k = 0; k < effect->variable_count; k++)
+        of_time[k] = model->variable[effect->variable + k].type == KT_VARIABLE_TIME;
+    for (int k = 0; k < 6; k++) {
+        y[1] = 0.0;
+        kt_expression_taylor(kt_formula_of(model, effect, k), values, of_time, NULL, y);
+        rates[k] = y[1];
+    }
+}

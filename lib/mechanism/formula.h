@@ -13,6 +13,11 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
 /* The formulas with these variables; 0 for one that there is not. */
 void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
 
+/* The partial derivatives of the formulas by time, of variables that are read likewise. */
+void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                                 const kt_effect_record *effect, double t, const double *q, const double *v,
+                                 const kt_effect_end *end, double rates[6]);
+
 /* A formula of an effect; NULL: there is none. */
 const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k);
 

@@ -54,6 +54,17 @@ kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, doubl
     return status;
 }
 
+void kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                   double *derivatives) {
+    double rates[6];
+    if (model->n.force_link > 0)
+        kt_force_frames_sweep(model, data, q, v);
+    for (size_t i = 0; i < model->n.x; i++) {
+        kt_formula_time_derivatives(model, data, NULL, &model->state[i], t, q, v, NULL, rates);
+        derivatives[i] = rates[0];
+    }
+}
+
 kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                              double *rates, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, rates || !model->n.x))

@@ -21,7 +21,7 @@ kt_status kt_step_differentiate_at(kt_step_work *w, size_t i, const double *a, d
                                            step->external, NULL, by_q, by_v, by_tau, error);
     return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model),
                                           kt_step_time(step, i), q, v, step->tau, step->external, a, by_q, by_v, by_tau,
-                                          error);
+                                          NULL, error);
 }
 
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
@@ -39,5 +39,5 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
             return status;
     }
     return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
-                                          step->tau, step->external, known, w->by_q, w->by_v, by_tau, error);
+                                          step->tau, step->external, known, w->by_q, w->by_v, by_tau, NULL, error);
 }

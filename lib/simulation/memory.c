@@ -54,8 +54,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 /* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, or the
  * library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
-    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0 &&
-                     (!KT_HAS_FORMULAS || settings->model->n.x == 0);
+    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
     return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 

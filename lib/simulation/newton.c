@@ -24,13 +24,23 @@
  * Where drives leave no velocity free, Z and these matrices are empty: x_v = r_v / sigma, as if J were 0. Accelerations
  * are then functions of time and of a state that the projection puts back onto the loops.
  *
+ * Own states, y = (q, v, x) with x' = f(t, q, v, x). With X = -M da/dx, of loops -Z'M da/dx, and F_q, F_v, F_x the
+ * derivatives of -f, x_x is found together with x_v:
+ *
+ *     (sigma M + C + K P S E) x_v + X x_x = M r_v - K P S r_q
+ *     (F_v + F_q P S E) x_v + (sigma + F_x) x_x = r_x - F_q P S r_q
+ *
+ * and with loops F_v and P S E in front of Z x + x_0.
+ *
  * A Rosenbrock method, whose order depends on an exact J, has the matrices without reduction, M = 1, K = -da/dq and C =
- * -da/dv in all directions, also those that violate the loops (kt_acceleration_derivatives).
+ * -da/dv, X = -da/dx in all directions, also those that violate the loops (kt_acceleration_derivatives).
  *
  * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
  */
 #include "algebra/lu.h"
+#include "base/copy.h"
 #include "derivative/loop_response.h"
+#include "derivative/stiffness.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -47,7 +57,8 @@ void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulati
     size->basis = size->reduced ? size->nv * size->free : 0;
     size->along = size->reduced ? size->free * size->free : 0;
     size->turning = size->quaternion;
-    size->vectors = 4 * 2 * size->nq;
+    size->states = KT_HAS_FORMULAS ? size->x : 0;
+    size->vectors = 4 * 2 * (size->nq + size->states);
     size->stiffness_work = size->all_directions ? kt_acceleration_work_size(model) : kt_stiffness_work_size(model);
 }
 
@@ -99,9 +110,9 @@ static void transposed_product(const double *a, size_t rows, size_t columns, vec
 }
 
 static void copy(vector to, vector from, size_t n) {
-    memcpy(to.re, from.re, n * sizeof *to.re);
+    kt_copy(to.re, from.re, n * sizeof *to.re);
     if (to.im != NULL)
-        memcpy(to.im, from.im, n * sizeof *to.im);
+        kt_copy(to.im, from.im, n * sizeof *to.im);
 }
 
 static void clear(vector x, size_t n) {
@@ -257,14 +268,22 @@ static void reduce_along(kt_simulation *s) {
     }
 }
 
-/* M = 1, K = -da/dq and C = -da/dv in all directions. */
+static kt_state_derivatives states_of(const kt_simulation *s) {
+    return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
+}
+
+/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. */
 static kt_status differentiate_all(kt_simulation *s, double t, const double *q, const double *v, const double *tau,
                                    const kt_wrench *external, kt_error *error) {
     const size_t nv = s->size.nv;
-    const kt_status status = kt_acceleration_derivatives(s->model, s->data, s->stiffness_work, s->size.stiffness_work,
-                                                         t, q, v, tau, external, s->stiffness, s->damping, NULL, error);
+    const kt_state_derivatives states = states_of(s);
+    const kt_status status =
+        kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau,
+                                       external, NULL, s->stiffness, s->damping, NULL, &states, error);
     if (status != KT_OK)
         return status;
+    for (size_t i = 0; i < nv * s->size.states; i++)
+        s->state_force[i] = -s->state_force[i];
     for (size_t i = 0; i < nv * nv; i++) {
         s->stiffness[i] = -s->stiffness[i];
         s->damping[i] = -s->damping[i];
@@ -285,13 +304,14 @@ static kt_status refuse_near(kt_simulation *s, double t, const double *q, const 
     return kt_loops_refuse_near(s->model, s->data, error);
 }
 
-/* M, C and K at a state, where any velocity is free. */
+/* M, C, K and what own states add, where any velocity is free or there are states. */
 static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     const double *q = y, *v = y + s->size.nq, *tau = s->tau;
     const kt_wrench *external = s->external;
     kt_status status = KT_OK;
-    if (s->size.free == 0)
+    if (s->size.free + s->size.states == 0)
         return KT_OK;
+    kt_simulation_use_states(s, y);
     if (s->transformation != NULL && (tau != NULL || external != NULL))
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;
@@ -301,8 +321,10 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
     status = refuse_near(s, t, q, v, error);
     if (status != KT_OK)
         return status;
-    return kt_stiffness_evaluate(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external,
-                                 a, s->size.reduced ? s->basis : NULL, s->mass, s->stiffness, s->damping, error);
+    const kt_state_derivatives states = states_of(s);
+    return kt_stiffness_of_states(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external,
+                                  a, s->size.reduced ? s->basis : NULL, s->mass, s->stiffness, s->damping, &states,
+                                  error);
 }
 
 static int jacobian(double t, const double *y, const double *dydt, void *user) {
@@ -320,10 +342,11 @@ static int jacobian(double t, const double *y, const double *dydt, void *user) {
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* One of four vectors, of nq (at least nv) components. */
+/* One of four vectors, of nq (at least nv) components and of own states. */
 static vector work_of(const kt_simulation *s, size_t which, bool complex) {
-    double *re = s->vectors + 2 * which * s->size.nq;
-    const vector work = {re, complex ? re + s->size.nq : NULL};
+    const size_t n = s->size.nq + s->size.states;
+    double *re = s->vectors + 2 * which * n;
+    const vector work = {re, complex ? re + n : NULL};
     return work;
 }
 
@@ -366,14 +389,39 @@ static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vect
             add_column(to, get(x, i), s->stiffness + i * n, n);
 }
 
+/* The part of column j below: of the first ones F_v Z + F_q P S E Z. */
+static void form_rates(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
+    const size_t nv = s->size.nv, states = s->size.states;
+    clear(to, states);
+    if (s->size.reduced)
+        add_product(s->rate_v, states, nv, 1.0, (vector){s->basis + j * nv, NULL}, to);
+    else
+        add_column(to, (kt_complex){1.0, 0.0}, s->rate_v + j * states, states);
+    add_product(s->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
+}
+
+/* Column j of those of own states: X, and sigma + F_x. */
+static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
+    const size_t n = s->size.free, states = s->size.states;
+    const kt_complex one = {1.0, 0.0};
+    clear(to, n + states);
+    add_column(to, one, s->state_force + j * n, n);
+    add_column(at(to, n), one, s->rate_x + j * states, states);
+    set(to, n + j, kt_complex_add(get(to, n + j), sigma));
+}
+
 static int factor(kt_complex sigma, void *user) {
     kt_simulation *s = user;
     const bool complex = sigma.im != 0.0;
-    const size_t n = s->size.free;
+    const size_t free = s->size.free, n = free + s->size.states;
     const vector matrix = {complex ? s->re : s->real, complex ? s->im : NULL};
     s->sigma[complex] = sigma;
-    for (size_t j = 0; j < n; j++)
+    for (size_t j = 0; j < free; j++)
         form_column(s, sigma, j, at(matrix, j * n));
+    for (size_t j = 0; j < free && n > free; j++)
+        form_rates(s, sigma, j, at(matrix, j * n + free));
+    for (size_t j = free; j < n; j++)
+        form_state(s, sigma, j - free, at(matrix, j * n));
     const bool regular =
         complex ? kt_lu_factor_complex(s->re, s->im, n, s->pivot + n) : kt_lu_factor(s->real, n, s->pivot);
     return regular ? 0 : 1;
@@ -381,30 +429,32 @@ static int factor(kt_complex sigma, void *user) {
 
 /* ---- solutions --------------------------------------------------------------------------------------------------- */
 
-/* x (free) becomes the solution for the right-hand side in it. */
+/* x (free, then own states) becomes the solution for the right-hand side in it. */
 static void solve_free(const kt_simulation *s, vector x) {
-    const size_t n = s->size.free;
+    const size_t n = s->size.free + s->size.states;
     if (x.im != NULL)
         kt_lu_solve_complex(s->re, s->im, n, s->pivot + n, x.re, x.im);
     else
         kt_lu_solve(s->real, n, s->pivot, x.re);
 }
 
-/* r_v becomes x_v; `velocity` is P S r_q, and scratch afterwards. */
+/* r_v becomes x_v, and r_x behind it x_x; `velocity` is P S r_q, and scratch afterwards. */
 static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
-    const size_t nv = s->size.nv;
+    const size_t nv = s->size.nv, states = s->size.states;
     const vector x = work_of(s, 1, r_v.im != NULL);
     clear(x, nv);
     add_product(s->mass, nv, nv, 1.0, r_v, x);
     add_product(s->stiffness, nv, nv, -1.0, velocity, x);
+    copy(at(x, nv), at(r_v, nv), states);
+    add_product(s->rate_q, states, nv, -1.0, velocity, at(x, nv));
     solve_free(s, x);
-    copy(r_v, x, nv);
+    copy(r_v, x, nv + states);
 }
 
 /* The same with loops. */
 static void solve_loops(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
-    const size_t nv = s->size.nv, free = s->size.free;
-    const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL);
+    const size_t nv = s->size.nv, free = s->size.free, states = s->size.states;
+    const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL), r_x = at(r_v, nv);
     transposed_product(s->basis, nv, free, r_v, b); /* Z'r_v */
     add_product(s->basis, nv, free, -1.0, b, r_v);
     divide_plain(sigma, r_v, 0, nv); /* x_0 */
@@ -416,8 +466,12 @@ static void solve_loops(const kt_simulation *s, kt_complex sigma, vector velocit
     add_product(s->mass, free, free, 1.0, b, c);
     add_product(s->stiffness, free, nv, -1.0, velocity, c);
     add_product(s->damping, free, nv, -1.0, r_v, c);
+    add_product(s->rate_q, states, nv, -1.0, velocity, r_x);
+    add_product(s->rate_v, states, nv, -1.0, r_v, r_x);
+    copy(at(c, free), r_x, states);
     solve_free(s, c);
     add_product(s->basis, nv, free, 1.0, c, r_v);
+    copy(r_x, at(c, free), states);
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback, and both are written */
@@ -443,21 +497,28 @@ static int solve(double *re, double *im, void *user) {
     return 0;
 }
 
-/* Whether neither a loop nor an effect depends on time; a caller's own effect may. */
+static bool reads_time(const kt_model *model, const kt_effect_record *formulas) {
+    for (int32_t k = 0; k < formulas->variable_count; k++)
+        if (model->variable[formulas->variable + k].type == KT_VARIABLE_TIME)
+            return true;
+    return false;
+}
+
+/* Whether neither a loop, an effect nor the rate of an own state depends on time; a caller's own effect may. */
 static bool autonomous(void *user) {
     const kt_simulation *s = user;
     const kt_model *model = s->model;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        if (effect->type == KT_EFFECT_CUSTOM)
+        if (effect->type == KT_EFFECT_CUSTOM || reads_time(model, effect))
             return false;
-        for (int32_t k = 0; k < effect->variable_count; k++)
-            if (model->variable[effect->variable + k].type == KT_VARIABLE_TIME)
-                return false;
         for (int k = 0; k < 3; k++)
             if (!kt_curve_rests(&effect->curve[k]))
                 return false;
     }
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+        if (reads_time(model, &model->state[i]))
+            return false;
     return !model->driven;
 }
 
@@ -477,6 +538,9 @@ static int time_derivative(double t, const double *y, const double *dydt, double
         kt_simulation_inputs(s, q, &tau, &external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
+    kt_simulation_use_states(s, y);
+    if (KT_HAS_FORMULAS && s->size.x > 0)
+        kt_own_state_time_derivatives(model, s->data, t, q, v, slope + s->size.nq + s->size.nv);
     return kt_acceleration_time_derivative(model, s->data, t, q, v, tau, external, dydt + s->size.nq,
                                            slope + s->size.nq, &error) == KT_OK
                ? 0

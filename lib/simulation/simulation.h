@@ -97,6 +97,8 @@ typedef struct kt_work_panel {
     kt_work b[KT_PANEL_TERMS]; /* from there, in Legendre's polynomials */
 } kt_work_panel;
 
+#define KT_SQUARE(x) ((x) * (x))
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
@@ -129,12 +131,16 @@ typedef struct kt_work_panel {
     X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
     X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
     X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
-    X(double, real, size->free * size->free, "implicit: factors for a real sigma")                                     \
-    X(double, re, size->free * size->free, "implicit: for a complex one, real parts")                                  \
-    X(double, im, size->free * size->free, "implicit: imaginary parts")                                                \
-    X(int, pivot, 2 * size->free, "implicit: of the real and the complex factors")                                     \
+    X(double, state_force, size->free * size->states, "implicit: of kt_state_derivatives")                             \
+    X(double, rate_q, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_v, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_x, size->states * size->states, "implicit: likewise")                                               \
+    X(double, real, KT_SQUARE(size->free + size->states), "implicit: factors for a real sigma")                        \
+    X(double, re, KT_SQUARE(size->free + size->states), "implicit: for a complex one, real parts")                     \
+    X(double, im, KT_SQUARE(size->free + size->states), "implicit: imaginary parts")                                   \
+    X(int, pivot, 2 * (size->free + size->states), "implicit: of the real and the complex factors")                    \
     X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
-    X(double, vectors, size->vectors, "implicit: complex vectors of nq")                                               \
+    X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
     X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")                                      \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
@@ -150,7 +156,7 @@ typedef struct kt_simulation_sizes {
     size_t event; /* the most events */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
-    size_t free, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
+    size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
     bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */

@@ -339,10 +339,11 @@ static bool differentiate(const stage *s, double *d_q, double *d_v) {
     memset(d_q, 0, SQUARE * sizeof *d_q);
     memset(d_v, 0, SQUARE * sizeof *d_v);
     const bool differentiated =
-        fine && kt_tree_fine("effects",
-                             kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v,
-                                                      path, d_q, d_v, &e),
-                             &e);
+        fine &&
+        kt_tree_fine("effects",
+                     kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v, path, d_q,
+                                              d_v, &(kt_state_derivatives){NULL, NULL, NULL, NULL}, &e),
+                     &e);
     free(memory);
     return differentiated;
 }

@@ -2,6 +2,7 @@
 #include "../dynamics/tree.h"
 #include "scenes.h"
 
+#include "kinetree/scene.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -12,10 +13,9 @@
 enum { MOST = 80 };
 
 /* Column j of J by central differences of order four: h^4 / 30 f''''' and eps / h of f. */
-static void difference(kt_simulation *s, const kt_integrator_callbacks *callbacks, const double *y, size_t n,
+static void difference(kt_simulation *s, const kt_integrator_callbacks *callbacks, const double *y, size_t n, double h,
                        double *jacobian) {
     static const double step[] = {-2.0, -1.0, 1.0, 2.0}, weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
-    const double h = 1e-3;
     double moved[MOST], slope[MOST];
     for (size_t j = 0; j < n; j++) {
         memset(jacobian + j * n, 0, n * sizeof *jacobian);
@@ -92,7 +92,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         memcpy(y, state.q, (size_t)tree.nq * sizeof *y);
         memcpy(y + tree.nq, state.v, (size_t)tree.nv * sizeof *y);
         const kt_integrator_callbacks callbacks = kt_simulation_callbacks(s);
-        difference(s, &callbacks, y, n, jacobian);
+        difference(s, &callbacks, y, n, 1e-3, jacobian);
         kt_check_equal_int("slope", callbacks.rhs(0.0, y, slope, s), 0);
         if (kt_check_equal_int("Jacobian", kt_simulation_newton.jacobian(0.0, y, slope, s), 0))
             check_solutions(s, jacobian, n, &random, &worst, k);
@@ -100,6 +100,141 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         kt_tree_free(&tree);
     }
     kt_check_worst(&worst);
+}
+
+/* ---- own states ---------------------------------------------------------------------------------------------------- */
+
+/* A body on a ball joint with an arm, and states that read joints, a marker, time and each other; effects of all places
+ * of formulas read them. With `loop` a rod beside it that is closed to the ground. */
+#define STATES_TREE                                                                                                    \
+    "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
+    "  - {name: ball, joint: {type: spherical}, mass: 2, com: [0.3, 0.1, 0], inertia: [0.2, 0.3, 0.4]}\n"              \
+    "  - {name: arm, parent: ball, joint: {type: revolute, axis: y, at: [0.5, 0, 0.1]}, mass: 1, com: [0.2, 0, "       \
+    "0.1],\n"                                                                                                          \
+    "     inertia: [0.02, 0.03, 0.04], markers: {tip: [0.4, 0.1, 0]}}\n"                                               \
+    "states:\n"                                                                                                        \
+    "  lag: {initial: 0.5, rate: \"30*(position.arm - lag) + sin(2*t)\"}\n"                                            \
+    "  charge: {initial: 1, rate: \"marker.arm.tip.vx - lag*charge + velocity.ball[1]*marker.arm.tip.y\"}\n"           \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, joint: arm, force: \"-3*lag - 40*charge*velocity.arm\"}\n"                                 \
+    "  - {type: expression, between: [arm.tip, {body: world, at: [1, 1, 0]}], force: \"5*charge*lag - length\"}\n"     \
+    "  - {type: expression, at: ball, force: [charge^2, 0, lag*t], torque: [0, lag, 0]}\n"
+#define STATES_LOOP                                                                                                    \
+    "loops:\n"                                                                                                         \
+    "  - {name: rod, type: distance, between: [arm.tip, {body: world, at: [1.2, 0.4, 0.3]}]}\n"
+
+typedef struct states_scene {
+    kt_scene scene;
+    kt_model *model;
+    kt_simulation *s;
+} states_scene;
+
+static bool open_states(states_scene *at, const char *text, const char *method) {
+    kt_error error = {0};
+    const kt_run run = kt_run_fixed(method, 0.01, 1.0);
+    memset(at, 0, sizeof *at);
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &at->scene, NULL, NULL, &error), &error))
+        return false;
+    at->model = kt_scene_compile(&at->scene.description);
+    at->s = at->model != NULL ? kt_scene_simulate(at->model, &run, NULL) : NULL;
+    return at->s != NULL;
+}
+
+static void close_states(states_scene *at) {
+    kt_simulation_free(at->s);
+    kt_model_free(at->model);
+    kt_scene_free(&at->scene);
+}
+
+/* The equations (sigma - J) x = r as the matrices solve them: of the velocities Z'(..) = 0 alone where loops reduce them
+ * (newton.c). */
+static double states_defect(const kt_simulation *s, const double *jacobian, double sigma, const double *x,
+                            const double *r) {
+    const size_t nq = s->size.nq, nv = s->size.nv, n = s->size.n;
+    double missing[MOST], size = 0.0, worst = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = fabs(sigma * x[i]);
+        missing[i] = sigma * x[i] - r[i];
+        for (size_t j = 0; j < n; j++) {
+            missing[i] -= jacobian[j * n + i] * x[j];
+            sum += fabs(jacobian[j * n + i] * x[j]);
+        }
+        size = fmax(size, sum);
+        if (!(s->size.reduced && i >= nq && i < nq + nv))
+            worst = fmax(worst, fabs(missing[i]));
+    }
+    for (size_t c = 0; c < s->size.free && s->size.reduced; c++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < nv; i++)
+            sum += s->basis[c * nv + i] * missing[nq + i];
+        worst = fmax(worst, fabs(sum));
+    }
+    return worst / size;
+}
+
+static void check_states(const char *text, const char *method, kt_random *random, kt_worst *worst) {
+    static double jacobian[MOST * MOST];
+    states_scene at;
+    double y[MOST], slope[MOST], r[MOST], x[MOST];
+    if (!open_states(&at, text, method))
+        return;
+    kt_simulation *s = at.s;
+    const size_t n = s->size.n;
+    const kt_integrator_callbacks callbacks = kt_simulation_callbacks(s);
+    memcpy(y, kt_integrator_state(s->integrator), n * sizeof *y);
+    difference(s, &callbacks, y, n, 2e-4, jacobian); /* the loop's equations are curved */
+    kt_check_equal_int("slope", callbacks.rhs(0.0, y, slope, s), 0);
+    kt_check_equal_int("Jacobian", kt_simulation_newton.jacobian(0.0, y, slope, s), 0);
+    for (int k = 0; k < 6; k++) {
+        const kt_complex sigma = {k < 3 ? 0.7 : 40.0, 0.0};
+        for (size_t i = 0; i < n; i++)
+            r[i] = x[i] = kt_random_normal(random);
+        kt_check_equal_int("regular", kt_simulation_newton.factor(sigma, s), 0);
+        kt_check_equal_int("solved", kt_simulation_newton.solve(x, NULL, s), 0);
+        kt_worst_below(worst, states_defect(s, jacobian, sigma.re, x, r), 1e-9, "%s, sigma %g", method, sigma.re);
+    }
+    if (!s->size.reduced)
+        check_solutions(s, jacobian, n, random, worst, 0);
+    close_states(&at);
+}
+
+/* Measured: 2e-11, the error of the differences. */
+KT_TEST(solutions_with_own_states_are_those_of_the_matrix_of_differences) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("defect");
+    check_states(STATES_TREE, "radau5", &random, &worst);
+    check_states(STATES_TREE, "rodas5p", &random, &worst);
+    if (KT_HAS_LOOPS) {
+        check_states(STATES_TREE STATES_LOOP, "radau5", &random, &worst);
+        check_states(STATES_TREE STATES_LOOP, "rodas5p", &random, &worst);
+    }
+    kt_check_worst(&worst);
+}
+
+/* By differences of order four. Measured: 1e-11. */
+KT_TEST(the_slope_in_time_is_that_of_rates_of_own_states) {
+    static const double step[] = {-2.0, -1.0, 1.0, 2.0}, weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
+    states_scene at;
+    double y[MOST], dydt[MOST], one[MOST], slope[MOST] = {0.0}, expected[MOST] = {0.0};
+    kt_worst worst = kt_worst_make("slope in time");
+    if (!open_states(&at, STATES_TREE, "rodas5p"))
+        return;
+    const size_t n = at.s->size.n;
+    const double t = 0.4, h = 1e-3;
+    const kt_integrator_callbacks callbacks = kt_simulation_callbacks(at.s);
+    memcpy(y, kt_integrator_state(at.s->integrator), n * sizeof *y);
+    kt_check_equal_int("evaluated", callbacks.rhs(t, y, dydt, at.s), 0);
+    kt_check_equal_int("known", kt_simulation_newton.time_derivative(t, y, dydt, slope, at.s), 0);
+    for (int l = 0; l < 4; l++) {
+        kt_check_equal_int("evaluated", callbacks.rhs(t + step[l] * h, y, one, at.s), 0);
+        for (size_t i = 0; i < n; i++)
+            expected[i] += weight[l] * one[i] / h;
+    }
+    for (size_t i = 0; i < n; i++)
+        kt_worst_near(&worst, slope[i], expected[i], 1e-9, "%d", (int)i);
+    kt_check_equal_int("not autonomous", kt_simulation_newton.autonomous(at.s), 0);
+    kt_check_worst(&worst);
+    close_states(&at);
 }
 
 /* ---- the slope in time ------------------------------------------------------------------------------------------- */

@@ -165,7 +165,8 @@ KT_TEST(motor_with_a_current_moves_as_its_equations) {
 
 KT_TEST(cylinder_with_a_valve_moves_as_its_equations) {
     static const double start[] = {0.0, 0.0, 0.0, 5.981, 4.019}, size[] = {0.1, 0.1, 1.0, 6.0, 6.0};
-    static const way ways[] = {{"dop853", 0.0, 1e-12}, {"radau5", 0.0, 1e-12}, {"ab4", 1e-5, 0.0}};
+    static const way ways[] = {
+        {"dopri5", 0.0, 1e-12}, {"dop853", 0.0, 1e-12}, {"radau5", 0.0, 1e-12}, {"ab4", 1e-5, 0.0}};
     against_gsl("hydraulic-cylinder", cylinder, start, size, 5, 0.6, ways, COUNT(ways), 1e-9);
 }
 
@@ -181,7 +182,8 @@ KT_TEST(arm_with_a_limited_controller_moves_as_its_equations) {
  * again; their deflection is of the size 1e-5. */
 KT_TEST(block_on_bristles_moves_as_its_equations) {
     static const double start[] = {0.0, 0.0, 0.0}, size[] = {1.0, 1.0, 1e-5};
-    static const way ways[] = {{"dop853", 0.0, 1e-13}, {"radau5", 0.0, 1e-13}}, stuck[] = {{"ab4", 1e-4, 0.0}};
+    static const way ways[] = {{"dopri5", 0.0, 1e-12}, {"dop853", 0.0, 1e-13}, {"radau5", 0.0, 1e-13}},
+                     stuck[] = {{"ab4", 1e-4, 0.0}};
     against_gsl("lugre", block, start, size, 3, 13.0, ways, COUNT(ways), 1e-9);
     against_gsl("lugre", block, start, size, 3, 7.0, stuck, COUNT(stuck), 1e-9);
 }
