@@ -1,4 +1,4 @@
-/* Many states in lanes beside the same states one by one: how many times as many a second, on one core. Both sides compute
+/* Many states in lanes against the same states one by one: how many times as many a second, on one core. Both sides compute
  * the same states in turns in one run, and their results are compared first, bit by bit. */
 #include "../bench.h"
 #include "../chain.h"

@@ -71,7 +71,7 @@ typedef struct kt_robot_options {
  *   - Joints carry their children as far as that gives a tree, else their parents; the others close loops. What no joint
  *     connects with the world moves freely; links of static models do not move. All joints start at zero.
  *   - Joints of two axes (universal, revolute2, piston) are two joints with a body without mass between them, which has
- *     the joint's name; so has one that carries a joint beside its link's origin.
+ *     the joint's name; so has one that carries a joint which is not at its link's origin.
  *   - damping, friction and spring_stiffness become effects, gearboxes and mimics couplings.
  *   - Mass and inertia are those of <inertial>, where they are not said 1 kg and 1 kg m^2, or, with auto, those of the
  *     collisions. Inertias that no body has are judged as those of URDF.

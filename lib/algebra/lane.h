@@ -98,23 +98,6 @@ KT_INLINE kt_v4 kt_v4_apply_transposed(const kt_v4 a[3], kt_v4 u) {
     return (kt_v4){kt_v4_dot(a[0], u), kt_v4_dot(a[1], u), kt_v4_dot(a[2], u), 0.0};
 }
 
-/* out = A B */
-KT_INLINE void kt_v4_multiply(const kt_v4 a[3], const kt_v4 b[3], kt_v4 out[3]) {
-    const kt_v4 x = kt_v4_apply(a, b[0]), y = kt_v4_apply(a, b[1]), z = kt_v4_apply(a, b[2]);
-    out[0] = x;
-    out[1] = y;
-    out[2] = z;
-}
-
-/* out = R J R' */
-KT_INLINE void kt_v4_rotate_inertia(const kt_v4 r[3], const kt_sym3 *j, kt_v4 out[3]) {
-    const kt_v4 x = kt_v4_apply_to(r, (kt_vec3){j->xx, j->xy, j->xz});
-    const kt_v4 y = kt_v4_apply_to(r, (kt_vec3){j->xy, j->yy, j->yz});
-    const kt_v4 z = kt_v4_apply_to(r, (kt_vec3){j->xz, j->yz, j->zz});
-    for (int k = 0; k < 3; k++)
-        out[k] = x * kt_v4_splat(r[0][k]) + y * kt_v4_splat(r[1][k]) + z * kt_v4_splat(r[2][k]);
-}
-
 KT_INLINE void kt_v4_from_mat3(kt_mat3 m, kt_v4 out[3]) {
     out[0] = kt_v4_from(m.x);
     out[1] = kt_v4_from(m.y);

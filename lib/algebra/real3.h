@@ -54,8 +54,6 @@ typedef bool kt_condition;
 #define kt_across2 kt_v2_across
 #define kt_dot2 kt_v2_dot
 #define kt_dots3 kt_v4_dot2
-#define kt_multiply3 kt_v4_multiply
-#define kt_rotate_inertia3 kt_v4_rotate_inertia
 
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return true; }
@@ -146,8 +144,10 @@ KT_OPERATOR kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
     return kt_sum3(kt_add3(kt_mul3(a, b), kt_mul3(c, d)));
 }
 
+#endif
+
 /* out = A B */
-KT_OPERATOR void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
+KT_INLINE void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
     const kt_real3 x = kt_apply3(a, b[0]), y = kt_apply3(a, b[1]), z = kt_apply3(a, b[2]);
     out[0] = x;
     out[1] = y;
@@ -155,7 +155,7 @@ KT_OPERATOR void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3
 }
 
 /* out = R J R' */
-KT_OPERATOR void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
+KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
     const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
     const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
     const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
@@ -163,8 +163,6 @@ KT_OPERATOR void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_re
         out[k] = kt_add3(kt_add3(kt_scale3(KT_PART3(r[0], k), x), kt_scale3(KT_PART3(r[1], k), y)),
                          kt_scale3(KT_PART3(r[2], k), z));
 }
-
-#endif
 
 /* Goes on only where a condition holds: returns from a recursion of one state where it does not; of several states,
  * `all` says afterwards for which it held. */

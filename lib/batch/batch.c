@@ -147,20 +147,21 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
     return KT_OK;
 }
 
-kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error) {
-    if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
+/* Sets the nv numbers of a state in an array of all groups. */
+static kt_status set_numbers(kt_batch *batch, size_t state, double *all, const double *from, kt_error *error) {
+    if (is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     const size_t width = batch->n.width, nv = batch->n.nv;
-    kt_lane_put(tau, width, state % width, nv, group_in(batch, batch->tau, state, nv));
+    kt_lane_put(from, width, state % width, nv, group_in(batch, all, state, nv));
     return KT_OK;
 }
 
+kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error) {
+    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_numbers(batch, state, batch->tau, tau, error);
+}
+
 kt_status kt_batch_set_acceleration(kt_batch *batch, size_t state, const double *a, kt_error *error) {
-    if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
-        return KT_ERROR_ARGUMENT;
-    const size_t width = batch->n.width, nv = batch->n.nv;
-    kt_lane_put(a, width, state % width, nv, group_in(batch, batch->a, state, nv));
-    return KT_OK;
+    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_numbers(batch, state, batch->a, a, error);
 }
 
 kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, double *q, double *v, kt_error *error) {
@@ -177,20 +178,23 @@ kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, dou
     return KT_OK;
 }
 
-kt_status kt_batch_get_torque(const kt_batch *batch, size_t state, double *tau, kt_error *error) {
-    if (KT_IS_MISSING(error, batch, tau || !batch->n.nv) || is_other_state(batch, state, error))
+/* Copies the nv numbers of a state out of an array of all groups. */
+static kt_status get_numbers(const kt_batch *batch, size_t state, double *all, double *to, kt_error *error) {
+    if (is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     const size_t width = batch->n.width, nv = batch->n.nv;
-    kt_lane_take(group_in(batch, batch->tau, state, nv), width, state % width, nv, tau);
+    kt_lane_take(group_in(batch, all, state, nv), width, state % width, nv, to);
     return KT_OK;
 }
 
+kt_status kt_batch_get_torque(const kt_batch *batch, size_t state, double *tau, kt_error *error) {
+    return KT_IS_MISSING(error, batch, tau || !batch->n.nv) ? KT_ERROR_ARGUMENT
+                                                            : get_numbers(batch, state, batch->tau, tau, error);
+}
+
 kt_status kt_batch_get_acceleration(const kt_batch *batch, size_t state, double *a, kt_error *error) {
-    if (KT_IS_MISSING(error, batch, a || !batch->n.nv) || is_other_state(batch, state, error))
-        return KT_ERROR_ARGUMENT;
-    const size_t width = batch->n.width, nv = batch->n.nv;
-    kt_lane_take(group_in(batch, batch->a, state, nv), width, state % width, nv, a);
-    return KT_OK;
+    return KT_IS_MISSING(error, batch, a || !batch->n.nv) ? KT_ERROR_ARGUMENT
+                                                          : get_numbers(batch, state, batch->a, a, error);
 }
 
 kt_status kt_batch_status(const kt_batch *batch, size_t state) {

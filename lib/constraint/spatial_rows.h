@@ -41,7 +41,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
     const kt_link_motion *force_link = &data->motion[loop->link[k]];
     kt_v4 frame[3];
     kt_v4_from_mat3(loop->frame[k].rotation, frame);
-    kt_v4_multiply(force_link->axes, frame, end->axes);
+    kt_multiply3(force_link->axes, frame, end->axes);
     const kt_v4 arm = kt_v4_apply(force_link->axes, kt_v4_from(loop->frame[k].position));
     end->point = point + arm;
     end->omega = omega;

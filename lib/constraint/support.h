@@ -71,7 +71,7 @@ static inline void kt_support_follow(kt_support *w, int32_t ancestor, kt_v4 orig
     kt_support_end *e = &w->end[end];
     kt_v4 turn[3];
     kt_v4_from_mat3(frame->rotation, turn);
-    kt_v4_multiply(motion[to].axes, turn, e->axes);
+    kt_multiply3(motion[to].axes, turn, e->axes);
     e->point = origin + kt_v4_apply(motion[to].axes, kt_v4_from(frame->position));
     e->velocity[0] = c.omega, e->velocity[1] = c.velocity;
     e->acceleration[0] = c.alpha, e->acceleration[1] = c.linear;

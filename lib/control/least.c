@@ -3,11 +3,6 @@
 
 #include <string.h>
 
-/* The entry of R. */
-static double entry(const kt_least *w, int row, int column) {
-    return w->qr.factor[(size_t)column * (size_t)w->qr.m + (size_t)row];
-}
-
 void kt_least_factor(kt_least *w, double could_be) {
     const int m = w->qr.m, k = w->qr.k;
     double first = could_be, all;
@@ -21,35 +16,25 @@ void kt_least_factor(kt_least *w, double could_be) {
         first = fmax(first, size);
         if (!(size > KT_RANK_TOLERANCE * first))
             return;
-        kt_swap_columns(&w->qr, m, j, best);
-        w->norm[best] = w->norm[j];
-        w->norm[j] = size * size;
-        kt_eliminate_column(&w->qr, m, j, w->norm);
+        kt_qr_step(&w->qr, m, j, best, w->norm);
     }
 }
 
 /* R' y = P' b, x = Q [y; 0] */
 void kt_least_solve_transposed(kt_least *w, const double *b, double *x) {
     const int m = w->qr.m;
-    memset(x, 0, (size_t)m * sizeof *x);
-    for (int j = 0; j < w->rank; j++) {
-        double sum = b[w->qr.pivot[j]];
-        for (int i = 0; i < j; i++)
-            sum -= entry(w, i, j) * x[i];
-        x[j] = sum / entry(w, j, j);
-    }
+    kt_qr_solve_transposed(&w->qr, m, w->rank, b, x);
+    for (int i = w->rank; i < m; i++)
+        x[i] = 0.0;
     for (int j = w->rank - 1; j >= 0; j--)
         kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector[j], j, m, x);
 }
 
 /* R11 y = sum, x = P [y; 0] with the entries after the rank as they stand. */
 static void substitute_back(kt_least *w, double *x) {
-    for (int j = w->rank - 1; j >= 0; j--) {
-        double sum = w->sum[j];
-        for (int i = j + 1; i < w->rank; i++)
-            sum -= entry(w, j, i) * x[w->qr.pivot[i]];
-        x[w->qr.pivot[j]] = sum / entry(w, j, j);
-    }
+    kt_qr_solve(&w->qr, w->qr.m, w->rank, w->sum);
+    for (int j = 0; j < w->rank; j++)
+        x[w->qr.pivot[j]] = w->sum[j];
 }
 
 void kt_least_solve(kt_least *w, const double *b, double *x) {
@@ -61,9 +46,10 @@ void kt_least_solve(kt_least *w, const double *b, double *x) {
 }
 
 void kt_least_null(kt_least *w, double *z) {
+    const double *column = w->qr.factor + (size_t)w->rank * (size_t)w->qr.m;
     memset(z, 0, (size_t)w->qr.k * sizeof *z);
     for (int j = 0; j < w->rank; j++)
-        w->sum[j] = -entry(w, j, w->rank);
+        w->sum[j] = -column[j];
     substitute_back(w, z);
     z[w->qr.pivot[w->rank]] = 1.0;
 }

@@ -88,7 +88,7 @@ static void find_end(const state *s, const kt_effect_record *effect, int k, pair
     const kt_link_motion *link = &s->data->motion[i];
     kt_v4 frame[3], axes[3];
     kt_v4_from_mat3(effect->frame[k].rotation, frame);
-    kt_v4_multiply(link->axes, frame, axes);
+    kt_multiply3(link->axes, frame, axes);
     const kt_v4 arm = kt_v4_apply(link->axes, kt_v4_from(effect->frame[k].position));
     m->origin = base.a - from;
     m->velocity = base.b;

@@ -21,7 +21,7 @@ typedef struct composite {
 
 KT_INLINE composite of_link(const kt_link *link, const kt_link_motion *m) {
     composite c;
-    kt_v4_rotate_inertia(m->axes, &link->inertia, c.j);
+    kt_rotate_inertia3(m->axes, &link->inertia, c.j);
     c.h = kt_v4_apply_to(m->axes, link->moment);
     c.m = link->mass;
     return c;

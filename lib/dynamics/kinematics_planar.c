@@ -17,7 +17,7 @@ KT_INLINE void to_world(const kt_v4 basis[3], const kt_planar_rest *rest, const 
                         kt_link_motion *m) {
     const kt_v4 c = kt_v4_splat(flat->c), s = kt_v4_splat(flat->s);
     const kt_v4 turned[3] = {c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]};
-    kt_v4_multiply(turned, rest->axes, m->axes);
+    kt_multiply3(turned, rest->axes, m->axes);
     m->omega = kt_v4_splat(flat->omega) * basis[2];
     m->alpha = kt_v4_splat(flat->alpha) * basis[2];
     m->linear = in_plane(basis, flat->linear);

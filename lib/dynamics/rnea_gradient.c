@@ -6,7 +6,7 @@
 KT_INLINE void set_link_wrenches(const kt_link *link, const kt_link_motion *m, kt_v4 acceleration,
                                  kt_gradient_link *x) {
     kt_v4 j[3];
-    kt_v4_rotate_inertia(m->axes, &link->inertia, j);
+    kt_rotate_inertia3(m->axes, &link->inertia, j);
     const kt_v4 h = kt_v4_apply_to(m->axes, link->moment), mass = kt_v4_splat(link->mass), w = m->omega;
     const kt_v4 spin = x->w[0], shift = x->w[1], turned = kt_v4_cross(spin, w), around = kt_v4_cross(w, h);
     const kt_v4 half = kt_v4_splat(0.5 * (j[0][0] + j[1][1] + j[2][2])), p = mass * x->velocity + around;

@@ -203,7 +203,7 @@ void kt_judge_notes(kt_notes *n, const kt_judge *j) {
                 "'inertia_check: accept'): %d",
                 j->odd_links.count);
     if (isinf(j->worst_excess))
-        kt_phrase_add(&by, "a principal moment being negative, or none beside it");
+        kt_phrase_add(&by, "a principal moment being negative, or the only one");
     else
         kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
                       100.0 * j->worst_excess);

@@ -97,15 +97,13 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->freed, "bodies fixed to the world that move freely, by --floating: %d", m->freed.count);
     kt_note_put(
         n, &m->several,
-        "joints beside others of a body, each on a body of its own without mass, which has the joint's name: %d",
+        "joints after the first of a body, each on a body of its own without mass, which has the joint's name: %d",
         m->several.count);
-    kt_note_put(n, &m->offsets,
-                "joints beside the origin of their body, on a body of their own, which has the joint's name: %d",
-                m->offsets.count);
-    kt_note_put(n, &m->renamed_joints,
-                "names of joints that are changed, with '_' in place of what is not allowed, or a number where "
-                "another joint has the name: %d",
-                m->renamed_joints.count);
+    kt_note_put(
+        n, &m->offsets,
+        "joints that are not at the origin of their body, on a body of their own, which has the joint's name: %d",
+        m->offsets.count);
+    kt_note_renamed_joints(n, &m->renamed_joints);
     kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
     if (m->source->options->keyframe == NULL)
         kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);
@@ -131,7 +129,7 @@ static void note_forces(kt_notes *n, const kt_mjcf *m) {
 }
 
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
-    kt_phrase forces = {.length = 0}, unknown = {.length = 0};
+    kt_phrase forces = {.length = 0};
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
@@ -140,7 +138,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     note_forces(&n, m);
     kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
                 m->unnamed_sites.count);
-    kt_note_put(&n, &m->mesh_pictures, "meshes that are left out of pictures: %d", m->mesh_pictures.count);
+    kt_note_mesh_pictures(&n, &m->mesh_pictures);
     kt_note_put(&n, &m->pictures, "geoms that are left out of pictures, since a body has one shape: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
@@ -148,11 +146,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_unknown_list(&m->forces, &forces);
     if (m->forces.count > 0)
         kt_note_put(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
-    kt_unknown_list(&m->unknown, &unknown);
-    if (m->unknown.count > 0)
-        kt_note_put(&n, &m->unknown.left[0],
-                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
-                    unknown.text);
+    kt_note_unknown(&n, &m->unknown);
     scene->notes = n.notes;
     scene->note_count = n.count;
 }

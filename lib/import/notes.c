@@ -82,6 +82,26 @@ void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) 
     (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
 }
 
+void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {
+    kt_note_put(notes, left,
+                "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
+                "joint has the name: %d",
+                left->count);
+}
+
+void kt_note_mesh_pictures(kt_notes *notes, const kt_left *left) {
+    kt_note_put(notes, left, "meshes that are left out of pictures: %d", left->count);
+}
+
+void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown) {
+    kt_phrase names = {.length = 0};
+    kt_unknown_list(unknown, &names);
+    if (unknown->count > 0)
+        kt_note_put(notes, &unknown->left[0],
+                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
+                    names.text);
+}
+
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 /* "joint 'elbow': limit: ", from below the root inwards. */

@@ -83,10 +83,7 @@ static void note_file(kt_notes *n, const kt_sdf *m) {
 
 static void note_bodies(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
-    kt_note_put(n, &m->renamed_joints,
-                "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
-                "joint has the name: %d",
-                m->renamed_joints.count);
+    kt_note_renamed_joints(n, &m->renamed_joints);
     kt_note_put(n, &m->floating, "links that move freely, since no joint connects them with the world: %d",
                 m->floating.count);
     kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
@@ -108,9 +105,10 @@ static void note_joints(kt_notes *n, const kt_sdf *m) {
                 "joints of two axes, each two joints with a body without mass between them, which has the joint's "
                 "name: %d",
                 m->halves.count);
-    kt_note_put(n, &m->offsets,
-                "joints beside the origin of their link, on a body of their own, which has the joint's name: %d",
-                m->offsets.count);
+    kt_note_put(
+        n, &m->offsets,
+        "joints that are not at the origin of their link, on a body of their own, which has the joint's name: %d",
+        m->offsets.count);
     kt_note_put(n, &m->reversed, "joints that carry their parent, since another joint carries the child: %d",
                 m->reversed.count);
     kt_note_put(n, &m->loops, "joints that close loops: %d", m->loops.count);
@@ -136,7 +134,6 @@ static void note_joints(kt_notes *n, const kt_sdf *m) {
 }
 
 static void make_notes(const kt_sdf *m, kt_scene *scene) {
-    kt_phrase unknown = {.length = 0};
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
@@ -145,16 +142,12 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
     note_joints(&n, m);
     kt_note_put(&n, &m->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
                 m->sizeless.count);
-    kt_note_put(&n, &m->mesh_pictures, "meshes that are left out of pictures: %d", m->mesh_pictures.count);
+    kt_note_mesh_pictures(&n, &m->mesh_pictures);
     kt_note_put(&n, &m->pictures, "visuals that are left out of pictures, since a body has one shape: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 m->contacts.count);
-    kt_unknown_list(&m->unknown, &unknown);
-    if (m->unknown.count > 0)
-        kt_note_put(&n, &m->unknown.left[0],
-                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
-                    unknown.text);
+    kt_note_unknown(&n, &m->unknown);
     scene->notes = n.notes;
     scene->note_count = n.count;
 }

@@ -45,8 +45,9 @@ static bool is_kind(const char *path, bool folder) {
     return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
 }
 
-/* "inner/uri" of the folder of the file that an element stands in; NULL where there is no memory. */
-static const char *beside(kt_sdf *m, const kt_element *e, const char *uri) {
+/* The path of a relative URI: within the folder of the file that has the element, seen from the model's folder. NULL if
+ * memory has run out. */
+static const char *resolve_relative(kt_sdf *m, const kt_element *e, const char *uri) {
     const size_t folder = m->source->folder != NULL ? strlen(m->source->folder) + 1 : 0;
     const char *slash = e->file != NULL ? strrchr(e->file, '/') : NULL;
     const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
@@ -66,7 +67,7 @@ static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
     if (m->source->folder == NULL)
         return NULL;
     if (name == NULL)
-        name = beside(m, e, uri);
+        name = resolve_relative(m, e, uri);
     else if (strncmp(uri, "model://", 8) == 0 || strncmp(uri, "file://", 7) == 0)
         name = name + 3;
     else

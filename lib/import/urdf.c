@@ -65,10 +65,7 @@ static void note_links(kt_notes *n, const kt_urdf *u, int root) {
     kt_note_put(n, &u->renamed,
                 "names of links that names of bodies cannot be, with '_' in place of what is not allowed: %d",
                 u->renamed.count);
-    kt_note_put(n, &u->renamed_joints,
-                "names of joints that are changed, with '_' in place of what is not allowed, or a number where "
-                "another joint has the name: %d",
-                u->renamed_joints.count);
+    kt_note_renamed_joints(n, &u->renamed_joints);
 }
 
 static void note_joints(kt_notes *n, const kt_urdf *u) {
@@ -103,20 +100,15 @@ static void note_masses(kt_notes *n, const kt_urdf *u) {
 }
 
 static void note_rest(kt_notes *n, const kt_urdf *u) {
-    kt_phrase unknown = {.length = 0};
     kt_note_put(n, &u->rates,
                 "limits of effort or speed that are left out, since they are no numbers, or below zero: %d",
                 u->rates.count);
-    kt_note_put(n, &u->meshes, "meshes that are left out of pictures: %d", u->meshes.count);
+    kt_note_mesh_pictures(n, &u->meshes);
     kt_note_put(n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
                 u->shapes.count);
     kt_note_put(n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 u->contacts.count);
-    kt_unknown_list(&u->unknown, &unknown);
-    if (u->unknown.count > 0)
-        kt_note_put(n, &u->unknown.left[0],
-                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
-                    unknown.text);
+    kt_note_unknown(n, &u->unknown);
 }
 
 /* Tells what was changed or left out, each kind once. */

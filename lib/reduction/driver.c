@@ -195,44 +195,29 @@ static void basis(const kt_model *model, kt_data *data) {
 
 /* ---- kernels ----------------------------------------------------------------------------------------------------- */
 
-/* The functions of kernel.h, for either value of `planar`. */
-static size_t forward_in_space(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const double *tau, const kt_wrench *external, bool regular, double *a) {
-    return forward(model, data, false, t, q, v, tau, external, regular, a);
-}
-static bool residuals_in_space(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const bool *held, kt_violation *violation) {
-    return residuals(model, data, false, t, q, v, held, violation);
-}
-static void fill_in_space(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
-    fill(model, data, false, t, q, v);
-}
-static bool prepare_in_space(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
-    return prepare(model, data, false, rows, regular);
-}
-static bool least_step_in_space(const kt_model *model, kt_data *data, kt_metric metric, const double *force,
-                                double *step) {
-    return least_step(model, data, false, metric, force, step);
-}
+/* The functions of kernel.h for one value of `planar`. */
+#define KT_DRIVER_IN(space, planar)                                                                                    \
+    static size_t forward_in_##space(const kt_model *model, kt_data *data, double t, const double *q, const double *v, \
+                                     const double *tau, const kt_wrench *external, bool regular, double *a) {          \
+        return forward(model, data, planar, t, q, v, tau, external, regular, a);                                       \
+    }                                                                                                                  \
+    static bool residuals_in_##space(const kt_model *model, kt_data *data, double t, const double *q, const double *v, \
+                                     const bool *held, kt_violation *violation) {                                      \
+        return residuals(model, data, planar, t, q, v, held, violation);                                               \
+    }                                                                                                                  \
+    static void fill_in_##space(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {    \
+        fill(model, data, planar, t, q, v);                                                                            \
+    }                                                                                                                  \
+    static bool prepare_in_##space(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {                 \
+        return prepare(model, data, planar, rows, regular);                                                            \
+    }                                                                                                                  \
+    static bool least_step_in_##space(const kt_model *model, kt_data *data, kt_metric metric, const double *force,     \
+                                      double *step) {                                                                  \
+        return least_step(model, data, planar, metric, force, step);                                                   \
+    }
 
-static size_t forward_in_plane(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const double *tau, const kt_wrench *external, bool regular, double *a) {
-    return forward(model, data, true, t, q, v, tau, external, regular, a);
-}
-static bool residuals_in_plane(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                               const bool *held, kt_violation *violation) {
-    return residuals(model, data, true, t, q, v, held, violation);
-}
-static void fill_in_plane(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
-    fill(model, data, true, t, q, v);
-}
-static bool prepare_in_plane(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
-    return prepare(model, data, true, rows, regular);
-}
-static bool least_step_in_plane(const kt_model *model, kt_data *data, kt_metric metric, const double *force,
-                                double *step) {
-    return least_step(model, data, true, metric, force, step);
-}
+KT_DRIVER_IN(space, false)
+KT_DRIVER_IN(plane, true)
 
 #define KT_DRIVER_KERNELS(space)                                                                                       \
     .forward = forward_in_##space, .residuals = residuals_in_##space, .fill = fill_in_##space,                         \

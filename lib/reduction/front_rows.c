@@ -135,7 +135,7 @@ static kt_v4 place_end(const kt_front *f, const kt_loop_record *loop, int k, con
     const kt_v4 omega = moving ? link->omega : kt_v4_splat(0.0);
     kt_v4 frame[3];
     kt_v4_from_mat3(loop->frame[k].rotation, frame);
-    kt_v4_multiply(link->axes, frame, end->axes);
+    kt_multiply3(link->axes, frame, end->axes);
     end->point = m->point + arm;
     end->omega = omega;
     end->velocity = m->velocity + kt_v4_cross(omega, arm);

@@ -141,16 +141,7 @@ static inline void particular(const kt_group_work *w, int rank, const double *b,
     invert(w, rank, y, x);
 }
 
-static inline void basis(const kt_group_work *w, int rank) {
-    const size_t m = (size_t)w->m, r = (size_t)rank;
-    if (w->k == 0) { /* there are no equations: all coordinates are free */
-        memset(w->basis, 0, m * m * sizeof(double));
-        for (size_t i = 0; i < m; i++)
-            w->basis[i * m + i] = 1.0;
-        return;
-    }
-    memcpy(w->basis, w->square + r * m, m * (m - r) * sizeof(double));
-}
+static inline void basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {

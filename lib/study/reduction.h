@@ -4,8 +4,23 @@
 
 #include "reduction/method.h"
 
+#include <string.h>
+
 KT_REDUCTION_EXTERN(kt_reduction_svd)
 KT_REDUCTION_EXTERN(kt_reduction_eigen)
 KT_REDUCTION_EXTERN(kt_reduction_partition)
+
+/* The basis of the null space where its vectors are the last columns of `square`; without equations all coordinates are
+ * free. */
+static inline void kt_square_basis(const kt_group_work *w, int rank) {
+    const size_t m = (size_t)w->m, r = (size_t)rank;
+    if (w->k > 0) {
+        memcpy(w->basis, w->square + r * m, m * (m - r) * sizeof(double));
+        return;
+    }
+    memset(w->basis, 0, m * m * sizeof(double));
+    for (size_t i = 0; i < m; i++)
+        w->basis[i * m + i] = 1.0;
+}
 
 #endif

@@ -74,21 +74,28 @@ static void note(first_failure *first, kt_status status, size_t state) {
         *first = (first_failure){status, state};
 }
 
-int kt_many_compare_forward(kt_many *many, kt_data *data) {
-    const size_t nq = many->nq, nv = many->nv;
+/* What is computed of each state, in a batch and alone: nv numbers, `before` until then. */
+typedef struct computation {
+    kt_status (*together)(kt_batch *batch, kt_error *error);
+    kt_status (*take)(const kt_batch *batch, size_t state, double *x, kt_error *error);
+    kt_status (*alone)(const kt_many *many, kt_data *data, size_t state, double *x);
+    const double *before;
+} computation;
+
+static int compare(kt_many *many, kt_data *data, const computation *c) {
+    const size_t nv = many->nv;
     kt_error error;
     first_failure first = {KT_OK, 0};
     double *expected = calloc(2 * nv + 1, sizeof *expected), *seen = expected + nv;
     int different = 0;
     set(many);
-    const kt_status all = kt_batch_forward(many->batch, &error);
+    const kt_status all = c->together(many->batch, &error);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
-        memcpy(expected, many->a + i * nv, nv * sizeof *expected);
-        const kt_status alone = kt_acceleration_evaluate(many->model, data, many->t[i], many->q + i * nq,
-                                                         many->v + i * nv, many->tau + i * nv, NULL, expected, NULL);
+        memcpy(expected, c->before + i * nv, nv * sizeof *expected);
+        const kt_status alone = c->alone(many, data, i, expected);
         note(&first, alone, i);
-        if (kt_batch_get_acceleration(many->batch, i, seen, NULL) != KT_OK ||
-            kt_batch_status(many->batch, i) != alone || differ(seen, expected, nv))
+        if (c->take(many->batch, i, seen, NULL) != KT_OK || kt_batch_status(many->batch, i) != alone ||
+            differ(seen, expected, nv))
             different++;
     }
     different += told_wrong(all, first.status, &error, first.state);
@@ -96,26 +103,22 @@ int kt_many_compare_forward(kt_many *many, kt_data *data) {
     return different;
 }
 
+static kt_status forward_alone(const kt_many *many, kt_data *data, size_t i, double *a) {
+    return kt_acceleration_evaluate(many->model, data, many->t[i], many->q + i * many->nq, many->v + i * many->nv,
+                                    many->tau + i * many->nv, NULL, a, NULL);
+}
+
+static kt_status inverse_alone(const kt_many *many, kt_data *data, size_t i, double *tau) {
+    return kt_dynamics_inverse(many->model, data, many->q + i * many->nq, many->v + i * many->nv,
+                               many->a + i * many->nv, NULL, tau, NULL);
+}
+
+int kt_many_compare_forward(kt_many *many, kt_data *data) {
+    return compare(many, data, &(computation){kt_batch_forward, kt_batch_get_acceleration, forward_alone, many->a});
+}
+
 int kt_many_compare_inverse(kt_many *many, kt_data *data) {
-    const size_t nq = many->nq, nv = many->nv;
-    kt_error error;
-    first_failure first = {KT_OK, 0};
-    double *expected = calloc(2 * nv + 1, sizeof *expected), *seen = expected + nv;
-    int different = 0;
-    set(many);
-    const kt_status all = kt_batch_inverse(many->batch, &error);
-    for (size_t i = 0; i < KT_MANY_STATES; i++) {
-        memcpy(expected, many->tau + i * nv, nv * sizeof *expected);
-        const kt_status alone = kt_dynamics_inverse(many->model, data, many->q + i * nq, many->v + i * nv,
-                                                    many->a + i * nv, NULL, expected, NULL);
-        note(&first, alone, i);
-        if (kt_batch_get_torque(many->batch, i, seen, NULL) != KT_OK || kt_batch_status(many->batch, i) != alone ||
-            differ(seen, expected, nv))
-            different++;
-    }
-    different += told_wrong(all, first.status, &error, first.state);
-    free(expected);
-    return different;
+    return compare(many, data, &(computation){kt_batch_inverse, kt_batch_get_torque, inverse_alone, many->tau});
 }
 
 /* One state by as many calls of kt_step_evaluate, until one fails. */

@@ -33,7 +33,7 @@ KT_TEST(single_joint_at_the_origin_is_that_of_its_body) {
     kt_scene_free(&scene);
 }
 
-KT_TEST(joints_beside_others_or_off_the_origin_have_bodies_of_their_own) {
+KT_TEST(further_joints_of_a_body_and_those_off_its_origin_have_bodies_of_their_own) {
     kt_scene scene;
     if (!parse_right(WORLD("<body name='a'><joint name='x' axis='1 0 0'/><joint name='y' pos='0 0 1'/>" BALL "</body>"),
                      NULL, &scene))

@@ -44,7 +44,7 @@ KINDS = [("meshes", "meshes"), ("contacts", "contacts"), ("do not concern", "ext
          ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
          ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq", "some forces"),
          ("keyframes", "keyframes"), ("limits of position", "limits"), ("not in the model", "missing files"), ("cannot be read", "missing files"),
-         ("two axes|beside", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]
+         ("two axes|after the first|not at the origin", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]
 
 
 def files_of(argument, folder):
