@@ -17,7 +17,7 @@
  * first `positions` of q (+) dq, then `velocities` of v + dv. These independent coordinates are chosen by elimination
  * with full pivoting, so that all other coordinates follow from them with small factors. Position differences have one
  * component per velocity coordinate: they are measured along the joint's exponential map (kt_position_add), which for
- * quaternions is a small rotation in body axes.
+ * quaternions is a small rotation in body axes. Last come the model's own states (kt_state), which count by their own units.
  *
  * A difference is taken from the whole motion through the given state: the rotation of a spherical or free joint is
  * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Steady motions (a sleeping top, a bicycle
@@ -62,8 +62,9 @@ KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
 /* x' = state x + input u and y = output x about a state. All arrays belong to the linearisation and are valid until its
  * next evaluation. A coordinate is an index into v; its unit is rad or m for positions, rad/s or m/s for velocities. */
 typedef struct kt_linear_system {
-    int states;                     /* positions + velocities */
+    int states;                     /* positions + velocities + own_states */
     int positions, velocities;      /* dimensions of the position manifold, and of the velocities at one position */
+    int own_states;                 /* of the model (kt_own_state_count): the last states, in their own order */
     int coordinates;                /* nv */
     int inputs, outputs;            /* outputs: six per marker, x, y, z and x', y', z' in the world frame */
     const int *position_coordinate; /* positions: the coordinate of each position state, ascending */
@@ -127,6 +128,10 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
 KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
                                                       const double *v, const double *tau, kt_error *error);
 
+/* Own states of the model (kt_own_state_count numbers, which may be written) about which it linearises: the initial ones
+ * at first, and those found by kt_equilibrium_find. Owned by the linearisation; NULL where there are none. */
+KT_API double *kt_linearization_own_states(kt_linearization *linearization);
+
 /* The system found by the last successful evaluation; before any, all counts are zero. */
 KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
 
@@ -161,6 +166,9 @@ typedef struct kt_equilibrium {
  * 0 and a step is shortened until |g| falls; where that stalls, starts around the given one are tried, farther and
  * farther away (up to 3 rad or lengths of the mechanism), and at last the way downhill. A search that stalls has found
  * an equilibrium only if the force left is rounding, 1e-11 of those that cancel. The linearisation serves as workspace; its system is unchanged.
+ *
+ * Of a model with own states it is one of positions and states, x' = 0, found by Newton's method from q and
+ * kt_linearization_own_states, which then has the states found; it may be unstable, whatever `nearest` is.
  *
  * Errors: KT_ERROR_STEP where no equilibrium is found; the message names the joint with the largest remaining
  * acceleration or the one that runs away; KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as
@@ -212,6 +220,9 @@ KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
  * until the next evaluation. */
 KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
+/* Its part in own states (kt_own_state_count complex numbers), by the same scale; as they are where nothing moves. NULL
+ * where there are none. */
+KT_API const double *kt_modes_own_states(const kt_modes *modes, int mode);
 
 /* ---- periodic motion --------------------------------------------------------------------------------------------- */
 

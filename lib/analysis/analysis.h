@@ -7,9 +7,10 @@
 #include "kinetree/analysis.h"
 #include "model/model.h"
 
-/* n: largest number of states; v, q: coordinates; f: numbers of a probe, which are differenced (probe.c). */
+/* n: largest number of states, x: own ones among them; v, q: coordinates; f: numbers of a probe, which are differenced
+ * (probe.c). */
 typedef struct kt_linearization_sizes {
-    size_t q, v, n, f, link, inputs, markers, rows, data, work;
+    size_t q, v, x, n, f, link, inputs, markers, rows, data, work;
 } kt_linearization_sizes;
 
 /* The number of columns of the extrapolation tableau. */
@@ -44,11 +45,16 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, q0, s->q, "the state")                                                                                   \
     X(double, v0, s->v, "the state")                                                                                   \
     X(double, a0, s->v, "its acceleration")                                                                            \
+    X(double, x0, s->x, "own states")                                                                                  \
+    X(double, x_given, s->x, "before a search for an equilibrium")                                                     \
+    X(double, x_begin, s->x, "at the beginning of a step")                                                             \
+    X(double, matrix, s->x > 0 ? (s->v + s->x) * (s->v + s->x) : 0, "of an equilibrium with own states")               \
+    X(double, x_rate, s->x, "their rates")                                                                             \
     X(double, tau, s->v, "joint forces")                                                                               \
     X(double, tau_moved, s->v, "neighbouring joint forces, or a step")                                                 \
     X(double, q, s->q, "a neighbouring state")                                                                         \
     X(double, v, s->v, "a neighbouring state")                                                                         \
-    X(double, direction, 2 * s->v, "direction of a derivative: dq, dv")                                                \
+    X(double, direction, 2 * s->v + s->x, "direction of a derivative: dq, dv, dx")                                     \
     X(double, equation, 2 * s->rows * s->v, "A and d(A v - b')/dq, eliminated")                                        \
     X(bool, holonomic, s->rows, "equations with a residual")                                                           \
     X(char, candidate, KT_CANDIDATE_BYTES * s->rows, "of each equation for a pivot")                                   \
@@ -72,15 +78,19 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, weight, s->v, "forces at rest")                                                                          \
     X(double, inertia, s->v, "diagonal of M in the freedoms that are left")                                            \
     X(double, stiffness, s->v * s->v, "H in the freedoms that are left")                                               \
-    X(double, factor, s->v * s->v, "to be factored")                                                                   \
-    X(int32_t, pivot, s->v, "of LU")                                                                                   \
+    X(double, factor, (s->v + s->x) * (s->v + s->x), "to be factored")                                                 \
+    X(int32_t, pivot, s->v + s->x, "of LU")                                                                            \
     X(int32_t, dependent, s->v, "coordinates that depend on others")                                                   \
-    X(double, force, s->v, "g in the freedoms that are left")                                                          \
-    X(double, step, s->v, "step in the freedoms that are left")                                                        \
+    X(double, force, s->v + s->x, "g in the freedoms that are left")                                                   \
+    X(double, step, s->v + s->x, "step in the freedoms that are left")                                                 \
     X(double, tried_q, s->q, "a position tried")                                                                       \
     X(double, tried_a, s->v, "its acceleration")                                                                       \
     X(double, by_position, s->v * s->v, "da/dq")                                                                       \
     X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
+    X(double, by_state, s->v * s->x, "da/dx")                                                                          \
+    X(double, rate_q, s->x * s->v, "-df/dq of the rates f of own states")                                              \
+    X(double, rate_v, s->x * s->v, "-df/dv")                                                                           \
+    X(double, rate_x, s->x * s->x, "-df/dx")                                                                           \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
     X(double, mass, s->v * s->v, "M")                                                                                  \
     X(double, other_state, s->n * s->n, "matrix by exact derivatives, next to a singular position")                    \
@@ -113,8 +123,10 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
 
 /* ---- probe.c ----------------------------------------------------------------------------------------------------- */
 
-/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each). */
-static inline size_t kt_probe_count(size_t nv, size_t markers) { return 3 * nv + 3 * markers; }
+/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each), then the rates of own states;
+ * and where these begin. */
+static inline size_t kt_probe_count(size_t nv, size_t markers, size_t states) { return 3 * nv + 3 * markers + states; }
+static inline size_t kt_probe_rates(const kt_linearization *l) { return l->size.f - l->size.x; }
 
 /* Projects the state at the distance `step` along l->direction onto the manifold and writes the probe there. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
@@ -138,12 +150,20 @@ kt_status kt_difference(kt_linearization *l, double first, double *derivative, d
  * requested. */
 bool kt_exact_is_possible(const kt_linearization *l);
 
-/* Derivatives of the acceleration along `count` directions (dq, dv), columns of nv numbers. Writes rows 2 nv to 3 nv of
- * derivative and derivative_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
+/* Derivatives of the acceleration and of the rates of own states along `count` directions (dq, dv), columns of nv
+ * numbers, and then by each own state. Writes rows 2 nv to 3 nv and those of the rates of derivative and
+ * derivative_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
 kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
 /* Likewise those of the force M a at rest along dq; and writes the mass matrix. */
 kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const double *dq, kt_error *error);
+
+/* ---- equilibrium_states.c ---------------------------------------------------------------------------------------- */
+
+/* Finds an equilibrium of positions and own states from q and x0, into q0 and x0. Fills *found, which is zero. */
+KT_CHECKED kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
+                                              const double *q, const double *tau, kt_equilibrium *found,
+                                              kt_error *error);
 
 /* ---- linearize.c ------------------------------------------------------------------------------------------------- */
 

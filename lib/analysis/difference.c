@@ -86,7 +86,9 @@ static void expect_rounding(const extrapolation *x, double h) {
 }
 
 /* The part of a probe that a number belongs to, and the unit by which it is scaled within that part. */
-static size_t part_of(const kt_linearization *l, size_t i) { return i < 3 * l->size.v ? i / l->size.v : 3; }
+static size_t part_of(const kt_linearization *l, size_t i) {
+    return i < 3 * l->size.v ? i / l->size.v : i < kt_probe_rates(l) ? 3 : 4;
+}
 static double unit_of(const kt_linearization *l, size_t i) {
     if (i >= 3 * l->size.v)
         return 1.0;
@@ -99,7 +101,7 @@ static double unit_of(const kt_linearization *l, size_t i) {
 static bool add_step(extrapolation *x, double h, double *worst) {
     kt_linearization *l = x->l;
     bool better = false;
-    double size[4] = {0.0, 0.0, 0.0, 0.0};
+    double size[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
     *worst = 0.0;
     for (size_t i = 0; i < l->size.f; i++) {
         extrapolate(x, i, (l->ahead[i] - l->behind[i]) / (2.0 * h));

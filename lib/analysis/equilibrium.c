@@ -484,6 +484,16 @@ static kt_status run_from(search *s, const double *given, int most, kt_equilibri
     return status;
 }
 
+/* Own states of a failed search are those before it. */
+static kt_status find_with_states(kt_linearization *l, const kt_equilibrium_options *options, double t, const double *q,
+                                  const double *tau, kt_equilibrium *found, kt_error *error) {
+    kt_copy(l->x_given, l->x0, l->size.x * sizeof *l->x0);
+    const kt_status status = kt_equilibrium_of_states(l, options, t, q, tau, found, error);
+    if (status != KT_OK)
+        kt_copy(l->x0, l->x_given, l->size.x * sizeof *l->x0);
+    return status;
+}
+
 kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options *options, double t, double *q,
                               const double *tau, kt_equilibrium *found, kt_error *error) {
     if (KT_IS_MISSING(error, l, q || !l->model->n.q))
@@ -500,7 +510,9 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
         status = refuse_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->of_force = true;
-    if (status == KT_OK)
+    if (status == KT_OK && l->size.x > 0)
+        status = find_with_states(l, &settings, t, q, tau, &result, error);
+    else if (status == KT_OK)
         status = run_from(&s, q, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
     l->of_force = false;
     if (status != KT_OK)

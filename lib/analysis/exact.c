@@ -2,7 +2,9 @@
  *
  * Along (dq, dv)
  *
- *     da = a_q dq + a_v dv.                                                      [derivative/acceleration.c]
+ *     da = a_q dq + a_v dv,                                                      [derivative/acceleration.c]
+ *
+ * and by own states a_x; of their rates likewise f_q dq + f_v dv, and f_x.
  *
  * For equilibria that of the force M a at rest is enough, and needs no factor of M: with M a = tau + f - h, h the
  * gravity forces, and the part of the multipliers that moves nothing along allowed directions left out,
@@ -73,7 +75,8 @@ static void perturb_state(kt_linearization *l, double side, bool rates) {
 
 /* Evaluates all matrices at the neighbouring state on one side. */
 static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
-    const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0;
+    const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0 && l->size.x == 0;
+    const kt_state_derivatives states = {l->by_state, l->rate_q, l->rate_v, l->rate_x};
     perturb_state(l, side, true);
     const kt_status status = kt_dynamics_mass(l->model, l->data, l->q, l->mass, error);
     if (status != KT_OK)
@@ -81,8 +84,8 @@ static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
     if (is_bare)
         return kt_dynamics_forward_derivatives(l->model, l->data, l->work, l->size.work, l->q, l->v, l->tau, NULL,
                                                l->by_position, l->by_velocity, l->by_force, error);
-    return kt_acceleration_derivatives(l->model, l->data, l->work, l->size.work, l->t, l->q, l->v, l->tau, NULL,
-                                       l->by_position, l->by_velocity, l->by_force, error);
+    return kt_acceleration_derivatives_at(l->model, l->data, l->work, l->size.work, l->t, l->q, l->v, l->tau, NULL,
+                                          NULL, l->by_position, l->by_velocity, l->by_force, &states, error);
 }
 
 /* The derivative along (dq, dv). */
@@ -160,6 +163,60 @@ static void write_inputs(kt_linearization *l, bool is_second) {
     }
 }
 
+/* y -= matrix x, rows x n; or with sizes y += |matrix| |x|. */
+static void subtract_rates(const double *matrix, size_t rows, size_t n, const double *x, bool sizes, double *y) {
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < rows && x[k] != 0.0; i++)
+            y[i] -= sizes ? -fabs(matrix[k * rows + i] * x[k]) : matrix[k * rows + i] * x[k];
+}
+
+/* The rows of the rates of own states in a column, along (dq, dv) or of own state k: on the first side as they are, on
+ * the second their mean and errors. */
+static void write_rates(kt_linearization *l, const double *dq, const double *dv, size_t k, size_t column,
+                        bool is_second) {
+    const size_t x = l->size.x, nv = l->size.v, first = column * l->size.f + kt_probe_rates(l);
+    double *derivative = l->derivative + first, *error = l->derivative_error + first;
+    double *to = is_second ? l->behind : derivative;
+    for (int sizes = 0; sizes < 1 + is_second; sizes++) {
+        double *sum = sizes ? l->behind : to;
+        memset(sum, 0, x * sizeof *sum);
+        if (dq)
+            subtract_rates(l->rate_q, x, nv, dq, sizes, sum);
+        if (dv)
+            subtract_rates(l->rate_v, x, nv, dv, sizes, sum);
+        for (size_t i = 0; i < x && !dq && !dv; i++)
+            sum[i] = sizes ? fabs(l->rate_x[k * x + i]) : -l->rate_x[k * x + i];
+        if (is_second && !sizes)
+            average(l->behind, x, derivative, error);
+        for (size_t i = 0; i < x && sizes; i++)
+            error[i] += ROUNDING * sum[i];
+    }
+}
+
+/* The rows of the accelerations in the column of own state k. */
+static void write_state_column(kt_linearization *l, size_t k, size_t column, bool is_second) {
+    const size_t nv = l->size.v;
+    double *derivative = l->derivative + column * l->size.f + 2 * nv;
+    double *error = l->derivative_error + column * l->size.f + 2 * nv;
+    memcpy(is_second ? l->behind : derivative, l->by_state + k * nv, nv * sizeof *derivative);
+    if (!is_second)
+        return;
+    average(l->behind, nv, derivative, error);
+    for (size_t i = 0; i < nv; i++)
+        error[i] += ROUNDING * fabs(derivative[i]);
+}
+
+/* All that own states add, on one side. */
+static void write_states(kt_linearization *l, size_t count, const double *dq, const double *dv, bool is_second) {
+    const size_t nv = l->size.v;
+    for (size_t j = 0; j < count; j++)
+        write_rates(l, dq + j * nv, dv ? dv + j * nv : NULL, 0, j, is_second);
+    for (size_t k = 0; k < l->size.x; k++) {
+        write_state_column(l, k, count + k, is_second);
+        write_rates(l, NULL, NULL, k, count + k, is_second);
+    }
+}
+
 kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error) {
     const size_t nv = l->size.v, f = l->size.f;
     kt_status status = kt_dynamics_inverse(l->model, l->data, l->q0, l->v0, NULL, NULL, l->weight, error);
@@ -169,6 +226,8 @@ kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *
         if (status != KT_OK)
             return status;
         write_inputs(l, side == 1);
+        if (l->size.x > 0)
+            write_states(l, count, dq, dv, side == 1);
         for (size_t j = 0; j < count; j++) {
             const double *step = dq + j * nv, *change = dv ? dv + j * nv : NULL;
             double *derivative = l->derivative + j * f + 2 * nv,

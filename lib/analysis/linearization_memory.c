@@ -51,11 +51,15 @@ static kt_status check_options(const kt_model *model, const kt_linearization_opt
 }
 
 static kt_linearization_sizes measure(const kt_model *model, const kt_linearization_options *options) {
-    kt_linearization_sizes s = {
-        .q = model->n.q, .v = model->n.v, .n = 2 * model->n.v, .rows = model->n.row, .link = model->n.link};
+    kt_linearization_sizes s = {.q = model->n.q,
+                                .v = model->n.v,
+                                .x = model->n.x,
+                                .n = 2 * model->n.v + model->n.x,
+                                .rows = model->n.row,
+                                .link = model->n.link};
     s.inputs = (size_t)(options->inputs ? options->input_count : kt_motor_coordinates(model, NULL));
     s.markers = (size_t)(options->outputs ? options->output_count : count_markers(model));
-    s.f = kt_probe_count(s.v, s.markers);
+    s.f = kt_probe_count(s.v, s.markers, s.x);
     s.work = kt_acceleration_work_size(model);
     s.data = kt_data_size(model);
     return s;
@@ -94,11 +98,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     if (KT_IS_MISSING(error, model, linearization))
         return KT_ERROR_ARGUMENT;
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
-    kt_status status =
-        kt_own_states_refuse(model, "kt_linearization_init",
-                             "a linearisation would leave out how they move; integrate the motion instead", error);
-    if (status == KT_OK)
-        status = check_options(model, &settings, error);
+    kt_status status = check_options(model, &settings, error);
     if (status != KT_OK)
         return status;
     const kt_linearization_sizes sizes = measure(model, &settings);
@@ -123,6 +123,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     else
         list_markers(model, l->marker);
     kt_model_units(model, l->unit);
+    kt_own_states_initial(model, l->x0);
     *linearization = l;
     return KT_OK;
 }
@@ -137,5 +138,7 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
                ? KT_ERROR_MEMORY
                : kt_arena_own(memory, kt_linearization_init(model, options, memory, size, linearization, error));
 }
+
+double *kt_linearization_own_states(kt_linearization *l) { return l && l->size.x > 0 ? l->x0 : NULL; }
 
 void kt_linearization_free(kt_linearization *linearization) { kt_arena_free(linearization); }

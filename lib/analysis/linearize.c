@@ -42,9 +42,21 @@ kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, 
         l->direction[nv + i] = dv ? dv[i] : 0.0;
         largest = fmax(largest, fmax(fabs(l->direction[i]), fabs(l->direction[nv + i])) / l->unit[i]);
     }
+    kt_clear(l->direction + 2 * nv, l->size.x * sizeof *l->direction);
     return kt_difference(l, FIRST * scale / largest, l->derivative + column * l->size.f,
                          l->derivative_error + column * l->size.f, error);
 }
+
+/* Likewise by own state k. */
+static kt_status differentiate_state(kt_linearization *l, size_t k, size_t column, kt_error *error) {
+    memset(l->direction, 0, (2 * l->size.v + l->size.x) * sizeof *l->direction);
+    l->direction[2 * l->size.v + k] = 1.0;
+    return kt_difference(l, FIRST * fmax(1.0, fabs(l->x0[k])), l->derivative + column * l->size.f,
+                         l->derivative_error + column * l->size.f, error);
+}
+
+/* The number of states that are positions or velocities. */
+static size_t moving_of(const kt_linear_system *system) { return (size_t)(system->positions + system->velocities); }
 
 static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;
@@ -54,15 +66,23 @@ static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *
     for (size_t j = 0; j < (size_t)system->velocities && status == KT_OK; j++)
         status = kt_linearization_differentiate(l, NULL, l->free_velocity + j * nv, fmax(1.0, system->speed),
                                                 positions + j, error);
+    for (size_t k = 0; k < l->size.x && status == KT_OK; k++)
+        status = differentiate_state(l, k, moving_of(system) + k, error);
     return status;
 }
 
-/* The index in a probe of a state. */
+/* The index in a probe of a position or velocity that is a state. */
 static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                        size_t state) {
     const size_t positions = (size_t)system->positions;
     return state < positions ? (size_t)out->position_coordinate[state]
                              : l->size.v + (size_t)out->velocity_coordinate[state - positions];
+}
+
+/* A large change of a state. */
+static double unit_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                      size_t state) {
+    return state < moving_of(system) ? l->unit[place_of(l, out, system, state) % l->size.v] : 1.0;
 }
 
 /* column_j -= factor * column_c; errors are added. */
@@ -78,7 +98,7 @@ static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, d
 
 /* G <- G W^-1 by column operations; W = S G is nearly lower triangular with a unit diagonal. */
 static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
-    const size_t n = (size_t)system->states, f = l->size.f;
+    const size_t n = moving_of(system), f = l->size.f;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             l->overlap[j * n + i] = l->derivative[j * f + place_of(l, out, system, i)];
@@ -134,6 +154,9 @@ static void add_velocity_errors(kt_linearization *l, const kt_linear_system *sys
     for (size_t k = 0; k < nv; k++)
         for (size_t i = 0; i < nv && error[nv + k] > 0.0; i++)
             error[2 * nv + i] += fabs(l->by_velocity[k * nv + i]) * error[nv + k];
+    for (size_t k = 0; k < nv && l->size.x > 0; k++)
+        for (size_t i = 0; i < l->size.x; i++)
+            error[kt_probe_rates(l) + i] += fabs(l->rate_v[k * l->size.x + i]) * error[nv + k];
 }
 
 /* Adds the marker accelerations J' v at velocities v0 + h dq, without joint accelerations, times 1 / (4 h). */
@@ -194,10 +217,16 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
  * computed. */
 static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                                        kt_error *error) {
-    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f;
+    const size_t n = (size_t)system->states, moving = moving_of(system), nv = l->size.v, f = l->size.f;
     write_exact_bases(l, out, system);
-    kt_status status = kt_exact_derivatives(l, n, out->positions_of, out->velocities_of, error);
-    for (size_t j = 0; j < n && status == KT_OK; j++) {
+    kt_status status = kt_exact_derivatives(l, moving, out->positions_of, out->velocities_of, error);
+    for (size_t j = moving; j < n; j++) {
+        memset(l->derivative + j * f, 0, 2 * nv * sizeof(double));
+        memset(l->derivative_error + j * f, 0, 2 * nv * sizeof(double));
+        memset(l->derivative + j * f + 3 * nv, 0, 3 * l->size.markers * sizeof(double));
+        memset(l->derivative_error + j * f + 3 * nv, 0, 3 * l->size.markers * sizeof(double));
+    }
+    for (size_t j = 0; j < moving && status == KT_OK; j++) {
         const double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
         add_velocity_errors(l, system, j);
         if (l->size.markers > 0)
@@ -206,10 +235,10 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
     }
     for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
         for (size_t i = 0; i < n; i++) {
-            const bool is_position = i < (size_t)system->positions;
-            const size_t c = is_position ? 0 : (size_t)out->velocity_coordinate[i - (size_t)system->positions];
-            out->input[k * n + i] = is_position ? 0.0 : l->input_derivative[k * nv + c];
-            out->input_error[k * n + i] = is_position ? 0.0 : l->input_derivative_error[k * nv + c];
+            const bool is_velocity = i >= (size_t)system->positions && i < moving;
+            const size_t c = is_velocity ? (size_t)out->velocity_coordinate[i - (size_t)system->positions] : 0;
+            out->input[k * n + i] = is_velocity ? l->input_derivative[k * nv + c] : 0.0;
+            out->input_error[k * n + i] = is_velocity ? l->input_derivative_error[k * nv + c] : 0.0;
         }
     return status;
 }
@@ -221,6 +250,11 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
     const size_t nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
     for (size_t j = 0; j < (size_t)system->states; j++) {
         double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
+        if (j >= moving_of(system)) {
+            memset(dq, 0, nv * sizeof *dq);
+            memset(dv, 0, nv * sizeof *dv);
+            continue;
+        }
         if (j >= positions) {
             memset(dq, 0, nv * sizeof *dq);
             memcpy(dv, l->free_velocity + (j - positions) * nv, nv * sizeof *dv);
@@ -234,7 +268,8 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
 }
 
 static void write_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
-    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
+    const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions,
+                 moving = moving_of(system);
     double *rate = l->direction;
     for (size_t j = 0; j < n; j++) {
         const double *derivative = l->derivative + j * f, *error = l->derivative_error + j * f;
@@ -246,7 +281,8 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
             out->state_error[j * n + i] = j < positions && l->pivot_row[k] >= 0 ? error[nv + k] : 0.0;
         }
         for (size_t i = positions; i < n; i++) {
-            const size_t k = 2 * nv + (size_t)out->velocity_coordinate[i - positions];
+            const size_t k =
+                i < moving ? 2 * nv + (size_t)out->velocity_coordinate[i - positions] : kt_probe_rates(l) + i - moving;
             out->state[j * n + i] = derivative[k];
             out->state_error[j * n + i] = error[k];
         }
@@ -256,8 +292,8 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
 /* Adds the errors from the derivatives of the states themselves: |state| times these. */
 static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
-    for (size_t j = 0; j < n; j++)
-        for (size_t k = 0; k < n; k++) {
+    for (size_t j = 0; j < moving_of(system); j++)
+        for (size_t k = 0; k < moving_of(system); k++) {
             const double overlap = l->derivative_error[j * f + place_of(l, out, system, k)];
             for (size_t i = first; i < n && overlap > 0.0; i++)
                 out->state_error[j * n + i] += fabs(out->state[k * n + i]) * overlap;
@@ -323,9 +359,10 @@ static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, c
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n; i++) {
-        const int coordinate = i < positions ? 0 : out->velocity_coordinate[i - positions];
-        b[i] = i < positions ? 0.0 : l->ahead[coordinate];
-        b_error[i] = i < positions ? 0.0 : 4.0 * DBL_EPSILON * (effect * l->unit[coordinate]);
+        const bool is_velocity = i >= positions && i < moving_of(system);
+        const int coordinate = is_velocity ? out->velocity_coordinate[i - positions] : 0;
+        b[i] = is_velocity ? l->ahead[coordinate] : 0.0;
+        b_error[i] = is_velocity ? 4.0 * DBL_EPSILON * (effect * l->unit[coordinate]) : 0.0;
     }
     return KT_OK;
 }
@@ -346,13 +383,14 @@ static kt_status differentiate_numerically(kt_linearization *l, const kt_system_
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
-    const size_t n = (size_t)system->states, positions = (size_t)system->positions;
+    const size_t n = (size_t)system->states, positions = (size_t)system->positions, moving = moving_of(system);
     double whole = 0.0, worst = 0.0;
     for (size_t i = 0; i < n; i++) {
-        const size_t row = place_of(l, out, system, i) % l->size.v;
-        out->rate[i] = i < positions ? l->v0[row] : l->a0[row];
+        out->rate[i] = i < positions ? l->v0[out->position_coordinate[i]]
+                       : i < moving  ? l->a0[out->velocity_coordinate[i - positions]]
+                                     : l->x_rate[i - moving];
         for (size_t j = 0; j < n; j++) {
-            const double unit = l->unit[place_of(l, out, system, j) % l->size.v] / l->unit[row];
+            const double unit = unit_of(l, out, system, j) / unit_of(l, out, system, i);
             whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
             worst = fmax(worst, out->state_error[j * n + i] * unit);
         }
@@ -392,8 +430,7 @@ static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, co
     double whole = 0.0, apart = 0.0;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
-            const double unit =
-                l->unit[place_of(l, out, system, j) % l->size.v] / l->unit[place_of(l, out, system, i) % l->size.v];
+            const double unit = unit_of(l, out, system, j) / unit_of(l, out, system, i);
             whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
             apart = fmax(apart, fabs(out->state[j * n + i] - l->other_state[j * n + i]) * unit);
         }
@@ -444,9 +481,12 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
         memcpy(l->tau, tau, nv * sizeof *tau);
     else
         memset(l->tau, 0, nv * sizeof *l->tau);
+    kt_copy(l->data->x, l->x0, l->size.x * sizeof *l->x0);
     status = kt_state_project(l->model, l->data, l->t, l->q0, l->v0, NULL, error);
     if (status == KT_OK)
         status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->a0, error);
+    if (status == KT_OK && l->size.x > 0)
+        status = kt_own_state_rates(l->model, l->data, l->t, l->q0, l->v0, l->x_rate, error);
     system->speed = system->acceleration = 0.0;
     for (size_t i = 0; i < nv && status == KT_OK; i++) {
         system->speed = fmax(system->speed, fabs(l->v0[i]) / l->unit[i]);

@@ -25,7 +25,7 @@
 /* The workspace of dgeevx for n states: more than its minimum, so that it can use blocks. */
 static inline size_t kt_modes_work(size_t n) { return 66 * n + 64; }
 
-/* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates. */
+/* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates and own ones, x. */
 #define KT_MODES_FIELDS(X)                                                                                             \
     X(double, matrix, n *n, "state matrix, overwritten")                                                               \
     X(double, left, n *n, "left vectors, as LAPACK packs them")                                                        \
@@ -37,12 +37,13 @@ static inline size_t kt_modes_work(size_t n) { return 66 * n + 64; }
     X(double, work, kt_modes_work(n), "of LAPACK")                                                                     \
     X(int, order, n, "eigenvalues as they are handed out")                                                             \
     X(kt_mode, mode, n, "handed out")                                                                                  \
-    X(double, positions, n *n, "shapes: n / 2 complex numbers each")                                                   \
-    X(double, velocities, n *n, "shapes: n / 2 complex numbers each")
+    X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
+    X(double, velocities, n *(n - x), "shapes: likewise")                                                              \
+    X(double, own_states, 2 * n * x, "shapes: a complex number for each own state")
 
 struct kt_modes {
     void *owned; /* memory of kt_modes_create, or NULL */
-    size_t n;
+    size_t n, x;
     int count;
     KT_ARENA_DECLARE(KT_MODES_FIELDS)
 };
@@ -181,25 +182,32 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
 }
 
 /* Writes the scaled shape of a mode; returns its excitation. */
-static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv) {
+static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv,
+                          double *dx) {
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
+    const size_t first = (size_t)(system->states - system->own_states);
     double re = 1.0, im = 0.0;
     apply(system, system->positions_of, x, dq);
     apply(system, system->velocities_of, x, dv);
+    for (size_t i = 0; i < (size_t)system->own_states; i++) {
+        dx[2 * i] = x.re[first + i];
+        dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
+    }
     const bool moves = find_largest(system, dq, &re, &im);
     if (!moves && !find_largest(system, dv, &re, &im))
         return 0.0;
     turn(system->coordinates, re, im, dq);
     turn(system->coordinates, re, im, dv);
+    turn(system->own_states, re, im, dx);
     return moves ? amplitude_of(m, system, k) / hypot(re, im) : 0.0;
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
     if (KT_IS_MISSING(error, m, system))
         return KT_ERROR_ARGUMENT;
-    const size_t n = (size_t)system->states, nv = m->n / 2;
+    const size_t n = (size_t)system->states, nv = (m->n - m->x) / 2;
     double norm = 0.0;
-    if ((size_t)system->coordinates != nv || n > m->n)
+    if ((size_t)system->coordinates != nv || (size_t)system->own_states != m->x || n > m->n)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
                             system->coordinates);
@@ -213,8 +221,8 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];
         m->mode[i] = describe(m, system, k, norm);
-        m->mode[i].excitation =
-            write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv);
+        m->mode[i].excitation = write_shape(m, system, k, m->positions + (size_t)i * 2 * nv,
+                                            m->velocities + (size_t)i * 2 * nv, m->own_states + (size_t)i * 2 * m->x);
     }
     return KT_OK;
 }
@@ -226,17 +234,26 @@ kt_mode kt_modes_at(const kt_modes *m, int mode) {
     return m->mode[mode];
 }
 const double *kt_modes_positions(const kt_modes *m, int mode) {
-    return m && KT_IS_INDEX(mode, m->count) ? m->positions + (size_t)mode * m->n : NULL;
+    return m && KT_IS_INDEX(mode, m->count) ? m->positions + (size_t)mode * (m->n - m->x) : NULL;
 }
 const double *kt_modes_velocities(const kt_modes *m, int mode) {
-    return m && KT_IS_INDEX(mode, m->count) ? m->velocities + (size_t)mode * m->n : NULL;
+    return m && KT_IS_INDEX(mode, m->count) ? m->velocities + (size_t)mode * (m->n - m->x) : NULL;
+}
+const double *kt_modes_own_states(const kt_modes *m, int mode) {
+    return m && m->x > 0 && KT_IS_INDEX(mode, m->count) ? m->own_states + (size_t)mode * 2 * m->x : NULL;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n)
+KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n, size_t x)
 
-size_t kt_modes_size(const kt_model *model) { return model ? lay_out(NULL, 2 * (size_t)kt_model_nv(model)) : 0; }
+static size_t states_of(const kt_model *model) {
+    return 2 * (size_t)kt_model_nv(model) + (size_t)kt_own_state_count(model);
+}
+
+size_t kt_modes_size(const kt_model *model) {
+    return model ? lay_out(NULL, states_of(model), (size_t)kt_own_state_count(model)) : 0;
+}
 
 kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
     if (KT_IS_MISSING(error, model, modes))
@@ -246,8 +263,9 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
     if (status != KT_OK)
         return status;
     *modes = memory;
-    (*modes)->n = 2 * (size_t)kt_model_nv(model);
-    (void)lay_out(memory, (*modes)->n);
+    (*modes)->n = states_of(model);
+    (*modes)->x = (size_t)kt_own_state_count(model);
+    (void)lay_out(memory, (*modes)->n, (*modes)->x);
     return KT_OK;
 }
 

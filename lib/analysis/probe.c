@@ -1,10 +1,13 @@
 /* A probe: the numbers of a neighbouring state on the manifold that are differenced.
  *
  * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and yields, in this order, the actual
- * differences q (-) q0 and v - v0 (nv each), the acceleration a there (nv), and the velocities of the markers (3 each).
+ * differences q (-) q0 and v - v0 (nv each), the acceleration a there (nv), the velocities of the markers (3 each), and the
+ * rates of own states, of which a direction may have parts, too.
  * At rest the force M a can replace a: inverse dynamics with the acceleration a minus that without.
  */
 #include "analysis/analysis.h"
+
+#include "base/copy.h"
 
 #include <float.h>
 #include <math.h>
@@ -33,7 +36,7 @@ kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_err
     return status;
 }
 
-kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error) {
+static kt_status probe(kt_linearization *l, double step, double *out, kt_error *error) {
     const size_t nv = l->size.v;
     for (size_t i = 0; i < nv; i++) {
         out[i] = step * l->direction[i];
@@ -49,7 +52,19 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q, l->v, l->tau, NULL, out + 2 * nv, error);
     if (status == KT_OK && l->of_force)
         status = kt_probe_force(l, l->q, out + 2 * nv, error);
-    return status == KT_OK ? probe_markers(l, out + 3 * nv, error) : status;
+    if (status == KT_OK)
+        status = probe_markers(l, out + 3 * nv, error);
+    if (status == KT_OK && l->size.x > 0)
+        status = kt_own_state_rates(l->model, l->data, l->t, l->q, l->v, out + kt_probe_rates(l), error);
+    return status;
+}
+
+kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error) {
+    for (size_t i = 0; i < l->size.x; i++)
+        l->data->x[i] = l->x0[i] + step * l->direction[2 * l->size.v + i];
+    const kt_status status = probe(l, step, out, error);
+    kt_copy(l->data->x, l->x0, l->size.x * sizeof *l->x0);
+    return status;
 }
 
 /* Rounding of angles and lengths is proportional to their size, that of quaternions to 1. */
@@ -79,4 +94,6 @@ void kt_probe_floor(kt_linearization *l) {
     }
     for (size_t i = 0; i < 3 * l->size.markers; i++)
         l->floor[3 * nv + i] = speed * size;
+    for (size_t i = 0; i < l->size.x; i++)
+        l->floor[kt_probe_rates(l) + i] = fabs(l->x_rate[i]);
 }

@@ -6,6 +6,7 @@
  * (kt_stability_growth), as if it persisted for the whole run.
  */
 #include "base/arena.h"
+#include "base/copy.h"
 #include "base/require.h"
 #include "kinetree/analysis.h"
 
@@ -114,6 +115,8 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
             status = kt_simulation_advance(simulation, t, error);
         if (status != KT_OK)
             break;
+        kt_copy(kt_linearization_own_states(spectrum->linearization), kt_simulation_own_states(simulation),
+                (size_t)kt_own_state_count(spectrum->model) * sizeof(double));
         status = kt_spectrum_add(spectrum, t, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
                                  NULL, error);
         if (status == KT_ERROR_SINGULAR)
@@ -249,7 +252,7 @@ static kt_spectrum_sizes measure(const kt_model *model, int samples) {
     kt_spectrum_sizes s = {.nq = (size_t)kt_model_nq(model),
                            .nv = (size_t)kt_model_nv(model),
                            .samples = samples > 0 ? (size_t)samples : 0};
-    s.modes = 2 * s.nv * s.samples;
+    s.modes = (2 * s.nv + (size_t)kt_own_state_count(model)) * s.samples;
     s.shapes = KT_SPECTRUM_SHAPES * s.samples;
     s.linearization = kt_linearization_size(model, &options);
     s.system_modes = kt_modes_size(model);

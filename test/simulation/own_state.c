@@ -280,16 +280,12 @@ static void refuses(const char *what, kt_status status, const kt_error *error) {
 KT_TEST(what_does_not_know_own_states_says_so) {
     mechanism m;
     kt_error error = {0};
-    kt_linearization *l = NULL;
-    kt_spectrum *spectrum = NULL;
     kt_mode_watch *watch = NULL;
     kt_floquet *floquet = NULL;
     kt_absolute *absolute = NULL;
     kt_constraint_formulation *formulation = NULL;
     if (!make(&m, ARM STATES))
         return;
-    refuses("linearisation", kt_linearization_create(m.model, NULL, &l, &error), &error);
-    refuses("spectrum", kt_spectrum_create(m.model, 2, &spectrum, &error), &error);
     refuses("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
     const kt_floquet_options period = kt_floquet_options_default(1.0);
     refuses("multipliers", kt_floquet_create(m.model, &period, &floquet, &error), &error);

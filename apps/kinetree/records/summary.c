@@ -109,13 +109,9 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
 }
 
 static void list_states(const kt_outcome *outcome, json_t *root) {
-    const double *x = kt_simulation_own_states(outcome->simulation);
-    json_t *states = json_object();
-    for (int i = 0; i < kt_own_state_count(outcome->model); i++)
-        json_object_set_new(states, kt_own_state_name(outcome->model, i), kt_json_number(x[i]));
     if (kt_own_state_count(outcome->model) > 0)
-        json_object_set(root, "state", states);
-    json_decref(states);
+        json_object_set_new(root, "state",
+                            kt_json_own_states(outcome->model, kt_simulation_own_states(outcome->simulation)));
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {

@@ -129,6 +129,10 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
     const int body = body_of(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
+    if (coordinate >= kt_model_nv(model)) {
+        snprintf(name.text, sizeof name.text, "state %.80s", kt_own_state_name(model, coordinate - kt_model_nv(model)));
+        return name;
+    }
     snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
              at.nv > 1 ? name_component(at.type, coordinate - at.v).text : "");
     return name;
@@ -160,16 +164,21 @@ bool kt_mode_grows(const kt_mode *mode) {
 
 int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    const double *shape = kt_modes_positions(motion->modes, mode);
+    const double *shapes[] = {kt_modes_positions(motion->modes, mode), kt_modes_velocities(motion->modes, mode),
+                              kt_modes_own_states(motion->modes, mode)};
+    const double *shape = shapes[0];
     double largest = 0.0;
-    for (int pass = 0; pass < 2 && largest == 0.0; pass++) {
-        shape = pass ? kt_modes_velocities(motion->modes, mode) : shape;
-        for (int i = 0; i < system->coordinates; i++)
-            largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i]);
+    int begin = 0, components = system->coordinates;
+    for (int pass = 0; pass < 3 && largest == 0.0; pass++) {
+        begin = pass < 2 ? 0 : system->coordinates;
+        components = pass < 2 ? system->coordinates : system->own_states;
+        shape = shapes[pass];
+        for (int i = 0; i < components; i++)
+            largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / (begin > 0 ? 1.0 : system->unit[i]));
     }
     int count = 0;
-    for (int i = 0; i < system->coordinates; i++) {
-        const double share = hypot(shape[2 * i], shape[2 * i + 1]) / system->unit[i] / largest;
+    for (int i = 0; i < components && largest > 0.0; i++) {
+        const double share = hypot(shape[2 * i], shape[2 * i + 1]) / (begin > 0 ? 1.0 : system->unit[i]) / largest;
         if (!(share > least))
             continue;
         int at = count < most ? count++ : most;
@@ -177,7 +186,7 @@ int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, in
             if (at < most)
                 movers[at] = movers[at - 1];
         if (at < most)
-            movers[at] = (kt_mover){i, share, atan2(shape[2 * i + 1], shape[2 * i])};
+            movers[at] = (kt_mover){begin + i, share, atan2(shape[2 * i + 1], shape[2 * i])};
     }
     const double first = count > 0 ? movers[0].phase : 0.0;
     for (int i = 0; i < count; i++)

@@ -56,7 +56,8 @@ bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode);
 bool kt_mode_grows(const kt_mode *mode);
 
 /* Finds the coordinates with the largest amplitudes in a mode, each divided by its unit, in descending order, with
- * their share of the largest. Amplitudes are those of the positions, or of the velocities if no position moves. Returns
+ * their share of the largest. Amplitudes are those of the positions, or of the velocities if no position moves, or of own
+ * states where nothing moves: own state k is coordinate nv + k. Returns
  * the number of those found, at most `most`, whose share exceeds `least`. */
 typedef struct kt_mover {
     int coordinate;

@@ -122,6 +122,9 @@ static int print_text(const kt_small_motion *motion) {
         print_position(at, motion->q);
         puts("}");
     }
+    for (int k = 0; k < kt_own_state_count(motion->model); k++)
+        printf("%s: {initial: %.17g}\n", kt_own_state_name(motion->model, k),
+               kt_linearization_own_states(motion->linearization)[k]);
     if (worst >= 0) {
         kt_mover mover;
         const double rate = kt_modes_at(motion->modes, worst).real;
@@ -144,6 +147,9 @@ static json_t *describe(const kt_small_motion *motion) {
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
+    if (kt_own_state_count(motion->model) > 0)
+        json_object_set_new(root, "state",
+                            kt_json_own_states(motion->model, kt_linearization_own_states(motion->linearization)));
     json_object_set_new(root, "stability", json_string(word(worst, neutral, damped)));
     json_object_set_new(root, "growth", json_real(worst < 0 ? 0.0 : kt_modes_at(motion->modes, worst).real));
     json_object_set_new(root, "neutral", json_integer(neutral));
@@ -159,6 +165,8 @@ static json_t *describe(const kt_small_motion *motion) {
 static int write_scene(kt_small_motion *motion, const char *path) {
     kt_error error = {0};
     kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
+    if (status == KT_OK && kt_own_state_count(motion->model) > 0)
+        status = kt_scene_start_states(&motion->scene, kt_linearization_own_states(motion->linearization), &error);
     if (status == KT_OK)
         status = kt_write_scene(&motion->scene, path, &error);
     if (status == KT_OK)

@@ -154,13 +154,16 @@ static int choose_state(kt_small_motion *motion, const kt_modes_arguments *argum
     return KT_EXIT_DONE;
 }
 
-/* Returns whether the motion is steady: the acceleration is zero, and so is its rate, d/dt a = state x' (its lower
- * rows). */
+/* Returns whether the motion is steady: the acceleration is zero, and so are its rate, d/dt a = state x' (its lower
+ * rows), and those of own states. */
 static bool is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)
         return false;
-    for (int i = system->positions; i < system->states; i++) {
+    for (int i = system->states - system->own_states; i < system->states; i++)
+        if (fabs(system->rate[i]) > 1e-9 * scale)
+            return false;
+    for (int i = system->positions; i < system->positions + system->velocities; i++) {
         double sum = 0.0;
         for (int j = 0; j < system->states; j++)
             sum += system->state[(size_t)j * (size_t)system->states + (size_t)i] * system->rate[j];
@@ -176,7 +179,8 @@ static const char *name_state(const kt_small_motion *motion, const kt_linear_sys
         return "equilibrium";
     if (system->speed > 1e-12)
         return is_steady(system) ? "steady motion" : "motion";
-    return system->acceleration > 1e-9 ? "initial position" : "equilibrium";
+    return system->acceleration > 1e-9 || (system->own_states > 0 && !is_steady(system)) ? "initial position"
+                                                                                         : "equilibrium";
 }
 
 static void warn(const kt_linear_system *system, const char *state) {
@@ -329,8 +333,13 @@ static json_t *list_rows(const double *matrix, int rows, int columns) {
 
 static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
+    const int moving = system->states - system->own_states;
     for (int i = 0; i < system->states; i++) {
         const bool velocity = i >= system->positions;
+        if (i >= moving) {
+            json_array_append_new(list, json_sprintf("state.%s", kt_own_state_name(motion->model, i - moving)));
+            continue;
+        }
         const int coordinate =
             velocity ? system->velocity_coordinate[i - system->positions] : system->position_coordinate[i];
         json_array_append_new(list, json_sprintf("%s.%s", velocity ? "velocity" : "position",
@@ -378,6 +387,14 @@ static json_t *describe_shape(const kt_model *model, const double *shape) {
     return object;
 }
 
+/* The same of own states. */
+static json_t *describe_own_states(const kt_model *model, const double *shape) {
+    json_t *object = json_object();
+    for (int k = 0; k < kt_own_state_count(model); k++)
+        json_object_set_new(object, kt_own_state_name(model, k), kt_json_numbers(shape + 2 * k, 2));
+    return object;
+}
+
 static json_t *list_modes(const kt_small_motion *motion) {
     json_t *list = json_array();
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
@@ -387,6 +404,9 @@ static json_t *list_modes(const kt_small_motion *motion) {
                                 mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
         json_object_set_new(one, "position", describe_shape(motion->model, kt_modes_positions(motion->modes, i)));
         json_object_set_new(one, "velocity", describe_shape(motion->model, kt_modes_velocities(motion->modes, i)));
+        if (kt_own_state_count(motion->model) > 0)
+            json_object_set_new(one, "state",
+                                describe_own_states(motion->model, kt_modes_own_states(motion->modes, i)));
         json_array_append_new(list, one);
     }
     return list;
@@ -399,6 +419,9 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
     json_object_set_new(root, "about", json_string(state));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));
+    if (system->own_states > 0)
+        json_object_set_new(root, "state",
+                            kt_json_own_states(motion->model, kt_linearization_own_states(motion->linearization)));
     json_object_set_new(root, "states", list_states(motion, system));
     json_object_set_new(root, "inputs", list_inputs(motion, system));
     json_object_set_new(root, "outputs", list_outputs(motion->model));

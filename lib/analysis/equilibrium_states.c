@@ -1,0 +1,186 @@
+/* Static equilibrium of a model with own states x: positions q and states where nothing moves and no state changes.
+ *
+ * With E the basis of free velocities and g = E' M a (equilibrium.c), and x' = f, Newton's method solves
+ *
+ *     g(q, x) = 0,   f(q, 0, x) = 0
+ *
+ *     [ E' D_q E   E' D_x ] [ y  ]   [ g ]
+ *     [ F_q E      F_x    ] [ dx ] = [ f ],   D = -d(M a), F = -df          (kt_linearized_fill at a = 0)
+ *
+ * for a step (E y, dx). It is shortened until that of the same matrix from where it leads is shorter (P. Deuflhard,
+ * Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state that its own rate does
+ * not depend on, so that F_x is singular, and the whole is not.
+ */
+#include "analysis/analysis.h"
+#include "base/copy.h"
+#include "derivative/stiffness.h"
+#include "dynamics/dynamics.h"
+#include "linear/lapack.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { STEPS_MOST = 100, SHORTER_MOST = 30 };
+
+#define ARRIVED 1e-13 /* in units: length of a step */
+#define STALLED 1e-9  /* and of one of which no part leads nearer */
+#define LONGEST 1.0   /* in units: of a step */
+
+typedef struct search {
+    kt_linearization *l;
+    kt_system_arrays *out;
+    double t;
+    const double *tau;
+    int dofs;
+} search;
+
+/* (E' f, rates) into to: the right-hand side at q0 and x0, where the accelerations are a0. */
+static kt_status write_residual(const search *s, double *to, kt_error *error) {
+    kt_linearization *l = s->l;
+    memcpy(l->tried_a, l->a0, l->size.v * sizeof *l->a0);
+    const kt_status status = kt_probe_force(l, l->q0, l->tried_a, error);
+    for (int j = 0; j < s->dofs && status == KT_OK; j++) {
+        to[j] = 0.0;
+        for (size_t i = 0; i < l->size.v; i++)
+            to[j] += l->free_velocity[(size_t)j * l->size.v + i] * l->tried_a[i];
+    }
+    kt_copy(to + s->dofs, l->x_rate, l->size.x * sizeof *to);
+    return status;
+}
+
+/* out (rows) += matrix x. */
+static void add_product(const double *matrix, size_t rows, size_t n, const double *x, double *out) {
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < rows; i++)
+            out[i] += matrix[k * rows + i] * x[k];
+}
+
+/* E' x for a column x of nv, into to. */
+static void reduce(const search *s, const double *x, double *to) {
+    const kt_linearization *l = s->l;
+    for (int j = 0; j < s->dofs; j++)
+        to[j] = 0.0;
+    for (int j = 0; j < s->dofs; j++)
+        for (size_t i = 0; i < l->size.v; i++)
+            to[j] += l->free_velocity[(size_t)j * l->size.v + i] * x[i];
+}
+
+/* The matrix at q0 and x0, into `factor`. */
+static kt_status write_matrix(const search *s, kt_error *error) {
+    kt_linearization *l = s->l;
+    const size_t nv = l->size.v, nx = l->size.x, n = (size_t)s->dofs + nx;
+    kt_linearized w;
+    (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
+    const kt_status status = kt_linearized_fill(&w, l->q0, l->v0, l->tau, NULL, l->model->zero, error);
+    for (size_t j = 0; j < n && status == KT_OK; j++) {
+        double *to = l->factor + j * n;
+        const double *e = l->free_velocity + j * nv;
+        memset(to, 0, n * sizeof *to);
+        if (j < (size_t)s->dofs) {
+            memset(l->tried_a, 0, nv * sizeof *l->tried_a);
+            add_product(w.d_q, nv, nv, e, l->tried_a);
+            reduce(s, l->tried_a, to);
+            add_product(w.rate_q, nx, nv, e, to + s->dofs);
+        } else {
+            reduce(s, w.force_x + (j - (size_t)s->dofs) * nv, to);
+            kt_copy(to + s->dofs, w.rate_x + (j - (size_t)s->dofs) * nx, nx * sizeof *to);
+        }
+    }
+    return status;
+}
+
+/* The length of a step, in units. */
+static double length_of(const search *s, const double *step) {
+    const kt_linearization *l = s->l;
+    double most = 0.0;
+    for (int j = 0; j < s->dofs; j++)
+        most = fmax(most, fabs(step[j]) / l->unit[s->out->velocity_coordinate[j]]);
+    for (size_t k = 0; k < l->size.x; k++)
+        most = fmax(most, fabs(step[s->dofs + (int)k]) / fmax(1.0, fabs(l->x_begin[k])));
+    return most;
+}
+
+/* Moves to `part` of the step from tried_q and x_begin. */
+static kt_status move(const search *s, double part, kt_error *error) {
+    kt_linearization *l = s->l;
+    kt_linear_system unused = {0};
+    memset(l->direction, 0, l->size.v * sizeof *l->direction);
+    for (int j = 0; j < s->dofs; j++)
+        for (size_t i = 0; i < l->size.v; i++)
+            l->direction[i] += part * l->step[j] * l->free_velocity[(size_t)j * l->size.v + i];
+    for (size_t k = 0; k < l->size.x; k++)
+        l->x0[k] = l->x_begin[k] + part * l->step[s->dofs + (int)k];
+    kt_position_add(l->model, l->tried_q, l->direction, l->q);
+    return kt_linearization_begin(l, s->t, l->q, l->model->zero, s->tau, &unused, error);
+}
+
+static kt_status refuse(const search *s, const char *why, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "own state '%.60s', t = %.9g s", kt_own_state_name(s->l->model, 0), s->t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "no equilibrium of positions and own states was found: %s; start nearer to one, or let a run "
+                        "come to rest and go on from it",
+                        why);
+}
+
+/* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
+static kt_status step(search *s, double *length, kt_error *error) {
+    kt_linearization *l = s->l;
+    kt_linear_system system = {0};
+    kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
+    s->dofs = system.velocities;
+    if (status == KT_OK)
+        status = write_residual(s, l->step, error);
+    if (status == KT_OK)
+        status = write_matrix(s, error);
+    if (status != KT_OK)
+        return status;
+    const int n = s->dofs + (int)l->size.x;
+    *length = 0.0;
+    if (length_of(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
+        return KT_OK;
+    memcpy(l->matrix, l->factor, (size_t)n * (size_t)n * sizeof *l->factor);
+    kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
+    kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
+    if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
+        return refuse(s, "nothing holds a position or a state where it is", error);
+    const double whole = length_of(s, l->step);
+    *length = whole;
+    if (whole <= ARRIVED)
+        return KT_OK;
+    for (int i = 0; i < SHORTER_MOST; i++) {
+        const double part = ldexp(fmin(1.0, LONGEST / whole), -i);
+        if (move(s, part, NULL) != KT_OK || write_residual(s, l->force, NULL) != KT_OK)
+            continue;
+        memcpy(l->factor, l->matrix, (size_t)n * (size_t)n * sizeof *l->factor);
+        if (kt_lapack_gesv(n, l->factor, l->pivot, l->force) == 0 && length_of(s, l->force) < whole) {
+            *length = part * whole;
+            return KT_OK;
+        }
+    }
+    status = move(s, 0.0, error);
+    *length = 0.0;
+    return status == KT_OK && whole > STALLED ? refuse(s, "no part of a step leads nearer", error) : status;
+}
+
+kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
+                                   const double *q, const double *tau, kt_equilibrium *found, kt_error *error) {
+    search s = {.l = l, .out = &l->arrays[l->next], .t = t, .tau = tau};
+    kt_linear_system system = {0};
+    const int most = options->most > 0 ? options->most : STEPS_MOST;
+    double length = HUGE_VAL;
+    kt_status status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
+    found->starts = 1;
+    while (status == KT_OK && length > ARRIVED && found->steps < most) {
+        status = step(&s, &length, error);
+        found->steps += length > 0.0;
+    }
+    if (status == KT_OK && length > ARRIVED)
+        status = refuse(&s, "the most steps are taken", error);
+    found->distance = length;
+    for (size_t i = 0; i < l->size.v && status == KT_OK; i++)
+        found->acceleration = fmax(found->acceleration, fabs(l->a0[i]) / l->unit[i]);
+    return status;
+}

@@ -1,0 +1,209 @@
+/* Linear systems, modes and equilibria of models with own states: closed forms, and differences along the manifold. */
+#include "../simulation/scenes.h"
+#include "kinetree/analysis.h"
+#include "kinetree/scene.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+typedef struct made {
+    kt_scene scene;
+    kt_model *model;
+    kt_linearization *exact, *differences;
+} made;
+
+static bool make(made *m, const char *text) {
+    kt_error error = {0};
+    kt_linearization_options options = kt_linearization_options_default();
+    memset(m, 0, sizeof *m);
+    bool fine = kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
+                kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
+                kt_fine("exact", kt_linearization_create(m->model, &options, &m->exact, &error), &error);
+    options.differences = true;
+    return fine && kt_fine("other", kt_linearization_create(m->model, &options, &m->differences, &error), &error);
+}
+
+static void end(made *m) {
+    kt_linearization_free(m->exact);
+    kt_linearization_free(m->differences);
+    kt_model_free(m->model);
+    kt_scene_free(&m->scene);
+}
+
+/* ---- a controller with memory ------------------------------------------------------------------------------------ */
+
+/* J q'' = P (s - q) + I x - D q' - m g l cos(q) / 2, x' = s - q. */
+#define CONTROLLED                                                                                                     \
+    "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
+    "  - {name: arm, joint: {type: revolute, axis: z, position: 1.3}, mass: 2, com: [0.4, 0, 0],\n"                    \
+    "     inertia: [0.05, 0.05, 0.05]}\n"                                                                              \
+    "states: {sum: {rate: \"0.7 - position.arm\"}, aside: {initial: 3, rate: \"-4*aside\"}}\n"                         \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, joint: arm, force: \"20*(0.7 - position.arm) + 15*sum - 2*velocity.arm\"}\n"               \
+    "  - {type: motor, joint: arm, torque: 0}\n"
+
+KT_TEST(equilibrium_of_a_controller_with_memory_is_its_closed_form) {
+    made m;
+    kt_error error;
+    kt_equilibrium found;
+    double q = 1.3;
+    if (!make(&m, CONTROLLED))
+        return;
+    double *x = kt_linearization_own_states(m.exact);
+    kt_check_near("initial", x[1], 3.0, 0.0);
+    (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
+    kt_check_near("angle", q, 0.7, 4.0 * DBL_EPSILON);
+    kt_check_near("sum", x[0], 2.0 * 9.81 * 0.4 * cos(0.7) / 15.0, 8.0 * DBL_EPSILON);
+    kt_check_near("aside", x[1], 0.0, 1e-15);
+    kt_check_true("steps", found.steps > 1);
+    end(&m);
+}
+
+KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
+    made m;
+    kt_error error;
+    const double q = 0.9, v = 0.2, J = 0.05 + 2.0 * 0.16;
+    const double expected[4][4] = {{0.0, (-20.0 + 2.0 * 9.81 * 0.4 * sin(q)) / J, -1.0, 0.0},
+                                   {1.0, -2.0 / J, 0.0, 0.0},
+                                   {0.0, 15.0 / J, 0.0, 0.0},
+                                   {0.0, 0.0, 0.0, -4.0}};
+    if (!make(&m, CONTROLLED))
+        return;
+    kt_linearization *const both[] = {m.exact, m.differences};
+    for (int k = 0; k < 2; k++) {
+        kt_worst worst = {.what = k ? "differences" : "exact"};
+        (void)kt_fine("evaluated", kt_linearization_evaluate(both[k], 0.0, &q, &v, NULL, &error), &error);
+        const kt_linear_system *s = kt_linearization_system(both[k]);
+        kt_check_equal_int("states", s->states, 4);
+        kt_check_equal_int("own", s->own_states, 2);
+        kt_check_equal_int("exact", s->exact, k == 0);
+        for (int j = 0; j < 4 && s->states == 4; j++)
+            for (int i = 0; i < 4; i++)
+                kt_worst_near(&worst, s->state[j * 4 + i], expected[j][i], k ? 1e-10 : 1e-13, "%d %d", i, j);
+        kt_check_near("input", s->input[1], 1.0 / J, 1e-14);
+        kt_check_near("no input", s->input[2], 0.0, 0.0);
+        kt_check_near("rate", s->rate[2], 0.7 - q, 1e-15);
+        kt_check_near("rate", s->rate[3], -12.0, 1e-15);
+        kt_check_worst(&worst);
+    }
+    end(&m);
+}
+
+/* lambda^3 + D/J lambda^2 + k/J lambda + I/J = 0 at the equilibrium, and -4 of the state that nothing reads. */
+KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
+    made m;
+    kt_error error;
+    kt_modes *modes = NULL;
+    double q = 0.7;
+    const double J = 0.05 + 2.0 * 0.16, k = 20.0 - 2.0 * 9.81 * 0.4 * sin(0.7);
+    if (!make(&m, CONTROLLED))
+        return;
+    (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), &error);
+    (void)kt_fine("evaluated", kt_linearization_evaluate(m.exact, 0.0, &q, NULL, NULL, &error), &error);
+    (void)kt_fine("modes", kt_modes_create(m.model, &modes, &error), &error);
+    (void)kt_fine("evaluated", kt_modes_evaluate(modes, kt_linearization_system(m.exact), &error), &error);
+    int aside = 0, count = 0;
+    for (int i = 0; i < kt_modes_count(modes); i++) {
+        const kt_mode mode = kt_modes_at(modes, i);
+        const double a = mode.real, b = mode.imaginary, *shape = kt_modes_own_states(modes, i);
+        count += mode.count;
+        if (fabs(a + 4.0) < 1e-9 && b == 0.0) {
+            aside++;
+            kt_check_near("nothing moves", hypot(kt_modes_positions(modes, i)[0], kt_modes_velocities(modes, i)[0]),
+                          0.0, 0.0);
+            kt_check_true("but the state", fabs(shape[2]) > 0.9);
+            continue;
+        }
+        const double re = a * a * a - 3.0 * a * b * b + 2.0 / J * (a * a - b * b) + k / J * a + 15.0 / J;
+        const double im = 3.0 * a * a * b - b * b * b + 4.0 / J * a * b + k / J * b;
+        kt_check_near("root", hypot(re, im), 0.0, 1e-9);
+        /* x = -q / lambda, with q = 1 */
+        kt_check_near("share of the sum", hypot(shape[0], shape[1]), 1.0 / hypot(a, b), 1e-9);
+    }
+    kt_check_equal_int("aside", aside, 1);
+    kt_check_equal_int("all", count, 4);
+    kt_modes_free(modes);
+    end(&m);
+}
+
+/* ---- in space, and with a loop ----------------------------------------------------------------------------------- */
+
+#define BODIES                                                                                                         \
+    "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
+    "  - {name: ball, joint: {type: spherical}, mass: 2, com: [0.3, 0.1, 0], inertia: [0.2, 0.3, 0.4]}\n"              \
+    "  - {name: arm, parent: ball, joint: {type: revolute, axis: y, at: [0.5, 0, 0.1]}, mass: 1, com: [0.2, 0, "       \
+    "0.1],\n"                                                                                                          \
+    "     inertia: [0.02, 0.03, 0.04], markers: {tip: [0.4, 0.1, 0]}}\n"                                               \
+    "states:\n"                                                                                                        \
+    "  lag: {initial: 0.5, rate: \"30*(position.arm - lag) + lag^2\"}\n"                                               \
+    "  charge: {initial: 1, rate: \"marker.arm.tip.vx - lag*charge + velocity.ball[1]*marker.arm.tip.y\"}\n"           \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, joint: arm, force: \"-3*lag - 4*charge*velocity.arm\"}\n"                                  \
+    "  - {type: expression, between: [arm.tip, {body: world, at: [1, 1, 0]}], force: \"5*charge*lag - length\"}\n"     \
+    "  - {type: expression, at: ball, force: [charge^2, 0, lag], torque: [0, lag, 0]}\n"
+#define LOOP "loops:\n  - {name: rod, type: distance, between: [arm.tip, {body: world, at: [1.2, 0.4, 0.3]}]}\n"
+
+/* Differences along the manifold know nothing of the Jacobians. */
+static void compare(const char *text) {
+    made m;
+    kt_error error;
+    if (!make(&m, text))
+        return;
+    double q[5], v[4] = {0.4, -0.3, 0.5, 0.7};
+    kt_worst worst = kt_worst_make("differences");
+    kt_model_initial(m.model, q, NULL);
+    (void)kt_fine("exact", kt_linearization_evaluate(m.exact, 0.2, q, v, NULL, &error), &error);
+    (void)kt_fine("differences", kt_linearization_evaluate(m.differences, 0.2, q, v, NULL, &error), &error);
+    const kt_linear_system *a = kt_linearization_system(m.exact), *b = kt_linearization_system(m.differences);
+    if (kt_check_equal_int("states", a->states, b->states))
+        for (int i = 0; i < a->states * a->states; i++)
+            kt_worst_near(&worst, a->state[i], b->state[i], 4.0 * (a->state_error[i] + b->state_error[i]) + 1e-13,
+                          "%d %d", i % a->states, i / a->states);
+    kt_check_true("it has columns of states", a->states == a->positions + a->velocities + 2);
+    kt_check_below("error", b->error, 1e-9);
+    kt_check_worst(&worst);
+    end(&m);
+}
+
+KT_TEST(matrices_in_space_are_those_of_differences) { compare(BODIES); }
+
+KT_TEST(matrices_with_a_loop_are_those_of_differences) { compare(BODIES LOOP); }
+
+/* What the formulas ask for is found by Newton's method from elsewhere: nothing moves there and no state changes. */
+KT_TEST(equilibrium_in_space_with_a_loop_rests) {
+    made m;
+    kt_error error;
+    kt_data *data = NULL;
+    double q[5], v[4] = {0.0}, a[4], rates[2];
+    if (!make(&m, BODIES LOOP) || !kt_fine("data", kt_data_create(m.model, &data, &error), &error))
+        return;
+    kt_model_initial(m.model, q, NULL);
+    (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, q, NULL, NULL, &error), &error);
+    memcpy(kt_own_states(m.model, data), kt_linearization_own_states(m.exact), sizeof rates);
+    (void)kt_fine("acceleration", kt_acceleration_evaluate(m.model, data, 0.0, q, v, NULL, NULL, a, &error), &error);
+    (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.0, q, v, rates, &error), &error);
+    for (int i = 0; i < 4; i++)
+        kt_check_near("acceleration", a[i], 0.0, 1e-11);
+    for (int i = 0; i < 2; i++)
+        kt_check_near("rate", rates[i], 0.0, 1e-12);
+    kt_data_free(data);
+    end(&m);
+}
+
+/* A flywheel that a motor drives against friction alone has no place where it rests: said by words, with the states as
+ * they were. */
+KT_TEST(what_has_no_equilibrium_is_refused_and_keeps_its_states) {
+    made m;
+    kt_error error;
+    double q = 0.25;
+    if (!make(&m, "kinetree: 1\nbodies:\n  - {name: wheel, joint: {type: revolute}, inertia: [1, 1, 1], mass: 1}\n"
+                  "states: {current: {initial: 2, rate: \"12 - current - velocity.wheel\"}}\n"
+                  "effects:\n  - {type: expression, joint: wheel, force: \"current - velocity.wheel\"}\n"))
+        return;
+    kt_check_equal_int("refused", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), KT_ERROR_STEP);
+    kt_check_contains("which", error.where, "current");
+    kt_check_near("position", q, 0.25, 0.0);
+    kt_check_near("state", kt_linearization_own_states(m.exact)[0], 2.0, 0.0);
+    end(&m);
+}
