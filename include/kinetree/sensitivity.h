@@ -24,10 +24,14 @@
  * has four numbers at the stages, accelerations depend on its rotation xi = 2 vec(p^-1 o dp) alone, and so does the
  * quaternion that is made a unit again after the step.
  *
- * Implicit methods (implicit-euler, crank-nicolson, radau5): a_ij couples stages forward, too, and the same equations
- * for dK_i are linear ones, by the implicit function theorem at the solved stages:
+ * Implicit methods (implicit-euler, crank-nicolson, radau5, bdf2, two-step): a_ij couples stages forward, too, and the
+ * same equations for dK_i are linear ones, by the implicit function theorem at the solved stages:
  *     dK_i - h F_i sum_j a_ij dK_j = F_i dx + f_tau dtau,   F_i = df/dx at stage i
- * They are exact, whatever iteration found the stages (Hairer, Norsett, Wanner I, II.7; HW II, IV.8).
+ * They are exact, whatever iteration found the stages (Hairer, Norsett, Wanner I, II.7; HW II, IV.8). A step of a
+ * two-step method (bdf2, two-step) from a state alone is its first one, by the diagonally implicit method of its table;
+ * so are all steps of a simulation whose inputs change at each. Of rodas5p, which is linearly implicit, a step depends
+ * on the Jacobian J at its start, and its derivatives on those of J along the stages' increments: exact to some 1e-11,
+ * by differences of exact Jacobians (HW II, IV.7).
  *
  * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection,
  *     q+ = q (+) x,   W x = J' lambda,   J x = -phi(q),   W = 1 or M (kt_metric)
@@ -60,8 +64,8 @@ extern "C" {
 
 /* A fixed step from t to t + h, and what is held constant during it. Clear the struct and fill in what there is. */
 typedef struct kt_step {
-    const kt_method *method;   /* an explicit Runge-Kutta method, implicit-euler, crank-nicolson or radau5: its stages
-                                * are used, not its error estimate */
+    const kt_method *method;   /* an explicit Runge-Kutta method, or an implicit one: its stages are used, not its error
+                                * estimate */
     double t, h;               /* s; h is finite, and may be negative */
     const double *tau;         /* nv joint forces; NULL: none */
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
@@ -76,11 +80,11 @@ KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 /* Takes the step: from q (nq), v (nv) to next_q, next_v, which may be the same arrays. The bits are those of a
  * simulation's fixed step from there (kt_simulation_step); of an implicit method they are its own, since a simulation's
  * iteration begins with what it remembers, and differ by rounding. Errors: KT_ERROR_ARGUMENT if the method is another
- * one (stabilised and multistep methods depend on earlier steps, and Rosenbrock methods on their Jacobian), or h is not
- * finite; KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; as kt_acceleration_evaluate and
+ * one (stabilised methods, auto and explicit multistep ones depend on earlier steps), or h is not finite;
+ * KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; as kt_acceleration_evaluate and
  * kt_state_project, and of implicit methods kt_acceleration_derivatives. Outputs are then untouched. Cost: as many
  * evaluations as the method has stages (one less with fsal), and the projection; of implicit ones a Jacobian and some
- * four evaluations for each solved stage. */
+ * four evaluations for each solved stage, of rodas5p one Jacobian. */
 KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                              const kt_step *step, const double *q, const double *v, double *next_q,
                                              double *next_v, kt_error *error);
@@ -91,8 +95,8 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
  * KT_ERROR_SINGULAR next to a singular position of the loops, at a stage or after the step, where rounding leaves the
  * derivatives uncertain by more than 1e-3 of the largest. Outputs are then untouched. Cost: the derivatives of the
  * accelerations at each stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense
- * factors besides. Of the governor, over a step of a simulation: implicit-euler 1.4, radau5 2.3 (meson test
- * plan/implicit). */
+ * factors besides, and of rodas5p 40 Jacobians. Of the governor, over a step of a simulation: implicit-euler 1.4,
+ * radau5 2.3 (meson test plan/implicit). */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
@@ -119,7 +123,8 @@ KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model,
  * position the uncertainty is compared with accelerations, and not with the derivatives themselves. Cost, with effects
  * in joints alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
  * inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
- * projection likewise. With effects between bodies and a caller's own, and of implicit methods, the derivatives at each stage. */
+ * projection likewise. With effects between bodies and a caller's own, and of implicit methods, the derivatives at each
+ * stage; of rodas5p A and B are formed. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
                                             const double *by_next, double *by_state, double *by_tau, kt_error *error);

@@ -37,7 +37,7 @@ enum { ITERATIONS = 50, HALVINGS = 20 };
 
 bool kt_method_is_coupled(const kt_method *method) {
     const kt_method_family *family = kt_method_family_of(method);
-    return family->implicit && !family->exact && method->steps == 0;
+    return family->implicit && !family->exact;
 }
 
 static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
@@ -105,20 +105,14 @@ bool kt_coupled_has_mass(const kt_step_work *w) { return !w->model->n.group && !
 /* to += factor F_i e of all unit vectors e, with quaternions. */
 static void add_whole(const kt_step_work *w, size_t i, const double *by_q, const double *by_v, double factor, size_t m,
                       double *to) {
-    const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    const double *q = w->stage + i * N, *v = q + nq;
-    double *unit = w->unit_state, *rate = unit + N, *xi = rate + nq, *acceleration = xi + n;
+    const size_t N = numbers_of(w);
+    double *unit = w->unit_state, *change = unit + N, *xi = change + N;
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
         unit[j] = 1.0;
-        kt_tangent_rate(model, q, v, unit, unit + nq, rate);
-        kt_tangent_drop(model, q, unit, xi);
-        kt_dense_apply(by_q, (int)n, (int)n, xi, acceleration);
-        for (size_t l = 0; l < nq; l++)
-            to[j * m + l] += factor * rate[l];
-        for (size_t l = 0; l < n; l++)
-            to[j * m + nq + l] += factor * (acceleration[l] + (j < nq ? 0.0 : by_v[(j - nq) * n + l]));
+        kt_slope_change(w->model, w->stage + i * N, by_q, by_v, unit, xi, change);
+        for (size_t l = 0; l < N; l++)
+            to[j * m + l] += factor * change[l];
         unit[j] = 0.0;
     }
 }
@@ -204,7 +198,8 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
         }
         return status;
     }
-    return kt_step_differentiate_at(w, stage, a, by_q, by_v, inputs ? w->by_tau : NULL, error);
+    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, by_q, by_v,
+                                    inputs ? w->by_tau : NULL, error);
 }
 
 kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error) {
@@ -214,7 +209,8 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
     for (size_t i = c.first; i < c.end && status == KT_OK; i++) {
         status = differentiate(w, i, i - c.first, w->slope + i * N + w->model->n.q, held > 0, error);
         if (status == KT_OK && w->parameter)
-            status = kt_parameter_stage(w, i, error);
+            status = kt_parameter_stage(w, kt_step_time(w->step, i), w->stage + i * N, w->slope + i * N + w->model->n.q,
+                                        error);
         double *by_held = w->by_held + (i - c.first) * n * w->held_most;
         if (status == KT_OK && held > 0 && !kt_coupled_has_mass(w))
             memcpy(by_held, w->parameter ? w->parameter->by_parameter : w->by_tau, n * held * sizeof *by_held);

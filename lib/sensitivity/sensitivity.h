@@ -8,6 +8,7 @@
  *     difference.c         those of the equations of motion and of the loops, by differences
  *     implicit.c           the stages of implicit methods, solved
  *     implicit_changes.c   their tangents and their adjoint
+ *     rosenbrock.c         steps of linearly implicit methods, and their tangents
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     stage_loops.c        what loops add to it
@@ -223,7 +224,8 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 /* Every array: type, name, count, meaning; N numbers of a state, n velocities, s stages that count, c columns, of which
- * at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all. */
+ * at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all; r is 1
+ * of linearly implicit methods, else 0. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
     X(double, stage, s *N, "states of the stages")                                                                     \
@@ -252,6 +254,14 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, reached, u ? g *n : 0, "accelerations at the stages")                                                    \
     X(double, outside, u ? g * model->n.q : 0, "changes of positions by other stages")                                 \
     X(double, seed, u ? g *N : 0, "gradients by the slopes")                                                           \
+    X(double, increment, r *s *N, "U_i of a linearly implicit method")                                                 \
+    X(double, time_derivative, r *N, "h f_t")                                                                          \
+    X(double, beside, r *N, "a neighbouring state")                                                                    \
+    X(double, beside_slope, r *N, "its slope")                                                                         \
+    X(double, moved, r *s *c *N, "dU_i of all columns")                                                                \
+    X(double, changed, r *c *N, "dY_i")                                                                                \
+    X(double, right, r *c *N, "right-hand sides")                                                                      \
+    X(double, first, r *c *N, "the changes of the slope at the start")                                                 \
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
     X(double, tiles, 2 * KT_LANES * n, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
@@ -276,6 +286,7 @@ typedef struct kt_step_work {
     size_t stages;                /* that count: without the last one of an explicit fsal method */
     size_t states;                /* columns of the state: 2 n, or none */
     bool coupled;                 /* the method is implicit */
+    bool linear;                  /* or linearly implicit */
     size_t unknowns;              /* of each stage: n, or with quaternions N; 0 of explicit methods */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v are those of one stage, for all */
@@ -321,6 +332,19 @@ KT_CHECKED kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const
 KT_CHECKED kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error);
 void kt_coupled_recall(kt_step_work *w);
 
+/* Whether a method is linearly implicit. Its stages, and the changes at the end (change_q, rate_v). */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_ROSENBROCK 0
+#else
+#define KT_HAS_ROSENBROCK 1
+#endif
+static inline bool kt_method_is_linear(const kt_method *method) {
+    return KT_HAS_ROSENBROCK && method->transformed != NULL;
+}
+KT_CHECKED kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+KT_CHECKED kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
+                                            kt_error *error);
+
 /* Row i of the table's matrix. */
 static inline const double *kt_step_row(const kt_method *method, size_t i) { return method->a + i * (i - (i > 0)) / 2; }
 
@@ -331,16 +355,20 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
 }
 
 /* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. And the
- * same where the accelerations are known; by_tau may be NULL. */
+ * same at any time and state y where the accelerations are known; by_tau may be NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
-KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, size_t i, const double *a, double *by_q, double *by_v,
-                                              double *by_tau, kt_error *error);
+KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, double *by_q,
+                                              double *by_v, double *by_tau, kt_error *error);
+
+/* The change of the slope (E(q) v, a) at y by dx, both of N numbers; xi: n numbers for the rotations of dx. */
+void kt_slope_change(const kt_model *model, const double *y, const double *by_q, const double *by_v, const double *dx,
+                     double *xi, double *out);
 
 /* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
 
-/* a_p at stage i, from w->by_tau: into w->parameter->by_parameter. */
-KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, size_t i, kt_error *error);
+/* a_p at a state y with the accelerations a, from w->by_tau: into w->parameter->by_parameter. */
+KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, double t, const double *y, const double *a, kt_error *error);
 
 /* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with
  * respect to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state

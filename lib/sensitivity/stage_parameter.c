@@ -24,11 +24,10 @@ static kt_status move_loops(kt_step_work *step, int k, const kt_parameter_point 
     return status;
 }
 
-kt_status kt_parameter_stage(kt_step_work *step, size_t i, kt_error *error) {
+kt_status kt_parameter_stage(kt_step_work *step, double t, const double *y, const double *a, kt_error *error) {
     kt_parameter_work *w = step->parameter;
-    const size_t n = w->n, nq = step->model->n.q;
-    const double *q = step->stage + i * (nq + n), *a = step->slope + i * (nq + n) + nq;
-    const kt_parameter_point at = {kt_step_time(step->step, i), q, q + nq, a, step->step->external};
+    const size_t n = w->n;
+    const kt_parameter_point at = {t, y, y + step->model->n.q, a, step->step->external};
     const bool loop = w->parameter->kind == KT_PARAMETER_LOOP_CURVE;
     memset(w->moved, 0, n * sizeof *w->moved);
     for (int k = 0; k < w->parameter->count; k++) {

@@ -17,16 +17,19 @@ size_t kt_step_stages_of(const kt_method *method) {
 }
 
 size_t kt_step_kept(const kt_model *model, const kt_method *method) {
+    if (kt_method_is_linear(method)) /* the step is taken again */
+        return 0;
     return model->n.v + (kt_method_is_coupled(method) ? model->n.q : 0);
 }
 
 /* Whether a step of the method is a function of a state. */
 static bool is_function(const kt_method *method) {
-    return method && (kt_method_family_of(method) == &kt_family_explicit || kt_method_is_coupled(method));
+    return method && (kt_method_family_of(method) == &kt_family_explicit || kt_method_is_coupled(method) ||
+                      kt_method_is_linear(method));
 }
 
 static size_t unknowns_of(const kt_model *model, const kt_method *method) {
-    if (!kt_method_is_coupled(method))
+    if (!kt_method_is_coupled(method) && !kt_method_is_linear(method))
         return 0;
     return model->n.v + (kt_is_plain(model) ? 0 : model->n.q);
 }
@@ -34,13 +37,15 @@ static size_t unknowns_of(const kt_model *model, const kt_method *method) {
 static size_t held_most(const kt_model *model) { return model->n.v > KT_PARAMETER_MAX ? model->n.v : KT_PARAMETER_MAX; }
 
 KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t s,
-                size_t c, size_t p, size_t g, size_t u)
+                size_t c, size_t p, size_t g, size_t u, size_t r)
 
 static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
-    const size_t n = model->n.v, unknowns = unknowns_of(model, method), g = unknowns ? kt_coupled_most(method) : 1;
+    const bool linear = kt_method_is_linear(method);
+    const size_t n = model->n.v, unknowns = unknowns_of(model, method);
+    const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
     const size_t used =
         place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method),
-                     n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX, held_most(model), g, g * unknowns);
+                     n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX, held_most(model), g, most * unknowns, linear);
     if (!KT_HAS_LOOPS)
         return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
@@ -57,9 +62,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
     if (!is_function(step->method))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "step",
-            "'%s' is not a Runge-Kutta method that is explicit, diagonally implicit or Radau's, of which alone a "
-            "single "
-            "step is a function that has derivatives here: take rk4, dopri5, implicit-euler, crank-nicolson or radau5",
+            "a step of '%s' depends on earlier steps, and is no function of a state that has derivatives: take rk4, "
+            "dopri5, implicit-euler, crank-nicolson, radau5 or rodas5p",
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
@@ -78,6 +82,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .stages = kt_step_stages_of(step->method),
                         .states = 2 * model->n.v,
                         .coupled = kt_method_is_coupled(step->method),
+                        .linear = kt_method_is_linear(step->method),
                         .unknowns = unknowns_of(model, step->method),
                         .held_most = held_most(model)};
     (void)place(w, memory, model, step->method);
@@ -117,6 +122,8 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
     const kt_model *model = w->model;
     if (w->coupled)
         return kt_coupled_stages(w, q, v, error);
+    if (KT_HAS_ROSENBROCK && w->linear)
+        return kt_rosenbrock_stages(w, q, v, error);
     kt_step_start(w, q, v);
     for (size_t i = 0; i < w->stages; i++) {
         double *a;

@@ -4,6 +4,7 @@
  * (Sanz-Serna 2016, section 3), between the adjoints of the projection and of the map from rotations to quaternions. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -46,6 +47,10 @@ kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, c
                             uint32_t iterations, kt_error *error) {
     const size_t nq = w->model->n.q, N = nq + w->model->n.v;
     kt_step_start(w, q, v);
+    if (w->linear) { /* nothing of it is needed */
+        memcpy(w->next, next, N * sizeof *next);
+        return KT_OK;
+    }
     if (w->coupled) {
         memcpy(w->slope, slopes, w->stages * N * sizeof *slopes);
         kt_coupled_recall(w);
@@ -91,9 +96,25 @@ static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
     return KT_OK;
 }
 
+/* Of linearly implicit methods A and B are formed: they cost more than what would be saved without. */
+static kt_status multiply(kt_step_work *w, kt_error *error) {
+    const size_t nq = w->model->n.q, n = w->model->n.v;
+    memcpy(w->raw, w->y, (nq + n) * sizeof *w->raw);
+    const kt_status status = kt_step_tangents(w, w->raw, w->raw + nq, n, error);
+    for (size_t k = 0; k < 3 * n && status == KT_OK; k++)
+        w->tangent[k] = kt_dense_dot(w->end + 2 * n * k, w->by_next, (int)(2 * n));
+    if (status != KT_OK)
+        return status;
+    memcpy(w->by_next, w->tangent, 2 * n * sizeof *w->by_next);
+    memcpy(w->by_force, w->tangent + 2 * n, n * sizeof *w->by_force);
+    return KT_OK;
+}
+
 kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    if (KT_HAS_ROSENBROCK && w->linear)
+        return multiply(w, error);
     kt_status status =
         closes(w) ? kt_projection_transposed(&w->projection, w->next, w->next + nq, w->by_next, error) : KT_OK;
     if (status != KT_OK)

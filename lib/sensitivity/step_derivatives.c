@@ -105,10 +105,10 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
     const size_t V = kt_padded(w->model->n.v) * columns;
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
-        (void)kt_step_stage(w, i, &a);
+        const double *y = kt_step_stage(w, i, &a);
         kt_status status = kt_step_differentiate(w, i, held > 0, a, error);
         if (status == KT_OK && w->parameter)
-            status = kt_parameter_stage(w, i, error);
+            status = kt_parameter_stage(w, kt_step_time(w->step, i), y, a, error);
         if (status != KT_OK)
             return status;
         const double *row = kt_step_row(w->step->method, i);
@@ -125,11 +125,13 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_step_start(w, q, v);
     begin(w, columns);
-    kt_status status = w->coupled ? kt_coupled_tangents(w, q, v, held, error)
-                                  : differentiate_stages(w, &products, held, columns, error);
+    kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
+                       : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
+                                                      : differentiate_stages(w, &products, held, columns, error);
     if (status != KT_OK)
         return status;
-    combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
+    if (!w->linear)
+        combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",

@@ -16,7 +16,10 @@ static void *take(size_t bytes) { return aligned_alloc(64, (bytes + 63) / 64 * 6
  * 1e-10 of the largest number: 0.64 of it, by the matrices, which differ as much from themselves where positions change
  * by 1e-16. */
 /* Explicit and implicit methods in turn. */
-static const kt_method *any_method(int n) { return n % 14 < 11 ? explicit_method(n % 14) : implicit_method(n % 14); }
+static const kt_method *any_method(int n) {
+    const int at = n % (11 + IMPLICIT_METHODS);
+    return at < 11 ? explicit_method(at) : implicit_method(at - 11);
+}
 
 static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst *worst, const char *name) {
     const int n = kt_model_nv(c->model), rows = 2 * n;
@@ -214,36 +217,35 @@ static void check_rollout(rollout_case *c, kt_random *random, const char *name) 
 }
 
 KT_TEST(gradient_over_many_steps_is_the_product_of_their_matrices) {
+    static const char *const trees[] = {"rk4", "dopri5", "radau5", "rodas5p", "bdf2"};
+    static const char *const loops[] = {"rk4", "implicit-euler", "radau5", "rodas5p", "bdf2"};
     kt_random random = kt_random_of_test();
     static grown g;
-    for (int n = 4; n < 7; n++) {
+    for (int n = 4; n < 9; n++) {
         if (grown_make(&g, n, &random)) {
             rollout_case c = {.model = g.tree.model,
                               .data = g.tree.data,
                               .q = g.state.q,
                               .v = g.state.v,
-                              .rollout = {.method = kt_method_find((const char *[]){"rk4", "dopri5", "radau5"}[n - 4]),
-                                          .t = 0.1,
-                                          .h = 0.002},
+                              .rollout = {.method = kt_method_find(trees[n - 4]), .t = 0.1, .h = 0.002},
                               .costs = {.nq = g.tree.nq, .nv = g.tree.nv}};
             check_rollout(&c, &random, "gradient of a tree");
         }
         kt_tree_free(&g.tree);
     }
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 5; k++) {
         static linkage l;
         four_bar f = four_bar_default();
         f.rate = 3.0;
         linkage_four_bar(&l, &f);
         if (!linkage_build(&l, 0.0))
             continue;
-        rollout_case c = {
-            .model = l.model,
-            .data = l.data,
-            .q = l.q,
-            .v = l.v,
-            .rollout = {.method = kt_method_find((const char *[]){"rk4", "implicit-euler", "radau5"}[k]), .h = 0.01},
-            .costs = {.nq = l.nq, .nv = l.nv}};
+        rollout_case c = {.model = l.model,
+                          .data = l.data,
+                          .q = l.q,
+                          .v = l.v,
+                          .rollout = {.method = kt_method_find(loops[k]), .h = 0.01},
+                          .costs = {.nq = l.nq, .nv = l.nv}};
         check_rollout(&c, &random, "gradient of a four-bar");
         linkage_free(&l);
     }

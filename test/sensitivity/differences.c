@@ -15,8 +15,9 @@ const kt_method *explicit_method(int n) {
 }
 
 const kt_method *implicit_method(int n) {
-    static const char *const names[] = {"implicit-euler", "crank-nicolson", "radau5"};
-    return kt_method_find(names[n % 3]);
+    static const char *const names[IMPLICIT_METHODS] = {"implicit-euler", "crank-nicolson", "radau5",
+                                                        "rodas5p",        "bdf2",           "two-step"};
+    return kt_method_find(names[n % IMPLICIT_METHODS]);
 }
 
 /* The differences of tau, N m or N: as many times farther, since B is as much smaller. */

@@ -10,7 +10,8 @@
 /* The explicit methods among the built-in ones: the n-th, or NULL. */
 const kt_method *explicit_method(int n);
 
-/* The implicit ones whose steps have derivatives. */
+/* The implicit ones, whose steps have derivatives, in turn. */
+enum { IMPLICIT_METHODS = 6 };
 const kt_method *implicit_method(int n);
 
 /* A mechanism at a state, and the step from there. */

@@ -197,7 +197,8 @@ static void compare_all(const char *loops, kt_metric metric, double h, const cha
     for (int i = 0; i < (closed ? NAMES : NAMES - 2); i++) {
         mechanism m;
         if (mechanism_make(&m, loops, metric, i % 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS)) {
-            const kt_step step = {.method = explicit_method(i % 11), .t = 0.05, .h = h, .tau = m.tau};
+            const kt_method *method = i % 3 == 2 ? implicit_method(i / 3) : explicit_method(i % 11);
+            const kt_step step = {.method = method, .t = 0.05, .h = h, .tau = m.tau};
             compare(&m, &step, names[i], &worst, &columns);
         }
         mechanism_free(&m);
