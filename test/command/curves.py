@@ -23,12 +23,12 @@ ROWS, SPIKE = 20000, 12345
 OFF = 0.1 + 0.02
 
 
-def path_of(values):
+def path_of(values, *words):
     """The points of the curve, and the size of the file."""
     with tempfile.TemporaryDirectory() as folder:
         table, picture = pathlib.Path(folder) / "table.csv", pathlib.Path(folder) / "table.svg"
         table.write_text("time,value\n" + "".join(f"{10 * i / (ROWS - 1):.9g},{y:.9g}\n" for i, y in enumerate(values)))
-        subprocess.run([KINETREE, "plot", table, "--columns", "value", "--out", picture], check=True, capture_output=True)
+        subprocess.run([KINETREE, "plot", table, "--columns", "value", "--out", picture, *words], check=True, capture_output=True)
         text = picture.read_text()
     longest = max(re.findall(r' d="([^"]*)"', text), key=len)
     return [(float(x), float(y)) for x, y in re.findall(r"[ML] ([-0-9.]+) ([-0-9.]+)", longest)], len(text)
@@ -73,4 +73,10 @@ for _ in range(ROWS):
 points, size = path_of(noise)
 note(f"noise: {len(points)} points, {size} bytes")
 claim("picture_of_noise_is_small", [] if size < 60_000 else [f"{size} bytes"])
+
+# exp(-500 t / T) falls by 217 powers of ten: the axis ends after twenty of them, and so does the curve.
+points, _ = path_of([math.exp(-500 * i / ROWS) for i in range(ROWS)], "--log")
+lowest, width = max(y for _, y in points), points[-1][0] - points[0][0]
+note(f"a decay of 217 powers of ten: drawn down to {lowest} pt, over {width} of 660 pt")
+claim("curve_ends_with_its_axis", [] if lowest < 320 and 40 < width < 80 else [f"{lowest} pt, {width} pt wide"])
 finish()

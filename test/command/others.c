@@ -295,6 +295,11 @@ KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
     static const char *const hidden[] = {">j1<", ">j7<", ">j8<", ">j11<", ">pin.fz<", "\u2212222", "\u2212200"};
     for (size_t i = 0; i < sizeof hidden / sizeof *hidden; i++)
         kt_check_true(hidden[i], strstr(svg, hidden[i]) == NULL);
+    ran = kt_shell("$K plot many.csv --columns position,reaction --log --out log.svg");
+    kt_check_contains("noise on logarithmic axes", ran.err, "position.j11, reaction.pin.fz\n");
+    kt_write_file("small.csv", "time,position.a,constraint.position\n0,1,1e-222\n1,2,3e-222\n");
+    ran = kt_shell("$K plot small.csv --columns position,constraint --out small.svg");
+    kt_check_contains("a residual that is none", ran.err, "rounding noise: constraint.position\n");
     kt_write_file("units.csv", "time,effect.strut.force [N],effect.strut.power [W]\n0,1,2\n1,2,3\n");
     kt_expect(0, NULL, "$K plot units.csv --columns effect.strut --out units.svg");
     kt_check_contains("a column without its unit", kt_read_file("units.svg"), ">strut.force<");

@@ -10,6 +10,9 @@
  * operations, each of 1e-16, and what the tolerance of a projection leaves. */
 static const double NOISE = 1e-11;
 
+/* Residuals may be as small as rounding of anything; what is smaller than this is zero in any unit. */
+static const double NOTHING = 1e-30;
+
 static void measure(kt_candidate *one, size_t rows) {
     double least = HUGE_VAL, greatest = -HUGE_VAL;
     for (size_t i = 0; i < rows; i++)
@@ -53,7 +56,8 @@ void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
         measure(&candidates[i], rows);
     for (int i = 0; i < count; i++) { /* where all are zeros, none is noise next to another */
         const double size = size_of_family(candidates, count, &candidates[i]);
-        candidates[i].is_noise = size > 0.0 && !(candidates[i].size > (candidates[i].is_error ? 0.0 : NOISE * size));
+        candidates[i].is_noise =
+            size > 0.0 && !(candidates[i].size > (candidates[i].is_error ? NOTHING : NOISE * size));
     }
     for (int i = 0; i < count; i++)
         candidates[i].is_shown =

@@ -12,7 +12,7 @@ typedef struct kt_candidate {
     int panel;  /* columns of one panel have one unit */
     int family; /* a panel: columns of one family are noise next to each other. Moments are so next to forces: a length
                       between them is not as small as rounding */
-    bool is_error; /* a residual, which is drawn on a logarithmic axis and may be as small as it likes */
+    bool is_error; /* a residual, which is drawn on a logarithmic axis and may be as small as 1e-30 */
     /* Found by kt_candidates_choose: */
     double size, range; /* largest magnitude; largest less least value */
     bool is_shown;

@@ -169,8 +169,12 @@ static void pen_column(kt_pen *pen, const kt_plot_frame *f, const kt_plot_series
             pen_to(pen, to_x(f, series->x[kept[i]]), to_y(f, series->y[kept[i]]));
 }
 
+/* A logarithmic axis may end above the least values (axis.c). */
+static bool is_above_end(const kt_axis *axis, double value) { return !axis->is_log || value > 0.999 * axis->low; }
+
 static bool is_on_paper(const kt_plot_frame *f, const kt_plot_series *series, size_t i) {
-    return isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i]));
+    const double x = series->x[i], y = series->y[i];
+    return isfinite(to_x(f, x)) && isfinite(to_y(f, y)) && is_above_end(&f->x, x) && is_above_end(&f->y, y);
 }
 
 /* In a dense series, whose x is rising, the points are grouped into columns of 1 pt; any other series is drawn point by

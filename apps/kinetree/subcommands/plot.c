@@ -53,30 +53,30 @@ const kt_usage kt_usage_plot = {
 /* ---- kinds ------------------------------------------------------------------------------------------------------- */
 
 /* A column's kind follows from the part of its name before the first point, and from how the name ends (any of `ends`,
- * parted by '|'; NULL: however). */
+ * parted by '|'; NULL: however). On a logarithmic axis what may be a residual is no noise, however small it is. */
 static const struct kind {
     const char *name, *ends, *title, *unit;
-    bool is_default, is_log;
+    bool is_default, is_log, is_residual;
 } kinds[] = {
-    {"position", NULL, "Positions", "rad or m", true, false},
-    {"velocity", NULL, "Velocities", "rad/s or m/s", false, false},
-    {"acceleration", NULL, "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false},
-    {"marker", ".x|.y|.z", "Markers", "m", false, false},
-    {"marker", ".vx|.vy|.vz", "Velocities of markers", "m/s", false, false},
-    {"marker", ".ax|.ay|.az", "Accelerations of markers", "m/s\u00b2", false, false},
-    {"effect", " [N]", "Forces of effects", "N", true, false},
-    {"effect", " [N m]", "Torques of effects", "N m", true, false},
-    {"effect", " [m]| [rad]", "Lengths and angles of effects", "m or rad", false, false},
-    {"effect", " [m/s]| [rad/s]", "Rates of effects", "m/s or rad/s", false, false},
-    {"effect", " [W]", "Powers of effects", "W", false, false},
-    {"momentum", ".px|.py|.pz", "Momentum", "kg m/s", false, false},
-    {"momentum", ".lx|.ly|.lz", "Angular momentum", "kg m\u00b2/s", false, false},
-    {"energy", NULL, "Energies", "J", true, false},
-    {"constraint", NULL, "Loops open by", "rad or m, and per second", true, true},
-    {"reaction", ".fx|.fy|.fz", "Reactions: forces", "N", false, false},
-    {"reaction", ".mx|.my|.mz", "Reactions: moments", "N m", false, false},
-    {"reaction", NULL, "Multipliers", "N or N m", false, false},
-    {NULL, NULL, "Values", NULL, false, false},
+    {"position", NULL, "Positions", "rad or m", true, false, false},
+    {"velocity", NULL, "Velocities", "rad/s or m/s", false, false, false},
+    {"acceleration", NULL, "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false, false},
+    {"marker", ".x|.y|.z", "Markers", "m", false, false, false},
+    {"marker", ".vx|.vy|.vz", "Velocities of markers", "m/s", false, false, false},
+    {"marker", ".ax|.ay|.az", "Accelerations of markers", "m/s\u00b2", false, false, false},
+    {"effect", " [N]", "Forces of effects", "N", true, false, false},
+    {"effect", " [N m]", "Torques of effects", "N m", true, false, false},
+    {"effect", " [m]| [rad]", "Lengths and angles of effects", "m or rad", false, false, false},
+    {"effect", " [m/s]| [rad/s]", "Rates of effects", "m/s or rad/s", false, false, false},
+    {"effect", " [W]", "Powers of effects", "W", false, false, false},
+    {"momentum", ".px|.py|.pz", "Momentum", "kg m/s", false, false, false},
+    {"momentum", ".lx|.ly|.lz", "Angular momentum", "kg m\u00b2/s", false, false, false},
+    {"energy", NULL, "Energies", "J", true, false, true},
+    {"constraint", NULL, "Loops open by", "rad or m, and per second", true, true, true},
+    {"reaction", ".fx|.fy|.fz", "Reactions: forces", "N", false, false, false},
+    {"reaction", ".mx|.my|.mz", "Reactions: moments", "N m", false, false, false},
+    {"reaction", NULL, "Multipliers", "N or N m", false, false, false},
+    {NULL, NULL, "Values", NULL, false, false, true},
 };
 enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3 };
 
@@ -148,7 +148,7 @@ static void add_column(kt_chart *chart, int column) {
                        .y = chart->table->cells + (size_t)column * chart->table->rows,
                        .panel = kind,
                        .family = strncmp(name, "reaction", 8) == 0 ? -1 : kind,
-                       .is_error = is_log(chart, kind)};
+                       .is_error = is_log(chart, kind) && kinds[kind].is_residual};
 }
 
 /* What its panel's title does not say of a column: "strut.force" of "effect.strut.force [N]". */
