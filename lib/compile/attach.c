@@ -233,7 +233,7 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
     return KT_OK;
 }
 
-static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
+static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part, size_t *text,
                               kt_error *error) {
     size_t term = a->loop_terms;
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
@@ -269,7 +269,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             *number += kt_curve_number_count(function);
         }
         if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION && !KT_IS_OFF(effect)) {
-            const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, variable, error);
+            const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, variable, part, error);
             if (read != KT_OK)
                 return read;
         }
@@ -345,7 +345,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         return KT_ERROR_MEMORY;
     m->n = *n;
     kt_model_name_all(m);
-    size_t number = 0, variable = 0, text = a->tree->n.text;
+    size_t number = 0, variable = 0, part = 0, text = a->tree->n.text;
     fill_loops(a, m, &number, &text);
     m->length = 1.0;
     if (KT_HAS_LOOPS)
@@ -354,9 +354,9 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
         kt_joint_hold(m, &m->body[kt_joint_index(m, d->hold[i])], true);
-    status = fill_effects(a, m, &number, &variable, &text, error);
+    status = fill_effects(a, m, &number, &variable, &part, &text, error);
     if (KT_HAS_FORMULAS && status == KT_OK)
-        status = kt_attach_fill_states(a, m, &number, &variable, &text, error);
+        status = kt_attach_fill_states(a, m, &number, &variable, &part, &text, error);
     if (status != KT_OK) {
         kt_aligned_release(m);
         return status;

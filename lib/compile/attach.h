@@ -75,15 +75,15 @@ void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, 
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error);
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
-                                  size_t *number, size_t *variable, kt_error *error);
+                                  size_t *number, size_t *variable, size_t *part, kt_error *error);
 
 /* Marks the links of the markers among the variables as links that carry forces. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names);
 
 /* The same for own states (own_state.c). */
 kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error);
-kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
-                                kt_error *error);
+kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part,
+                                size_t *text, kt_error *error);
 
 /* Prepares what follows for links whose depth and pose are in the arrays. */
 void kt_attach_measure_links(kt_attach *a, size_t count);

@@ -2,9 +2,47 @@
 #include "model/formula.h"
 #include "base/aligned.h"
 #include "compile/attach.h"
+#include "expression/part.h"
 
 /* The numbers that the terms of a formula take at most. */
 static size_t numbers_of(const char *text) { return (kt_expression_size(text) + sizeof(double) - 1) / sizeof(double); }
+
+/* ---- parts that depend on time alone ------------------------------------------------------------------------------- */
+
+/* The index of t among the variables of formulas; -1: none reads it. */
+static int32_t time_of(const kt_formula_names *names) {
+    for (int k = 0; k < names->count; k++)
+        if (names->variable[k].type == KT_VARIABLE_TIME)
+            return k;
+    return -1;
+}
+
+static size_t numbers_of_part(size_t count) {
+    return (kt_expression_part_size(count) + sizeof(double) - 1) / sizeof(double);
+}
+
+static void count_part(void *user, const kt_expression_term *term, size_t count) {
+    kt_counts *n = user;
+    (void)term;
+    n->time_part++;
+    n->number += numbers_of_part(count);
+}
+
+/* Where the next part goes. */
+typedef struct kt_part_place {
+    kt_model *model;
+    size_t *number, *part;
+} kt_part_place;
+
+static void fill_part(void *user, const kt_expression_term *term, size_t count) {
+    const kt_part_place *to = user;
+    kt_curve *curve = &to->model->time_part[(*to->part)++];
+    *curve = (kt_curve){.type = KT_FUNCTION_EXPRESSION, .first = *to->number};
+    kt_expression_part_copy(term, count, to->model->number + *to->number);
+    *to->number += numbers_of_part(count);
+}
+
+/* ---- formulas ----------------------------------------------------------------------------------------------------- */
 
 /* Counts what the formulas of an effect take. */
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
@@ -21,6 +59,8 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
         status = memory == NULL
                      ? KT_ERROR_MEMORY
                      : kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression, NULL, error);
+        if (status == KT_OK)
+            kt_expression_parts(expression, time_of(names), count_part, n);
         kt_aligned_release(memory);
         n->number += numbers_of(effect->formula[k]);
     }
@@ -47,7 +87,8 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
 }
 
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
-                                  size_t *number, size_t *variable, kt_error *error) {
+                                  size_t *number, size_t *variable, size_t *part, kt_error *error) {
+    const kt_part_place place = {m, number, part};
     kt_formula_names names = kt_formula_names_of(a->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     r->variable = (int32_t)*variable;
@@ -61,6 +102,7 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
             return status;
         r->formula[k] = *number + 1;
         *number += numbers_of(effect->formula[k]);
+        kt_expression_parts(expression, time_of(&names), fill_part, (void *)&place);
     }
     for (int k = 0; k < names.count; k++)
         m->variable[(*variable)++] = record_of(a, m, &names.variable[k]);

@@ -51,8 +51,8 @@ kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error) {
     return status;
 }
 
-kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *text,
-                                kt_error *error) {
+kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part,
+                                size_t *text, kt_error *error) {
     const kt_description *d = a->description;
     kt_status status = KT_OK;
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
@@ -64,7 +64,7 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
         memcpy(m->text + *text, state->name, size);
         *text += size;
         m->v0[m->n.v + (size_t)i] = state->initial;
-        status = kt_attach_fill_formulas(a, m, &rate, r, number, variable, error);
+        status = kt_attach_fill_formulas(a, m, &rate, r, number, variable, part, error);
     }
     return status;
 }

@@ -23,7 +23,7 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t dense;      /* numbers that the groups' matrices take in the data */
-    size_t batch, force_link, force_link_angle, variable, x;
+    size_t batch, force_link, force_link_angle, variable, time_part, x;
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
@@ -102,6 +102,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
+    X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
     X(kt_effect_record, state, KT_OWN_STATES(n), "rates of own states: formulas, as those of an effect in a joint")    \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
     X(char, text, n->text, "names, each terminated")                                                                   \

@@ -2,6 +2,7 @@
 #include "check.h"
 
 #include "expression/corner.h"
+#include "expression/part.h"
 #include "model/function_formula.h"
 
 #include <math.h>
@@ -151,5 +152,68 @@ KT_TEST(formulas_are_monotone_between_features) {
         kt_check_equal_int(texts[i], turns, 0);
         kt_check_above("pieces", pieces, 2);
         kt_check_below("pieces", pieces, 1000);
+    }
+}
+
+/* ---- parts ------------------------------------------------------------------------------------------------------- */
+
+enum { PARTS = 4 };
+
+typedef struct parts {
+    int count;
+    double at_two[PARTS]; /* their values at 2 */
+} parts;
+
+static void keep_part(void *user, const kt_expression_term *term, size_t count) {
+    static double memory[MEMORY];
+    static const double two = 2.0;
+    parts *p = user;
+    if (p->count == PARTS || kt_expression_part_size(count) > sizeof memory)
+        return;
+    kt_expression_part_copy(term, count, memory);
+    p->at_two[p->count++] = kt_expression_evaluate((const kt_expression *)(const void *)memory, &two);
+}
+
+static bool find_letter(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    *symbol = (kt_symbol){.index = name[0] - 'q'}; /* q, .., t, .., v */
+    return name[1] == '\0';
+}
+
+static const char *list_letter(void *user, int k) {
+    (void)user;
+    (void)k;
+    return NULL;
+}
+
+KT_TEST(parts_in_time_are_the_largest_that_read_nothing_else) {
+    static const struct {
+        const char *text;
+        parts parts;
+    } rows[] = {
+        {"-3*q + 5*step(t - 1) + v*(t^2 + 1)", {2, {5.0, 5.0}}},
+        {"max(v, sin(t)) - min(0, t - 9)", {2, {0.9092974268256817, -7.0}}},
+        {"t*v + q + 2*3", {0, {0.0}}},
+        {"2*t + 1", {1, {5.0}}},
+        {"clamp(q, -t, 3*t)", {2, {-2.0, 6.0}}},
+        {"abs(q - v)*7", {0, {0.0}}},
+        {"v*(3*(t + 1)) - q^(t*t)", {2, {9.0, 4.0}}},
+    };
+    const kt_symbols symbols = {.find = find_letter, .list = list_letter};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        static double memory[MEMORY];
+        const kt_expression *expression = NULL;
+        parts found = {0, {0.0}};
+        kt_error error;
+        kt_note("%s", rows[i].text);
+        kt_check_equal_int(
+            "parsed", kt_expression_parse(rows[i].text, &symbols, memory, sizeof memory, &expression, NULL, &error),
+            KT_OK);
+        if (expression == NULL)
+            return;
+        kt_expression_parts(expression, 't' - 'q', keep_part, &found);
+        kt_check_equal_int("parts", found.count, rows[i].parts.count);
+        for (int k = 0; k < found.count; k++)
+            kt_check_near("value", found.at_two[k], rows[i].parts.at_two[k], 1e-15);
     }
 }

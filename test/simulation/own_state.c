@@ -272,6 +272,35 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
 
 /* ---- refusals ---------------------------------------------------------------------------------------------------- */
 
+/* What begins and ends while nothing else moves, in the formula of a force, of a rate, and as a factor of a velocity; no
+ * stage of a long step would see it. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the velocity by
+ * exp(w sqrt(pi)/2). */
+KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
+    static const char text[] =
+        "kinetree: 1\nbodies:\n  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}\n"
+        "states: {level: {rate: \"step(t - 2.3) - step(t - 2.301) - 0.1*level\"}}\neffects:\n"
+        "  - {type: expression, joint: block, force: \"10*step(t - 3)*(1 - step(t - 3.001)) - 0*velocity.block\"}\n"
+        "  - {type: expression, joint: block, force: \"2*velocity.block*exp(-((t - 5)/0.01)^2)\"}\n";
+    const double v = 10.0 * 0.001 / 2.0 * exp(0.01 * sqrt(acos(-1.0))), x = (1.0 - exp(-1e-4)) / 0.1 * exp(-0.5699);
+    mechanism m;
+    kt_error error;
+    if (!make(&m, text))
+        return;
+    for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+        if (methods[k].step > 0.0)
+            continue;
+        kt_run run = run_by(methods[k].name, 0.0);
+        run.duration = 8.0;
+        kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+        (void)kt_fine("advance", kt_simulation_advance(s, 8.0, &error), &error);
+        kt_note("%s", methods[k].name);
+        kt_check_near("velocity", kt_simulation_velocities(s)[0], v, 1e-7);
+        kt_check_near("level", kt_simulation_own_states(s)[0], x, 1e-7);
+        kt_simulation_free(s);
+    }
+    end(&m);
+}
+
 static void refuses(const char *what, kt_status status, const kt_error *error) {
     kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);
     kt_check_contains("it says why", error->message, "own states ('lag' is one)");

@@ -1,0 +1,66 @@
+/* Parts of a formula that depend on one of its symbols alone: of -k q + 3 step(t - 2) + v exp(-t) and t these are
+ * 3 step(t - 2) and exp(-t). In postfix order the terms of a part are neighbours. */
+#include "expression/part.h"
+
+#include <string.h>
+
+/* What a value on the stack depends on. */
+typedef enum kt_source { OF_NOTHING, OF_SYMBOL, OF_OTHERS } kt_source;
+
+typedef struct kt_value {
+    size_t begin, end; /* its terms */
+    kt_source source;
+} kt_value;
+
+typedef struct kt_search {
+    const kt_expression *expression;
+    kt_part *found;
+    void *user;
+} kt_search;
+
+static void hand_over(const kt_search *s, const kt_value *value) {
+    const size_t count = value->end - value->begin;
+    if (value->source == OF_SYMBOL && count > 1)
+        s->found(s->user, s->expression->term + value->begin, count);
+}
+
+/* The value of an operator. What becomes a part of something that depends on others is as large as it gets. */
+static kt_value join(const kt_search *s, const kt_value *x, const kt_value *y, size_t end) {
+    const kt_source source = x->source > y->source ? x->source : y->source;
+    if (source == OF_OTHERS) {
+        hand_over(s, x);
+        if (y != x)
+            hand_over(s, y);
+    }
+    return (kt_value){x->begin, end, source};
+}
+
+void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_part *found, void *user) {
+    const kt_search s = {expression, found, user};
+    kt_value stack[KT_EXPRESSION_DEPTH_MAX] = {{0, 0, OF_NOTHING}};
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
+            const kt_source source = code == KT_OPERATOR_NUMBER ? OF_NOTHING
+                                     : term->symbol == symbol   ? OF_SYMBOL
+                                                                : OF_OTHERS;
+            stack[++top] = (kt_value){i, i + 1, source};
+            continue;
+        }
+        top -= kt_operator_is_binary(code);
+        stack[top] = join(&s, &stack[top], &stack[top + kt_operator_is_binary(code)], i + 1);
+    }
+    hand_over(&s, &stack[0]);
+}
+
+size_t kt_expression_part_size(size_t count) { return sizeof(kt_expression) + count * sizeof(kt_expression_term); }
+
+void kt_expression_part_copy(const kt_expression_term *term, size_t count, void *memory) {
+    kt_expression *to = memory;
+    *to = (kt_expression){.count = count};
+    memcpy(to->term, term, count * sizeof *term);
+    for (size_t i = 0; i < count; i++)
+        to->term[i].symbol = 0;
+}
