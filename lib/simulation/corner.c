@@ -54,7 +54,7 @@ static corner next_corner(const kt_simulation *simulation, double t) {
         if (effect->corner != NULL)
             meet(&first, t, effect->corner(effect->user, t), true);
     }
-    for (size_t i = 0; i < model->n.time_part; i++)
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         meet_curve(&first, t, &model->time_part[i], model->number, 0);
     if (simulation->corners.own != NULL)
         meet(&first, t, simulation->corners.own(simulation->user, t), true);
@@ -65,7 +65,7 @@ bool kt_simulation_has_corners(const kt_model *model) {
     for (size_t i = 0; i < model->n.loop; i++)
         if (kt_curve_has_corners(&model->loop[i].curve))
             return true;
-    if (model->n.time_part > 0)
+    if (KT_HAS_FORMULAS && model->n.time_part > 0)
         return true;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
@@ -101,7 +101,7 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     double least = kt_simulation_longest_step(model);
     for (size_t i = 0; i < model->n.loop; i++)
         least = shortest_piece(&model->loop[i].curve, model->number, duration, least);
-    for (size_t i = 0; i < model->n.time_part; i++)
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         least = shortest_piece(&model->time_part[i], model->number, duration, least);
     for (size_t i = 0; i < model->n.effect; i++)
         for (int k = 0; k < 3; k++)
@@ -224,7 +224,7 @@ kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t,
     for (size_t i = 0; i < model->n.effect && !missed; i++)
         for (int k = 0; k < 3 && !missed; k++)
             missed = is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
-    for (size_t i = 0; i < model->n.time_part && !missed; i++)
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !missed; i++)
         missed = is_missed(simulation, &model->time_part[i], t, &a, &b);
     if (!missed)
         return KT_OK;

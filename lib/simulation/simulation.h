@@ -99,6 +99,29 @@ typedef struct kt_work_panel {
 
 #define KT_SQUARE(x) ((x) * (x))
 
+/* Those of an implicit method. */
+#ifdef KT_NO_JACOBIAN
+#define KT_NEWTON_ARRAYS(X)
+#else
+#define KT_NEWTON_ARRAYS(X)                                                                                            \
+    X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
+    X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
+    X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
+    X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
+    X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
+    X(double, state_force, size->free * size->states, "implicit: of kt_state_derivatives")                             \
+    X(double, rate_q, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_v, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_x, size->states * size->states, "implicit: likewise")                                               \
+    X(double, real, KT_SQUARE(size->free + size->states), "implicit: factors for a real sigma")                        \
+    X(double, re, KT_SQUARE(size->free + size->states), "implicit: for a complex one, real parts")                     \
+    X(double, im, KT_SQUARE(size->free + size->states), "implicit: imaginary parts")                                   \
+    X(int, pivot, 2 * (size->free + size->states), "implicit: of the real and the complex factors")                    \
+    X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
+    X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
+    X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
+#endif
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
@@ -126,22 +149,7 @@ typedef struct kt_work_panel {
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
-    X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
-    X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
-    X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
-    X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
-    X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
-    X(double, state_force, size->free * size->states, "implicit: of kt_state_derivatives")                             \
-    X(double, rate_q, size->states * size->nv, "implicit: likewise")                                                   \
-    X(double, rate_v, size->states * size->nv, "implicit: likewise")                                                   \
-    X(double, rate_x, size->states * size->states, "implicit: likewise")                                               \
-    X(double, real, KT_SQUARE(size->free + size->states), "implicit: factors for a real sigma")                        \
-    X(double, re, KT_SQUARE(size->free + size->states), "implicit: for a complex one, real parts")                     \
-    X(double, im, KT_SQUARE(size->free + size->states), "implicit: imaginary parts")                                   \
-    X(int, pivot, 2 * (size->free + size->states), "implicit: of the real and the complex factors")                    \
-    X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
-    X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
-    X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")                                      \
+    KT_NEWTON_ARRAYS(X)                                                                                                \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
 
