@@ -84,18 +84,25 @@ double kt_effect_coordinate(const kt_model *model, const kt_data *data, const do
     return kt_relative_motion_of(model, record, q, end).position;
 }
 
-/* The quantities of a record. Those of a caller's own effect are those of what it acts on. */
+/* The quantities of a record. Those of formulas and of a caller's own effect are those of what it acts on. */
 static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
     static const kt_effect_quantity in_joint[] = {KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE,
                                                   KT_QUANTITY_COORDINATE_RATE};
     static const kt_effect_quantity at_ends[] = {KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER,
                                                  KT_QUANTITY_LENGTH, KT_QUANTITY_LENGTH_RATE};
+    static const kt_effect_quantity along_line_of_ends[] = {KT_QUANTITY_TENSION, KT_QUANTITY_POWER, KT_QUANTITY_LENGTH,
+                                                            KT_QUANTITY_LENGTH_RATE};
     const kt_descriptor *descriptor = kt_effect_descriptor((kt_effect_type)effect->type);
-    if (descriptor != NULL) {
+    const bool is_formula = KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION;
+    if (descriptor != NULL && !is_formula) {
         *count = descriptor->quantity_count;
         return descriptor->quantities;
     }
     const bool in_coordinate = effect->ends == 0 || (KT_HAS_RELATIVE && effect->relative.type);
+    if (is_formula && !in_coordinate && effect->ends == 2) {
+        *count = (int)(sizeof along_line_of_ends / sizeof *along_line_of_ends);
+        return along_line_of_ends;
+    }
     *count = in_coordinate ? (int)(sizeof in_joint / sizeof *in_joint) : 7 + 2 * (effect->ends == 2);
     return in_coordinate ? in_joint : at_ends;
 }

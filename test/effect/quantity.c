@@ -13,7 +13,15 @@
 #include <math.h>
 #include <stdio.h>
 
-enum { BODIES = 4, EFFECTS = 13, STATES = 60, NUMBERS = 24, QUANTITIES = 80 };
+/* Of formulas there are three: in a joint, on a body, between two. */
+enum {
+    BODIES = 4,
+    FORMULAS = KT_EFFECT_EXPRESSION,
+    EFFECTS = FORMULAS + 3,
+    STATES = 60,
+    NUMBERS = 24,
+    QUANTITIES = 100
+};
 
 typedef struct stage {
     kt_body body[BODIES];
@@ -42,7 +50,11 @@ static void describe(stage *s) {
     for (int i = 0; i < EFFECTS; i++) {
         kt_effect *e = &s->effect[i];
         *e = kt_effect_default();
-        e->type = (kt_effect_type)i;
+        e->type = (kt_effect_type)(i < FORMULAS ? i : FORMULAS);
+        e->end_count = i - FORMULAS;
+        e->formula[0] = i == FORMULAS ? "2*t - 3*position.slide" : i > FORMULAS + 1 ? "7 - 2*length - speed" : "1.5";
+        if (i == FORMULAS + 1)
+            e->formula[4] = "-velocity.slide";
         e->joint = i % 2 == 0 ? "wheel" : "slide";
         e->between[0].body = "wheel";
         e->between[0].at = kt_vec3_make(0.3, -0.2, 0.5);
@@ -209,6 +221,13 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
         kt_worst_near(&worst, value_of(&s, KT_EFFECT_ATTRACTION, KT_QUANTITY_TENSION) * x * x,
                       s.effect[KT_EFFECT_ATTRACTION].strength, 1e-13, "attraction, state %d", n);
         kt_worst_near(&worst, value_of(&s, KT_EFFECT_MOTOR, KT_QUANTITY_JOINT_FORCE), 1.7, 0.0, "motor");
+        kt_worst_near(&worst, value_of(&s, FORMULAS, KT_QUANTITY_JOINT_FORCE),
+                      -3.0 * value_of(&s, FORMULAS, KT_QUANTITY_COORDINATE), 1e-13, "formula, state %d", n);
+        kt_worst_near(&worst, value_of(&s, FORMULAS + 1, KT_QUANTITY_FORCE_X), 1.5, 1e-13, "formula, state %d", n);
+        kt_worst_near(&worst, value_of(&s, FORMULAS + 2, KT_QUANTITY_TENSION),
+                      2.0 * value_of(&s, FORMULAS + 2, KT_QUANTITY_LENGTH) +
+                          value_of(&s, FORMULAS + 2, KT_QUANTITY_LENGTH_RATE) - 7.0,
+                      1e-13, "formula between two, state %d", n);
         e = &s.effect[KT_EFFECT_JOINT_SPRING];
         kt_worst_near(&worst, value_of(&s, KT_EFFECT_JOINT_SPRING, KT_QUANTITY_JOINT_FORCE),
                       -e->stiffness * value_of(&s, KT_EFFECT_JOINT_SPRING, KT_QUANTITY_COORDINATE) -

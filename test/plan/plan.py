@@ -118,6 +118,24 @@ claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanism
 
 claim("run_that_does_not_record_effects_runs_nothing_of_them", files(plain, "/lib/mechanism/quantity.c"))
 
+# ---- forces by formulas ------------------------------------------------------------------------------------------------
+
+# An evaluation with the effect less one without, in a joint and between two ends: of a formula, and of the same in C.
+SAME = {
+    "in a joint": ("{type: joint_damper, joint: arm1, damping: 3}", "{type: expression, joint: arm1, force: -3*velocity.arm1}"),
+    "of a position": ("{type: joint_spring, joint: arm0, stiffness: 3, damping: 1}",
+                      "{type: expression, joint: arm0, force: -3*position.arm0 - velocity.arm0}"),
+    "of time": ("{type: motor, joint: arm0, torque: {sine: {amplitude: 2, frequency: 1}}}", "{type: expression, joint: arm0, force: 2*sin(2*pi*t)}"),
+    "between two ends": (EFFECTS["spring"].replace("damping", "length: 1, damping"),
+                         EFFECTS["spring"].split(", stiffness")[0].replace("spring", "expression") + ", force: -3*(length - 1) - speed}"),
+}
+problems = []
+for where, (in_c, formula) in SAME.items():
+    c, f = (counted(scene(effects=[text])).instructions - bare.instructions for text in (in_c, formula))
+    note(f"{where}: {c} instructions in C, {f} by a formula, {f / c:.2f} times")
+    problems += [f"{where}: {f / c:.2f} times"] if not 0 < f <= 3 * c else []
+claim("formula_costs_at_most_three_times_the_same_effect_in_c", problems)
+
 # ---- the matrices of an implicit method --------------------------------------------------------------------------------
 
 ROD = """  - {name: link, parent: above, joint: {type: revolute, axis: z, at: [0, -0.05, 0], position: 0.2, velocity: 0.3},
