@@ -2,18 +2,15 @@
  * under them is reached by glibc's second names, or by those of the address sanitizer when it is there. */
 #include "interpose.h"
 
+#include "sanitized.h"
+
 #include <errno.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__SANITIZE_ADDRESS__)
+#if KT_ADDRESS_SANITIZER
 #define REAL(name) __interceptor_##name
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define REAL(name) __interceptor_##name
-#endif
-#endif
-#ifndef REAL
+#else
 #define REAL(name) __libc_##name
 #endif
 

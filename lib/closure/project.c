@@ -133,6 +133,8 @@ static bool is_undecided(const kt_model *model, const kt_data *data, double gap)
 /* What loops disagree by is divided by the size of the smallest direction, as far as the root of it: more next to a
  * singular position. */
 static double left_by_disagreement(const kt_model *model, const kt_data *data) {
+    if (model->disagreement == 0.0)
+        return 0.0;
     const double root = sqrt(model->disagreement);
     return kt_is_near_singular(model, data) ? root : fmin(root, model->disagreement / KT_NEAR_SINGULAR);
 }
@@ -219,13 +221,17 @@ static void remember(kt_data *data) {
     most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
 }
 
+/* The result must not depend on earlier uses of the data: a dead point is sought, and what loops disagree by is divided,
+ * only in groups that this projection factors. */
+static void forget_singular(const kt_model *model, kt_data *data) {
+    if (model->driven || model->disagreement > 0.0)
+        memset(data->near, 0, model->n.group * sizeof *data->near);
+}
+
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
                            bool *moved, kt_error *error) {
     kt_violation violation;
-    /* The result must not depend on earlier uses of the data: a dead point is sought only in groups that this
-     * projection factors. */
-    if (model->driven)
-        memset(data->near, 0, model->n.group * sizeof *data->near);
+    forget_singular(model, data);
     kt_closure closure =
         kt_project_in_place(model, data, t, q, v, KT_POSITION_STEPS_MAX, KT_CLOSED, KT_CLOSED_STEP, moved, &violation);
     data->dead = closure == KT_CLOSURE_DONE && model->driven && kt_is_dead_point(model, data);
@@ -244,6 +250,7 @@ kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, 
                                 kt_error *error) {
     kt_violation violation;
     bool changed = false;
+    forget_singular(model, data);
     data->closing = (kt_iterations){0, 0, 0, 0};
     kt_closure closure = KT_CLOSURE_NOT_FINITE;
     if (kt_reduction_kernels_of(model)->residuals(model, data, t, input->q, v, NULL, &violation))

@@ -161,7 +161,10 @@ void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
         kt_kkt_solve(&inverse->kkt, (size_t)columns, x, NULL);
         return;
     }
-    for (int c = 0; c < columns; c++, x += inverse->model->n.v)
+    const size_t nv = inverse->model->n.v;
+    if (nv == 0)
+        return;
+    for (int c = 0; c < columns; c++, x += nv)
         if (KT_HAS_LOOPS && is_closed(inverse->model))
             apply_closed(inverse, x);
         else

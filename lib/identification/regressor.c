@@ -76,6 +76,8 @@ kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const doub
     if (!(largest_motion(model, data) <= KT_MOTION_MOST))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "regressor",
                             "it overflows: look for a position, velocity or acceleration that is huge");
+    if (nv == 0)
+        return KT_OK;
     write_bodies(model, data, regressor);
     double *const armature = regressor + KT_BODY_PARAMETERS * (model->n.body - 1) * nv,
                   *const viscous = armature + nv * nv, *const coulomb = viscous + nv * nv;

@@ -1,4 +1,5 @@
 /* kinetree draw. */
+#include "sanitized.h"
 #include "shell.h"
 
 #include <cairo.h>
@@ -226,7 +227,7 @@ KT_TEST(loops_that_cannot_be_closed_are_shown_open) {
     kt_check_contains("red", svg, "#d91a1a");
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#if !KT_ADDRESS_SANITIZER
 /* 90 kB of stack were taken for finding fonts. */
 KT_TEST(pictures_are_drawn_with_little_stack) {
     kt_write_file("pair.yaml", pair);

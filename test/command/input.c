@@ -1,6 +1,7 @@
 /* What is no scene, given to the command as one: refused in words with exit status 2, at once and in little memory. The
  * library's own limits are tested in test/scene/limit.c.
  */
+#include "sanitized.h"
 #include "shell.h"
 
 #include <stdio.h>
@@ -8,7 +9,7 @@
 
 /* 200 s of the processor (all of it takes a second here, and some machines are slow) and 1.5 GB of addresses; the
  * sanitizers take more of these for themselves. */
-#ifdef __SANITIZE_ADDRESS__
+#if KT_ADDRESS_SANITIZER
 #define BOUNDED "ulimit -t 2000; timeout 3000 "
 #else
 #define BOUNDED "ulimit -t 200; ulimit -v 1500000; OPENBLAS_NUM_THREADS=1 timeout 600 "

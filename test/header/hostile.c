@@ -3,6 +3,7 @@
  * runs in a process of its own, on a tree, on a four-bar that is driven, and on a model without a joint; the sanitizers
  * see what does not crash. */
 #include "check.h"
+#include "sanitized.h"
 
 #include "kinetree/kinetree.h"
 
@@ -367,7 +368,7 @@ static fixture *make(int which) {
 
 /* ---- tests ------------------------------------------------------------------------------------------------------- */
 
-#ifdef __SANITIZE_ADDRESS__
+#if KT_ADDRESS_SANITIZER
 /* Sizes beyond all memory are asked for: malloc says no, as it does without the sanitizer. */
 const char *__asan_default_options(void);
 const char *__asan_default_options(void) { return "allocator_may_return_null=1"; }

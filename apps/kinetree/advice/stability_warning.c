@@ -60,7 +60,8 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
         if (bounded && w->rate > w->fastest)
             w->fastest = w->rate;
     }
-    w->estimates = 1 + (int)(record->time / outcome->run->duration * SAMPLES + 1e-9); /* times are rounded */
+    const double share = record->time > 0.0 ? record->time / outcome->run->duration : 0.0; /* a duration may be 0 */
+    w->estimates = 1 + (int)(share * SAMPLES + 1e-9);                                      /* times are rounded */
     w->time = record->time;
     w->steps = steps;
     w->switches = counts.switches;

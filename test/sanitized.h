@@ -1,0 +1,16 @@
+/* Whether the address sanitizer is in the program: gcc defines a macro, clang answers a question. */
+#ifndef KT_TEST_SANITIZED_H
+#define KT_TEST_SANITIZED_H
+
+#if defined(__SANITIZE_ADDRESS__)
+#define KT_ADDRESS_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define KT_ADDRESS_SANITIZER 1
+#endif
+#endif
+#ifndef KT_ADDRESS_SANITIZER
+#define KT_ADDRESS_SANITIZER 0
+#endif
+
+#endif
