@@ -334,6 +334,17 @@ typedef enum kt_switching {
 /* The most loops and effects together that may be switched in one description: there is a model for each set of them. */
 enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
+/* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. Of a loop of one equation that has a
+ * residual phi (distance, inplane, surface, coupling). It acts while it is closed and would be crossed, and never pulls;
+ * what comes at it bounces off by Newton's rule (restitution). It is switched by simulations (kt_simulation_contact_count),
+ * and open in a model by itself. */
+typedef enum kt_side {
+    KT_SIDE_NONE = 0, /* phi = 0 holds: an equation */
+    KT_SIDE_ABOVE,    /* phi >= 0 */
+    KT_SIDE_BELOW,    /* phi <= 0 */
+    KT_SIDE_COUNT,    /* how many of these there are */
+} kt_side;
+
 /* A constraint that the tree cannot carry; only the members of its type are read. */
 typedef struct kt_loop {
     const char *name;     /* as a body's; the only loop of its name */
@@ -360,6 +371,10 @@ typedef struct kt_loop {
     bool driven;                 /* custom: the equations depend on time */
     void *user;                  /* custom: handed to the callback; must outlive the model */
     kt_switching switching;      /* whether it may be switched on and off while a program runs; default: always on */
+    bool slack;                  /* distance: it only pulls, a rope (KT_SIDE_BELOW) */
+    kt_side side;                /* that it bounds; default: none, an equation */
+    double restitution;          /* of one that bounds a side: 0, plastic (default), to 1, elastic */
+    double rest_velocity;        /* likewise: what comes slower does not bounce, m/s or rad/s; default 1e-6 */
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */
@@ -421,7 +436,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   joint_spring: -stiffness (q - rest(t)) - damping v in a joint; joint_damper: -damping v;
  *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
  *   joint_limit: nothing between lower and upper; beyond, stiffness times the excess back, and damping that grows from
- *     zero with it, so that the force is continuous and never pulls back;
+ *     zero with it, so that the force is continuous and never pulls back; with a restitution hard stops;
  *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
@@ -489,6 +504,10 @@ typedef struct kt_effect {
     kt_corner_callback *corner; /* custom: when its force has corners; NULL: never */
     void *user;                 /* custom: handed to the callback; must outlive the model */
     kt_switching switching;     /* as of a loop */
+    double restitution;   /* joint_limit, contact: it is hard, and gives back this part of the speed, 0 to 1; default:
+                             infinite, which is none: it is elastic. Hard ones are loops that bound a side (kt_loop.side),
+                             named after the effect, or its joint or body */
+    double rest_velocity; /* likewise: what comes slower does not bounce, m/s or rad/s; default 1e-6 */
 } kt_effect;
 
 /* ---- own states -------------------------------------------------------------------------------------------------- */

@@ -433,6 +433,23 @@ KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
  * of that name. */
 KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
 
+/* ---- hard contacts ----------------------------------------------------------------------------------------------- */
+
+/* What hard stops, contacts and slack ropes (kt_loop.side, a restitution of kt_effect) have done since the start. Each is an
+ * event of the name of its loop (kt_simulation_event_count), before those that are added: that it closes, and that its
+ * reaction ends. In between it is a loop that is switched on (kt_simulation_model, kt_switch_set). */
+typedef struct kt_contact_counts {
+    uint64_t impacts;  /* faster than rest_velocity */
+    uint64_t closings; /* it became a constraint */
+    uint64_t openings; /* it ceased to be one */
+    uint64_t reduced;  /* impacts at which Newton's rule would have let the energy grow: restitutions were made less */
+    uint64_t pivots;   /* of complementarity problems; at most 50 for each contact that touches */
+    double dissipated; /* by impacts, J */
+} kt_contact_counts;
+
+/* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts. */
+KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 struct kt_event;

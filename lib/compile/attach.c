@@ -141,6 +141,11 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         const kt_loop *loop = &d->loops[i];
         kt_loop_record *r = &a->loop[i];
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
+#if KT_HAS_SWITCHES
+        r->side = (int32_t)loop->side;
+        r->restitution = loop->restitution;
+        r->rest_velocity = loop->rest_velocity;
+#endif
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
         const bool off = KT_IS_OFF(loop);

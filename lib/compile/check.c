@@ -200,6 +200,33 @@ static void check_switching(kt_checker *checker, kt_switching switching) {
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
 
+/* Of loops that bound a side. */
+static void check_side(kt_checker *checker, const kt_loop *loop) {
+    const bool may = loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_INPLANE || loop->type == KT_LOOP_SURFACE ||
+                     loop->type == KT_LOOP_COUPLING;
+    if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
+        if (KT_HAS_SWITCHES && loop->restitution != 0.0)
+            kt_checker_fault(checker, "restitution", -1,
+                             "a loop that holds does not bounce; say which side it bounds (slack), or leave it out");
+        return;
+    }
+    if (!KT_HAS_SWITCHES)
+        kt_checker_fault(checker, "side", -1, "needs -Djacobian=enabled");
+    else if ((unsigned)loop->side >= KT_SIDE_COUNT)
+        kt_checker_fault(checker, "side", -1, "side is %d; take one of kt_side", (int)loop->side);
+    else if (!may)
+        kt_checker_fault(checker, "side", -1, "no loop but distance, inplane, surface and coupling bounds one side");
+    else if (!(loop->restitution >= 0.0 && loop->restitution <= 1.0))
+        kt_checker_fault(checker, "restitution", -1, "restitution is %g; it must be 0 to 1", loop->restitution);
+    else if (!(loop->rest_velocity >= 0.0 && isfinite(loop->rest_velocity)))
+        kt_checker_fault(checker, "rest_velocity", -1, "rest_velocity is %g; it must be 0 or more",
+                         loop->rest_velocity);
+    else if (loop->switching != KT_ALWAYS_ON)
+        kt_checker_fault(checker, "switching", -1,
+                         "a loop that bounds a side closes and opens by itself, and is not switched; let an event "
+                         "release one that holds");
+}
+
 static void check_loop(kt_checker *checker, const kt_loop *loop) {
     const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
     const kt_loop standard = kt_loop_default();
@@ -213,6 +240,8 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         check_custom_loop(checker, loop);
     if (KT_HAS_LOOPS)
         check_switching(checker, loop->switching);
+    if (KT_HAS_LOOPS)
+        check_side(checker, loop);
 }
 
 static void check_effect(kt_checker *checker, const kt_effect *effect) {

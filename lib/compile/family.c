@@ -16,12 +16,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Hard stops and contacts (hard.c) are off in all models. */
+static kt_switching switching_of(const kt_effect *effect) {
+    return kt_effect_is_hard(effect) ? KT_ALWAYS_ON : effect->switching;
+}
+
 int kt_switches_count(const kt_description *d) {
     int count = 0;
     for (int i = 0; i < d->loop_count; i++)
         count += d->loops[i].switching != KT_ALWAYS_ON;
     for (int i = 0; i < d->effect_count; i++)
-        count += d->effects[i].switching != KT_ALWAYS_ON;
+        count += switching_of(&d->effects[i]) != KT_ALWAYS_ON;
     return count;
 }
 
@@ -47,7 +52,8 @@ static kt_status begin(compilation *c, const kt_description *d, kt_error *error)
     const int count = kt_switches_count(d);
     if (count > KT_SWITCH_MAX)
         return kt_error_set(error, KT_ERROR_MODEL, "switching",
-                            "%d loops and effects are switched, which would be %.0f models; switch at most %d", count,
+                            "%d loops and effects are switched (hard stops, contacts and slack ropes among them), which "
+                            "would be %.0f models; switch at most %d", count,
                             exp2(count), KT_SWITCH_MAX);
     c->description = *d;
     c->loops = malloc((loops + 1) * sizeof *c->loops);
@@ -62,7 +68,7 @@ static kt_status begin(compilation *c, const kt_description *d, kt_error *error)
     for (int i = 0; i < d->loop_count; i++)
         add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
     for (int i = 0; i < d->effect_count; i++)
-        add_switch(c, (kt_switch){.loop = -1, .effect = i}, d->effects[i].switching);
+        add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
     return KT_OK;
 }
 

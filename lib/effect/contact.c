@@ -18,6 +18,8 @@
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
+    if (KT_HAS_SWITCHES)
+        kt_effect_check_hard(checker, effect, "contact");
     if (kt_number_is_fine(effect->exponent) && !(effect->exponent >= 1.0))
         kt_checker_fault(checker, "exponent", -1,
                          "exponent is %g; it must be 1 or more: below, contact would begin with an infinite stiffness",
@@ -169,8 +171,8 @@ static const kt_key keys[] = {
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", KT_WORDS("a frame in the plane"), .needed = true},
     {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
      KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_WORDS("k"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"),
+     KT_ELASTIC_STIFFNESS},
     {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", KT_WORDS("m, 1 or more; 1.5 is that of Hertz"),
      .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
@@ -179,6 +181,7 @@ static const kt_key keys[] = {
      .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", KT_WORDS("v0, the speed of slip over which friction builds up"),
      .range = KT_RANGE_POSITIVE},
+    KT_HARD_KEYS("e: the contact is hard, and what comes at -w leaves at e w (Newton's rule)")
 };
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",

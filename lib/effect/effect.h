@@ -125,6 +125,39 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
+/* Stops and contacts are elastic, with a stiffness, or hard, with a restitution (compile/hard.c). A library without
+ * Jacobians, which is meant to be small, has none that are hard. */
+static inline bool kt_effect_is_hard(const kt_effect *effect) {
+    return KT_HAS_SWITCHES && (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) &&
+           !isinf(effect->restitution);
+}
+/* Checks which of both it is, and what only the one or the other has; `stop`: what it is in words. */
+void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
+
+#if KT_HAS_SWITCHES
+#define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE
+#define KT_ELASTIC_WORDS(words) KT_WORDS(words "; it or restitution is needed")
+#define KT_HARD_KEYS(words)                                                                                            \
+    {"restitution",                                                                                                    \
+     KT_KEY_NUMBER,                                                                                                    \
+     KT_EFFECT_AT(restitution),                                                                                        \
+     "",                                                                                                               \
+     KT_WORDS(words),                                                                                                  \
+     "none",                                                                                                           \
+     .range = KT_RANGE_NOT_NEGATIVE},                                                                                  \
+        {"rest_velocity",                                                                                              \
+         KT_KEY_NUMBER,                                                                                                \
+         KT_EFFECT_AT(rest_velocity),                                                                                  \
+         "rad/s|m/s",                                                                                                  \
+         KT_WORDS("of a hard one: what comes slower does not bounce"),                                                 \
+         .range = KT_RANGE_NOT_NEGATIVE},
+#else
+#define KT_ELASTIC_STIFFNESS .range = KT_RANGE_POSITIVE, .needed = true
+#define KT_ELASTIC_WORDS(words) KT_WORDS(words)
+#define KT_HARD_KEYS(words)
+#endif
+
+
 /* The beginning of an example: a free cube, or an arm on a joint, on which an effect acts. */
 #define KT_EXAMPLE_CUBE                                                                                                \
     "bodies:\n"                                                                                                        \

@@ -12,6 +12,8 @@
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     const double none = (double)INFINITY;
+    if (KT_HAS_SWITCHES)
+        kt_effect_check_hard(checker, effect, "stop");
     if (!checker->set && effect->lower == -none && effect->upper == none)
         kt_checker_fault(checker, "lower", -1, "there is neither lower nor upper; give at least one of them");
     else if (kt_number_is_fine(effect->lower) && kt_number_is_fine(effect->upper) && effect->lower > effect->upper)
@@ -76,10 +78,11 @@ static const kt_key keys[] = {
     {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; at least one of both is needed"),
      "none", .needed = false},
     {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", KT_WORDS("the upper stop"), "none", .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_ELASTIC_WORDS("k"),
+     KT_ELASTIC_STIFFNESS},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
      KT_WORDS("c; the damping force grows from zero with the excess"), .range = KT_RANGE_NOT_NEGATIVE},
+    KT_HARD_KEYS("e: the stops are hard, and what comes at -w leaves at e w (Newton's rule)")
 };
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",

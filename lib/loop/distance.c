@@ -39,6 +39,13 @@ const kt_loop_kind KT_KERNEL(kt_loop_distance) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
+#if KT_HAS_SWITCHES
+    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "", KT_WORDS("true: it only pulls, a rope, |d| <= L"), .needed = false},
+    {"restitution", KT_KEY_NUMBER, KT_LOOP_AT(restitution), "",
+     KT_WORDS("e, of a rope that comes taut: what parts at w comes back at e w"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",
+     KT_WORDS("of a rope: what parts slower does not bounce"), .range = KT_RANGE_NOT_NEGATIVE},
+#endif
     {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),
      "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
 };

@@ -28,7 +28,8 @@ kt_end kt_end_default(void) {
 }
 
 kt_loop kt_loop_default(void) {
-    const kt_loop loop = {.name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true};
+    const kt_loop loop = {
+        .name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true, .rest_velocity = 1e-6};
     return loop;
 }
 
@@ -41,7 +42,9 @@ kt_effect kt_effect_default(void) {
                               .limit = (double)INFINITY,
                               .exponent = 1.5,
                               .slip = 1e-3,
-                              .axis = axis_z};
+                              .axis = axis_z,
+                              .restitution = (double)INFINITY,
+                              .rest_velocity = 1e-6};
     return effect;
 }
 

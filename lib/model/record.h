@@ -133,6 +133,10 @@ typedef struct kt_loop_record {
     kt_loop_callback *equations; /* custom */
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */
+#if KT_HAS_SWITCHES
+    int32_t side;                      /* kt_side */
+    double restitution, rest_velocity; /* of one that bounds a side */
+#endif
 } kt_loop_record;
 
 /* Whether it is switched off: it is in no group then, and has no rows. term_count is -1, as of a relation without terms:

@@ -427,7 +427,7 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     memcpy(before, simulation->event_value, n * sizeof(double));
     const kt_status status = begin_events(simulation, error);
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
-        if (simulation->event_value[k] != before[k])
+        if (simulation->event_value[k] != before[k] && k >= simulation->contact_count)
             simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
     return status;
 }

@@ -3,7 +3,7 @@
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
-#include "simulation/simulation.h"
+#include "simulation/contact.h"
 
 #include <math.h>
 #include <string.h>
@@ -75,6 +75,11 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->body = (size_t)kt_model_body_count(user_model);
     size->gap = KT_HAS_GAP ? kt_gap_count(model) : 0;
     size->event = KT_HAS_EVENTS && settings->options.events > 0 ? (size_t)settings->options.events : 0;
+#if KT_HAS_EVENTS
+    const size_t contacts = kt_contacts_of(user_model);
+    size->event += contacts;
+    size->contact = kt_contacts_size(user_model, contacts);
+#endif
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
@@ -239,8 +244,28 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
         return status;
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
-    return kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
+    status = kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
+#if KT_HAS_EVENTS
+    if (status == KT_OK && simulation->size.contact > 0)
+        status = kt_contacts_init(simulation, error);
+    if (status == KT_OK && simulation->size.contact > 0)
+        status = kt_contacts_resolve(simulation, 0, error);
+#endif
+    return status;
 }
+
+#if KT_HAS_EVENTS
+/* Contacts are closed by the engine, of its own equations. */
+static kt_status check_contacts(const kt_simulation_request *settings, kt_error *error) {
+    const bool foreign = settings->options.acceleration != NULL || settings->options.projection != NULL;
+    if (foreign || settings->options.unprojected)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                            "hard stops, contacts and slack ropes take the engine's own equations and projection; "
+                            "leave %s out, or take elastic ones",
+                            foreign ? "the caller's" : "unprojected");
+    return KT_OK;
+}
+#endif
 
 kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
@@ -271,6 +296,12 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     if (KT_HAS_SWITCHES)
         made->memory.set = model->set;
     made->transformation = settings.options.transformation;
+#if KT_HAS_EVENTS
+    if (made->size.contact > 0)
+        status = check_contacts(&settings, error);
+    if (status != KT_OK)
+        return status;
+#endif
     status = fill(made, &settings, error);
     if (status == KT_OK)
         *simulation = made;

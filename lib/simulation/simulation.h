@@ -10,6 +10,16 @@
 #include <math.h>
 #include <string.h>
 
+/* Whether there are implicit methods, and Jacobians of mechanisms for them. */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_JACOBIAN 0
+#else
+#define KT_HAS_JACOBIAN 1
+#endif
+
+/* A small library has no events, either, and no hard contacts. */
+#define KT_HAS_EVENTS KT_HAS_JACOBIAN
+
 /* Which inputs a step has: torques in joints, wrenches on bodies. */
 typedef struct kt_input_flags {
     bool torque, wrenches; /* whether there are any */
@@ -53,6 +63,9 @@ typedef struct kt_simulation_memory {
     uint64_t event_row;       /* of these, the last ones that followed each other at once */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* of the switched loops and effects that are on */
+#if KT_HAS_EVENTS
+    kt_contact_counts contacts;
+#endif
     int64_t fires;            /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
 
@@ -122,6 +135,13 @@ typedef struct kt_work_panel {
     X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
 #endif
 
+struct kt_contacts; /* contact.c */
+#if KT_HAS_EVENTS
+#define KT_SIMULATION_CONTACTS(X) X(char, contact_memory, size->contact, "hard contacts")
+#else
+#define KT_SIMULATION_CONTACTS(X)
+#endif
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
@@ -150,6 +170,7 @@ typedef struct kt_work_panel {
     X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     KT_NEWTON_ARRAYS(X)                                                                                                \
+    KT_SIMULATION_CONTACTS(X)                                                                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
 
@@ -161,7 +182,10 @@ typedef struct kt_simulation_sizes {
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t gap;   /* effects that act on one side of a boundary */
-    size_t event; /* the most events */
+    size_t event; /* the most events, hard contacts among them */
+#if KT_HAS_EVENTS
+    size_t contact; /* bytes of hard contacts; 0 without */
+#endif
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
@@ -211,6 +235,10 @@ struct kt_simulation {
     double gap_time;             /* of gap_begin; NaN: not known */
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* that were added */
+#if KT_HAS_EVENTS
+    size_t contact_count;         /* of these, the first ones are hard contacts */
+    struct kt_contacts *contacts; /* NULL: there are none */
+#endif
     double event_time;           /* of event_value; NaN: not known */
     double step;                 /* fixed, or 0 */
     double duration, interval;
@@ -299,16 +327,6 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
 /* What rounding makes of accelerations next to singular positions, within a step h (kt_integrator.noise). */
 double kt_simulation_noise(double h, void *user);
-
-/* Whether there are implicit methods, and Jacobians of mechanisms for them. */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_JACOBIAN 0
-#else
-#define KT_HAS_JACOBIAN 1
-#endif
-
-/* A small library has no events, either. */
-#define KT_HAS_EVENTS KT_HAS_JACOBIAN
 
 /* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
 extern const kt_newton kt_simulation_newton;

@@ -2,7 +2,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "simulation/contact.h"
 
 #include <float.h>
 #include <math.h>
@@ -315,6 +315,10 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     bool changed;
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        kt_contacts_open(simulation);
+#endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
         if (status == KT_OK)
@@ -335,6 +339,16 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
+}
+
+/* Of a state that has been set: which hard contacts touch. */
+static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        return kt_contacts_resolve(simulation, 0, error);
+#endif
+    (void)simulation, (void)error;
+    return KT_OK;
 }
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
@@ -361,7 +375,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     simulation->memory.factorizations = simulation->memory.balance_evaluations = simulation->memory.joined = 0;
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
-    return KT_OK;
+    return settle_contacts(simulation, error);
 }
 
 kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
@@ -424,6 +438,10 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
     if (accounts)
         status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
     simulation->cached = KT_CACHED_NOTHING;
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        kt_contacts_open(simulation);
+#endif
     if (status == KT_OK)
         status = close_state(simulation, q, v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && x != NULL)
@@ -435,8 +453,9 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
     const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
     if (balanced)
         simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
-    return kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to,
-                              error);
+    status = kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to,
+                                error);
+    return status == KT_OK ? settle_contacts(simulation, error) : status;
 }
 
 kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {

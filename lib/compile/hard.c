@@ -1,0 +1,146 @@
+/* Hard stops and contacts (a restitution in place of a stiffness) as loops that bound one side (kt_loop.side):
+ *
+ *     joint_limit    q - lower >= 0, q - upper <= 0            couplings of one joint
+ *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
+ *
+ * Such a loop is switched: it is in a model while it is closed. The effect itself is off in all models, and keeps its index.
+ */
+#include "compile/compile.h"
+
+#include "base/copy.h"
+#include "effect/effect.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_SIZE = 200 };
+
+/* What is allocated: one block. */
+typedef struct hard_parts {
+    kt_loop *loop;
+    kt_effect *effect;
+    kt_term *term;
+    char (*name)[NAME_SIZE];
+    int loops, made; /* in all; of these, those of effects */
+} hard_parts;
+
+static bool bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
+
+/* How many loops a hard effect is. */
+static int loops_of(const kt_effect *effect) {
+    if (!kt_effect_is_hard(effect))
+        return 0;
+    return effect->type == KT_EFFECT_CONTACT ? 1 : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
+}
+
+int kt_contacts_count(const kt_description *d) {
+    int count = 0;
+    for (int i = 0; i < d->loop_count; i++)
+        count += bounds(&d->loops[i]);
+    for (int i = 0; i < d->effect_count; i++)
+        count += loops_of(&d->effects[i]);
+    return count;
+}
+
+static bool is_taken(const hard_parts *p, const char *name) {
+    for (int i = 0; i < p->loops; i++)
+        if (p->loop[i].name != NULL && strcmp(p->loop[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* The next loop, with a name that is still free. */
+static kt_loop *add_loop(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
+    char *name = p->name[p->made];
+    (void)snprintf(name, NAME_SIZE, "%.150s%s", effect->name != NULL ? effect->name : of, suffix);
+    for (int k = 2; is_taken(p, name); k++)
+        (void)snprintf(name, NAME_SIZE, "%.150s%s_%d", effect->name != NULL ? effect->name : of, suffix, k);
+    kt_loop *loop = &p->loop[p->loops++];
+    *loop = kt_loop_default();
+    loop->name = name;
+    loop->restitution = effect->restitution;
+    loop->rest_velocity = effect->rest_velocity;
+    p->made++;
+    return loop;
+}
+
+static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side side) {
+    if (!isfinite(at))
+        return;
+    kt_term *term = &p->term[p->made];
+    kt_loop *loop = add_loop(p, effect, effect->joint, side == KT_SIDE_ABOVE ? ".lower" : ".upper");
+    *term = (kt_term){.joint = effect->joint, .coefficient = 1.0};
+    loop->type = KT_LOOP_COUPLING;
+    loop->terms = term;
+    loop->term_count = 1;
+    loop->offset = at;
+    loop->side = side;
+}
+
+/* The point of an end, in its body's frame. */
+static kt_vec3 point_of(const kt_description *d, const kt_end *end) {
+    for (int i = 0; end->marker != NULL && i < d->body_count; i++)
+        for (int k = 0; strcmp(d->bodies[i].name, end->body) == 0 && k < d->bodies[i].marker_count; k++)
+            if (strcmp(d->bodies[i].markers[k].name, end->marker) == 0)
+                return d->bodies[i].markers[k].at;
+    return end->at;
+}
+
+static kt_status add_contact(hard_parts *p, const kt_description *d, const kt_effect *effect, kt_error *error) {
+    const kt_end *centre = &effect->between[0], *plane = &effect->between[1];
+    char of[NAME_SIZE];
+    kt_mat3 axes;
+    (void)snprintf(of, sizeof of, "%.90s%s%.90s", centre->body != NULL ? centre->body : "world",
+                   centre->marker != NULL ? "." : "", centre->marker != NULL ? centre->marker : "");
+    const kt_status status = kt_rotation_evaluate(&plane->rotation, &axes, error);
+    kt_loop *loop = add_loop(p, effect, of, "");
+    const double norm = kt_vec3_norm(effect->axis), up = norm > 0.0 ? effect->radius / norm : 0.0;
+    loop->type = KT_LOOP_INPLANE;
+    loop->between[0] = *plane;
+    loop->between[0].marker = NULL;
+    loop->between[0].at = kt_vec3_add(point_of(d, plane), kt_vec3_scale(up, kt_mat3_apply(axes, effect->axis)));
+    loop->between[1] = *centre;
+    loop->axis = effect->axis;
+    loop->side = KT_SIDE_ABOVE;
+    return status;
+}
+
+kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+    const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
+    const size_t most = loops + 2 * effects + 1;
+    hard_parts p = {.loops = d->loop_count};
+    kt_status status = KT_OK;
+    *memory = malloc(most * (sizeof *p.loop + sizeof *p.term + sizeof *p.name) + (effects + 1) * sizeof *p.effect);
+    if (*memory == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    p.loop = *memory;
+    p.effect = (kt_effect *)(void *)(p.loop + most);
+    p.term = (kt_term *)(void *)(p.effect + effects + 1);
+    p.name = (char(*)[NAME_SIZE])(void *)(p.term + most);
+    kt_copy(p.loop, d->loops, loops * sizeof *p.loop);
+    kt_copy(p.effect, d->effects, effects * sizeof *p.effect);
+    for (size_t i = 0; i < loops; i++)
+        if (bounds(&p.loop[i]))
+            p.loop[i].side = kt_loop_is_rope(&p.loop[i]) ? KT_SIDE_BELOW : p.loop[i].side;
+    for (size_t i = 0; status == KT_OK && i < effects; i++) {
+        kt_effect *effect = &p.effect[i];
+        if (!kt_effect_is_hard(effect))
+            continue;
+        effect->switching = KT_SWITCHED_OFF;
+        if (effect->type == KT_EFFECT_CONTACT)
+            status = add_contact(&p, d, effect, error);
+        else
+            add_stop(&p, effect, effect->lower, KT_SIDE_ABOVE);
+        if (effect->type == KT_EFFECT_JOINT_LIMIT)
+            add_stop(&p, effect, effect->upper, KT_SIDE_BELOW);
+    }
+    for (int i = 0; i < p.loops; i++)
+        if (p.loop[i].side != KT_SIDE_NONE)
+            p.loop[i].switching = KT_SWITCHED_OFF;
+    *to = *d;
+    to->loops = p.loop;
+    to->loop_count = p.loops;
+    to->effects = p.effect;
+    return status;
+}

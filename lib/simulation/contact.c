@@ -1,0 +1,473 @@
+/* Hard contacts: loops that bound one side, g(q, t) >= 0 (stops, floors, slack ropes), along a motion.
+ *
+ * A contact is open, and its gap g > 0 is watched; or it is closed, a constraint of the mechanism like any other (its loop is
+ * switched on, model/switching.h), and its reaction lambda > 0 is watched. Both are events (event.c). At one of them, with
+ * all contacts that touch, u = J v - b' the rates of their gaps and W = J M^-1 J' (M^-1 that of the mechanism with its
+ * other loops, control/mass_inverse.c):
+ *
+ * - Impulses p where some close, u < 0, by Newton's rule with the coefficients of restitution e:
+ *       u+ = u + W p,   0 <= p  complementary to  u+ + e min(u, 0) >= 0
+ *   and what comes slower than its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. The kinetic
+ *   energy changes by p . (u + u+) / 2, and by what moving loops supply. Where a contact that parts is struck by the impulse
+ *   of another, the rule can make it grow: then all e are halved until it does not (with e = 0 it never does), and counted.
+ * - Those with u+ = 0 are closed from now on whose reaction presses: with w the accelerations of their gaps without it,
+ *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
+ *
+ * Both are linear complementarity problems with a matrix that is positive semidefinite (linear/lemke.h). Where reactions
+ * are not unique (four legs of a table) Lemke's basic solution leaves the redundant ones open.
+ *
+ * C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996.
+ */
+#include "simulation/contact.h"
+
+#include "base/copy.h"
+#include "control/mass_inverse.h"
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "linear/lemke.h"
+#include "mechanism/evaluate.h"
+#include "model/switching.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+/* What touches: gaps up to this part of the mechanism's length, or of 1 m or rad. Deeper than `deep` nothing can be. */
+static const double touching = 1e-11, deep = 1e-6;
+/* Rates and accelerations below this part of the sum of their terms are rounding. */
+static const double rounding = 1e-11;
+enum { HALVINGS = 10 };
+
+typedef struct kt_contact {
+    kt_simulation *simulation;
+    int loop, index;
+    uint64_t bit;
+    double sign; /* of the residual where the contact is open */
+} kt_contact;
+
+/* Every array: type, name, count, meaning. n contacts, of which m touch. */
+#define KT_CONTACT_FIELDS(X)                                                                                           \
+    X(kt_contact, item, s->n, "in the order of the loops")                                                             \
+    X(double, value, s->n, "gaps of the open ones, reactions of the others, in the state `at`")                        \
+    X(double, at, s->nq + s->nv, "of the values")                                                                      \
+    X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
+    X(double, rate, s->rows, "b' of all equations")                                                                    \
+    X(double, drift, s->rows, "b'' of all equations")                                                                  \
+    X(double, jacobian, s->rows *s->nv, "of all equations")                                                            \
+    X(double, v, s->nv, "velocities behind impulses")                                                                  \
+    X(double, a, s->nv, "accelerations without the contacts")                                                          \
+    X(int, touch, s->n, "the contacts that touch")                                                                     \
+    X(double, response, s->n *s->nv, "M^-1 J', a column each")                                                         \
+    X(double, gap, s->n, "of all contacts")                                                                            \
+    X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
+    X(char, inverse_memory, s->inverse, "M^-1")
+
+typedef struct contact_sizes {
+    size_t n, nq, nv, rows, data, inverse;
+} contact_sizes;
+
+struct kt_contacts {
+    int n, touching;
+    uint64_t mask;       /* the switches of all */
+    double time;         /* of the values; NaN: none */
+    uint64_t set;        /* likewise */
+    size_t inverse_size; /* bytes of inverse_memory */
+    const kt_model *all; /* all are closed: of the equations */
+    kt_data *data;       /* of `all` */
+    KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
+};
+
+KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const contact_sizes *s)
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+size_t kt_contacts_of(const kt_model *model) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->n.loop; i++)
+        count += model->loop[i].side != KT_SIDE_NONE;
+    return count;
+}
+
+static contact_sizes sizes_of(const kt_model *model, size_t n) {
+    contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
+    for (uint64_t set = 0; set < kt_family_sets(model->family); set++) {
+        const kt_model *one = kt_family_model(model->family, set);
+        const size_t inverse = kt_mass_inverse_size(one, 0);
+        s.inverse = inverse > s.inverse ? inverse : s.inverse;
+        s.rows = one->n.row > s.rows ? one->n.row : s.rows;
+    }
+    return s;
+}
+
+size_t kt_contacts_size(const kt_model *model, size_t n) {
+    const contact_sizes s = n > 0 ? sizes_of(model, n) : (contact_sizes){.n = 0};
+    return n > 0 ? lay_out(NULL, &s) : 0;
+}
+
+uint64_t kt_contacts_mask(const kt_simulation *simulation) {
+    return simulation->contacts != NULL ? simulation->contacts->mask : 0;
+}
+
+/* ---- what is watched --------------------------------------------------------------------------------------------- */
+
+static bool is_closed(const kt_model *model, const kt_contact *contact) { return (model->set & contact->bit) != 0; }
+
+/* The model in which all contacts are closed, with the loops and effects that are on; its data. */
+static void take_all(struct kt_contacts *c, const kt_model *model) {
+    const kt_model *all = kt_model_switched(model, model->set | c->mask);
+    if (all != c->all)
+        kt_data_adapt(all, c->data);
+    c->all = all;
+}
+
+static int row_of(const kt_model *model, const kt_contact *contact) { return model->loop[contact->loop].equation; }
+
+/* The gaps of all contacts, the rates, drifts and Jacobian of their equations. */
+static kt_status find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
+                                const double *v, bool all, kt_error *error) {
+    take_all(c, model);
+    const kt_status status = kt_loop_equations(c->all, c->data, t, q, v, all ? c->jacobian : NULL, c->row,
+                                               all ? c->rate : NULL, all ? c->drift : NULL, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++)
+        c->gap[k] = c->item[k].sign * c->row[row_of(c->all, &c->item[k])];
+    return status;
+}
+
+/* The gaps of open contacts, and the reactions of closed ones. */
+static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+    const kt_model *model = at->model;
+    kt_status status = KT_OK;
+    if ((model->set & c->mask) != c->mask)
+        status = find_equations(c, model, at->t, at->q, at->v, false, error);
+    if (status == KT_OK && (model->set & c->mask) != 0)
+        status =
+            kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++)
+        c->value[k] = is_closed(model, &c->item[k]) ? c->item[k].sign * c->row[row_of(model, &c->item[k])] : c->gap[k];
+    return status;
+}
+
+static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    struct kt_contacts *c = contact->simulation->contacts;
+    const size_t nq = at->model->n.q, nv = at->model->n.v;
+    /* The first of all is asked first at each instant; the others find what it has found. */
+    const bool known = contact->index > 0 && c->time == at->t && c->set == at->model->set &&
+                       memcmp(c->at, at->q, nq * sizeof(double)) == 0 &&
+                       memcmp(c->at + nq, at->v, nv * sizeof(double)) == 0;
+    if (!known) {
+        c->time = (double)NAN;
+        if (find_values(c, at, error) != KT_OK)
+            return 1;
+        memcpy(c->at, at->q, nq * sizeof(double));
+        memcpy(c->at + nq, at->v, nv * sizeof(double));
+        c->time = at->t;
+        c->set = at->model->set;
+    }
+    *value = c->value[contact->index];
+    return 0;
+}
+
+/* Closed contacts whose reactions end at this instant: this one, and others that are due. */
+static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t leaving = simulation->model->set & contact->bit;
+    (void)what;
+    for (int k = 0; k < c->n; k++)
+        if (simulation->event_root[k].due)
+            leaving |= simulation->model->set & c->item[k].bit;
+    return kt_contacts_resolve(simulation, leaving, error) == KT_OK ? 0 : -1;
+}
+
+kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
+    const kt_model *model = simulation->model;
+    const size_t n = kt_contacts_of(model);
+    const contact_sizes s = sizes_of(model, n);
+    struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
+    (void)lay_out(c, &s);
+    c->n = (int)n;
+    c->inverse_size = s.inverse;
+    c->time = (double)NAN;
+    c->mask = 0;
+    simulation->contacts = c;
+    for (size_t i = 0, k = 0; i < model->n.loop; i++)
+        if (model->loop[i].side != KT_SIDE_NONE) {
+            c->item[k] = (kt_contact){.simulation = simulation,
+                                      .loop = (int)i,
+                                      .index = (int)k,
+                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
+                                      .sign = model->loop[i].side == KT_SIDE_ABOVE ? 1.0 : -1.0};
+            c->mask |= c->item[k].bit;
+            k++;
+        }
+    c->all = kt_model_switched(model, model->set | c->mask);
+    kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),
+                                .function = watch_contact,
+                                .action = act,
+                                .user = &c->item[k],
+                                .direction = KT_DIRECTION_FALLING};
+        status = kt_simulation_event_add(simulation, &event, error);
+    }
+    simulation->contact_count = n;
+    return status;
+}
+
+void kt_contacts_open(kt_simulation *simulation) {
+    const uint64_t set = simulation->model->set & ~kt_contacts_mask(simulation);
+    if (set != simulation->model->set)
+        kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
+    simulation->memory.set = set;
+}
+
+/* ---- where contacts touch ---------------------------------------------------------------------------------------- */
+
+static const kt_loop_record *loop_of(const kt_simulation *simulation, int touch) {
+    const struct kt_contacts *c = simulation->contacts;
+    return &simulation->model->loop[c->item[c->touch[touch]].loop];
+}
+
+static double entry(const struct kt_contacts *c, int touch, size_t j) {
+    const kt_contact *contact = &c->item[c->touch[touch]];
+    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)row_of(c->all, contact)];
+}
+
+/* sign (J x - right); *size: the sum of the terms' magnitudes. */
+static double along(const struct kt_contacts *c, int touch, const double *x, const double *right, double *size) {
+    const kt_contact *contact = &c->item[c->touch[touch]];
+    const double r = contact->sign * right[row_of(c->all, contact)];
+    double sum = -r;
+    *size = fabs(r);
+    for (size_t j = 0; j < c->all->n.v; j++) {
+        sum += entry(c, touch, j) * x[j];
+        *size += fabs(entry(c, touch, j) * x[j]);
+    }
+    return sum;
+}
+
+/* Lists the contacts that touch; an error for one that is deep. */
+static kt_status find_touching(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double scale = fmax(1.0, c->all->length);
+    char where[KT_WHERE_SIZE];
+    c->touching = 0;
+    for (int k = 0; k < c->n; k++) {
+        if (c->gap[k] < -deep * scale) {
+            snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
+            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                                "it is %.3g (m or rad) beyond its boundary; begin on the side that is free, and bound "
+                                "the steps (max_step) where one leaps over it",
+                                -c->gap[k]);
+        }
+        if (c->gap[k] <= touching * scale || is_closed(simulation->model, &c->item[k]))
+            c->touch[c->touching++] = k;
+    }
+    return KT_OK;
+}
+
+/* M^-1 J' and W, of the mechanism with all contacts open. Its data are those of the simulation. */
+static kt_status find_response(kt_simulation *simulation, const kt_model *open, double t, const double *q, double *W,
+                               kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const size_t nv = open->n.v;
+    const int m = c->touching;
+    kt_mass_inverse *inverse = NULL;
+    for (int i = 0; i < m; i++)
+        for (size_t j = 0; j < nv; j++)
+            c->response[(size_t)i * nv + j] = entry(c, i, j);
+    kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
+    if (status == KT_OK)
+        status = kt_mass_inverse_compute(inverse, simulation->data, t, q, error);
+    if (status == KT_OK)
+        status = kt_mass_inverse_apply(inverse, m, c->response, error);
+    for (int i = 0; status == KT_OK && i < m; i++)
+        for (int k = 0; k < m; k++) {
+            double sum = 0.0;
+            for (size_t j = 0; j < nv; j++)
+                sum += entry(c, i, j) * c->response[(size_t)k * nv + j];
+            W[i * m + k] = sum;
+        }
+    return status;
+}
+
+static kt_status refuse_wedge(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
+             simulation->model->text + loop_of(simulation, 0)->name, t);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                        "there are no %s by which it and the %d others that touch could part: they wedge each other; "
+                        "leave a gap, or take an elastic one (stiffness)",
+                        what, simulation->contacts->touching - 1);
+}
+
+/* u+ = u + W p. */
+static void add_impulses(int m, const double *W, const double *p, const double *u, double *to) {
+    for (int i = 0; i < m; i++) {
+        to[i] = u[i];
+        for (int k = 0; k < m; k++)
+            to[i] += W[i * m + k] * p[k];
+    }
+}
+
+/* Impulses by Newton's rule. u becomes u+, and v the velocities behind; *lost: the kinetic energy that is dissipated. */
+static kt_status strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                        kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_simulation_memory *memory = &simulation->memory;
+    const int m = c->touching;
+    double e[KT_SWITCH_MAX], q[KT_SWITCH_MAX], p[KT_SWITCH_MAX], after[KT_SWITCH_MAX];
+    for (int i = 0; i < m; i++)
+        e[i] = -u[i] > loop_of(simulation, i)->rest_velocity ? loop_of(simulation, i)->restitution : 0.0;
+    for (int halving = 0;; halving++) {
+        double size = 0.0;
+        for (int i = 0; i < m; i++)
+            q[i] = u[i] + e[i] * fmin(u[i], 0.0);
+        if (!kt_lemke_solve(m, W, q, p, &memory->contacts.pivots))
+            return refuse_wedge(simulation, t, "impulses", error);
+        add_impulses(m, W, p, u, after);
+        *lost = 0.0;
+        for (int i = 0; i < m; i++) {
+            if (p[i] > 0.0)
+                after[i] = -e[i] * fmin(u[i], 0.0);
+            *lost -= 0.5 * p[i] * (u[i] + after[i]);
+            size += 0.5 * fabs(p[i] * u[i]);
+        }
+        if (*lost >= -1e-12 * size)
+            break;
+        memory->contacts.reduced += halving == 0;
+        for (int i = 0; i < m; i++)
+            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
+    }
+    *lost = fmax(*lost, 0.0);
+    for (int i = 0; i < m; i++) {
+        memory->contacts.impacts += p[i] > 0.0 && u[i] < -loop_of(simulation, i)->rest_velocity;
+        u[i] = after[i];
+        for (size_t j = 0; j < c->all->n.v; j++)
+            c->v[j] += p[i] * c->response[(size_t)i * c->all->n.v + j];
+    }
+    return KT_OK;
+}
+
+/* Of those that touch and do not part the ones whose reactions press: *on, a bit each. */
+static kt_status press(kt_simulation *simulation, const kt_model *open, double t, const double *y, const double *W,
+                       const double *u, uint64_t leaving, uint64_t *on, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const int m = c->touching;
+    double matrix[KT_SWITCH_MAX * KT_SWITCH_MAX], w[KT_SWITCH_MAX], lambda[KT_SWITCH_MAX], size = 0.0;
+    int at[KT_SWITCH_MAX], n = 0;
+    *on = 0;
+    kt_simulation_use_states(simulation, y);
+    kt_status status = kt_acceleration_evaluate(open, simulation->data, t, y, c->v, simulation->tau,
+                                                simulation->external, c->a, error);
+    if (status == KT_OK)
+        status = find_equations(c, simulation->model, t, y, c->v, true, error);
+    for (int i = 0; status == KT_OK && i < m; i++) {
+        (void)along(c, i, c->v, c->rate, &size);
+        if (u[i] > fmax(1e-3 * loop_of(simulation, i)->rest_velocity, rounding * size))
+            continue;
+        const double free = along(c, i, c->a, c->drift, &size);
+        const bool leaves = (leaving & c->item[c->touch[i]].bit) != 0;
+        if (free >= -rounding * size * (leaves ? 1e3 : 1.0) && leaves)
+            continue;
+        w[n] = fabs(free) <= rounding * size ? 0.0 : free;
+        at[n++] = i;
+    }
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++)
+            matrix[i * n + k] = W[at[i] * m + at[k]];
+    if (status == KT_OK && !kt_lemke_solve(n, matrix, w, lambda, &simulation->memory.contacts.pivots))
+        return refuse_wedge(simulation, t, "reactions", error);
+    for (int i = 0; status == KT_OK && i < n; i++)
+        if (lambda[i] > 0.0)
+            *on |= c->item[c->touch[at[i]]].bit;
+    return status;
+}
+
+static uint64_t count_bits(uint64_t bits) {
+    uint64_t count = 0;
+    for (; bits != 0; bits &= bits - 1)
+        count++;
+    return count;
+}
+
+/* Takes the model with the contacts that are on, and the state behind the impulses. */
+static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
+    const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
+    const uint64_t before_set = simulation->model->set & c->mask, set = (simulation->model->set & ~c->mask) | on;
+    kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
+    kt_status status = KT_OK;
+    bool changed = false;
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    if (accounts)
+        status = kt_simulation_find_energy(simulation, from, &before, error);
+    if (status != KT_OK)
+        return status;
+    const kt_model *old = simulation->model;
+    kt_simulation_take_model(simulation, kt_model_switched(old, set));
+    memcpy(simulation->y, from, simulation->size.n * sizeof(double));
+    memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
+    status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    if (status == KT_OK && accounts)
+        status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (status == KT_OK && balanced) {
+        double *work = simulation->y + simulation->size.work;
+        const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
+        work[0] += simulation->model->driven ? lost : fmax(-gain, 0.0);
+        work[1] += simulation->model->driven ? gain + lost : fmax(gain, 0.0);
+    }
+    if (status == KT_OK)
+        status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
+                                    after.kinetic + after.potential, error);
+    if (status != KT_OK) {
+        kt_simulation_take_model(simulation, old);
+        return status;
+    }
+    simulation->memory.set = set;
+    simulation->memory.contacts.dissipated += lost;
+    simulation->memory.contacts.closings += count_bits(on & ~before_set);
+    simulation->memory.contacts.openings += count_bits(before_set & ~on);
+    return KT_OK;
+}
+
+kt_status kt_contacts_resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
+    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
+    double W[KT_SWITCH_MAX * KT_SWITCH_MAX], u[KT_SWITCH_MAX], lost = 0.0, size;
+    uint64_t on = 0;
+    bool closes = false;
+    for (int k = 0; k < c->n; k++)
+        simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
+    kt_status status = find_equations(c, model, t, y, c->v, true, error);
+    if (status == KT_OK)
+        status = find_touching(simulation, t, error);
+    if (status != KT_OK || c->touching == 0)
+        return status;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_data_adapt(open, simulation->data);
+    status = find_response(simulation, open, t, y, W, error);
+    for (int i = 0; status == KT_OK && i < c->touching; i++) {
+        u[i] = along(c, i, c->v, c->rate, &size);
+        if (fabs(u[i]) <= rounding * size)
+            u[i] = 0.0;
+        closes = closes || u[i] < 0.0;
+    }
+    if (status == KT_OK && closes)
+        status = strike(simulation, t, W, u, &lost, error);
+    if (status == KT_OK)
+        status = press(simulation, open, t, y, W, u, leaving, &on, error);
+    kt_data_adapt(model, simulation->data);
+    return status == KT_OK ? settle(simulation, on, lost, error) : status;
+}
+
+/* ---- for callers ------------------------------------------------------------------------------------------------- */
+
+kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
+}
