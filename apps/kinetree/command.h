@@ -122,6 +122,8 @@ const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *ab
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
+/* Says that hard stops, contacts and slack ropes are open in what is computed of a model by itself, if it has any. */
+void kt_say_open_contacts(const kt_model *model);
 
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL: not enough memory. */

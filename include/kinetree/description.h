@@ -336,8 +336,8 @@ enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. Of a loop of one equation that has a
  * residual phi (distance, inplane, surface, coupling). It acts while it is closed and would be crossed, and never pulls;
- * what comes at it bounces off by Newton's rule (restitution). It is switched by simulations (kt_simulation_contact_count),
- * and open in a model by itself. */
+ * what comes at it bounces off by Newton's rule (restitution). It is switched by simulations (kt_simulation_contacts), and
+ * open in a model by itself. */
 typedef enum kt_side {
     KT_SIDE_NONE = 0, /* phi = 0 holds: an equation */
     KT_SIDE_ABOVE,    /* phi >= 0 */

@@ -439,6 +439,7 @@ KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const
  * event of the name of its loop (kt_simulation_event_count), before those that are added: that it closes, and that its
  * reaction ends. In between it is a loop that is switched on (kt_simulation_model, kt_switch_set). */
 typedef struct kt_contact_counts {
+    uint64_t count;    /* how many contacts there are */
     uint64_t impacts;  /* faster than rest_velocity */
     uint64_t closings; /* it became a constraint */
     uint64_t openings; /* it ceased to be one */
@@ -447,7 +448,7 @@ typedef struct kt_contact_counts {
     double dissipated; /* by impacts, J */
 } kt_contact_counts;
 
-/* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts. */
+/* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts, and of NULL. */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */

@@ -248,6 +248,9 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 #define ATTACH_NUMBER(member) r->member = effect->member;
         KT_EFFECT_NUMBERS(ATTACH_NUMBER)
 #undef ATTACH_NUMBER
+#if KT_HAS_SWITCHES
+        r->hard = kt_effect_is_hard(effect);
+#endif
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;

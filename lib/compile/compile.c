@@ -2,8 +2,6 @@
  * each set of what is switched (family.c); springs that start unstretched are measured (measure.c). */
 #include "compile/compile.h"
 
-#include <stdlib.h>
-
 /* Refuses what a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, kt_error *error) {
 #ifdef KT_NO_LOOPS
@@ -64,15 +62,8 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     if (status != KT_OK)
         return status;
 #if KT_HAS_SWITCHES
-    if (kt_contacts_count(description) > 0) {
-        kt_description expanded;
-        void *memory = NULL;
-        status = kt_contacts_expand(description, &expanded, &memory, error);
-        if (status == KT_OK)
-            status = kt_family_compile(&expanded, settings, compile_one, model, error);
-        free(memory);
-        return status;
-    }
+    if (kt_contacts_count(description) > 0)
+        return kt_contacts_compile(description, settings, compile_one, model, error);
     if (kt_switches_count(description) > 0)
         return kt_family_compile(description, settings, compile_one, model, error);
 #endif

@@ -19,10 +19,11 @@ typedef kt_status kt_compile_call(const kt_description *description, const kt_mo
 int kt_switches_count(const kt_description *description);
 kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
                             kt_compile_call *compile, kt_model **model, kt_error *error);
-/* hard.c: how many loops bound one side, and hard stops and contacts; the description in which all of these are such loops,
- * switched, and the effects off. Its arrays lie in *memory, which the caller frees. */
+/* hard.c: how many loops bound one side, and hard stops and contacts; the models of a description in which all of these are
+ * such loops, switched, and the effects off. */
 int kt_contacts_count(const kt_description *description);
-kt_status kt_contacts_expand(const kt_description *description, kt_description *to, void **memory, kt_error *error);
+kt_status kt_contacts_compile(const kt_description *description, const kt_model_options *options,
+                              kt_compile_call *compile, kt_model **model, kt_error *error);
 
 static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
 #endif

@@ -51,10 +51,11 @@ static kt_status begin(compilation *c, const kt_description *d, kt_error *error)
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
     if (count > KT_SWITCH_MAX)
-        return kt_error_set(error, KT_ERROR_MODEL, "switching",
-                            "%d loops and effects are switched (hard stops, contacts and slack ropes among them), which "
-                            "would be %.0f models; switch at most %d", count,
-                            exp2(count), KT_SWITCH_MAX);
+        return kt_error_set(
+            error, KT_ERROR_MODEL, "switching",
+            "%d loops and effects are switched (hard stops, contacts and slack ropes among them), which "
+            "would be %.0f models; switch at most %d",
+            count, exp2(count), KT_SWITCH_MAX);
     c->description = *d;
     c->loops = malloc((loops + 1) * sizeof *c->loops);
     c->effects = malloc((effects + 1) * sizeof *c->effects);

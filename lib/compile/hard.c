@@ -106,7 +106,8 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, const kt_ef
     return status;
 }
 
-kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+/* The arrays of *to lie in *memory. */
+static kt_status expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const size_t most = loops + 2 * effects + 1;
     hard_parts p = {.loops = d->loop_count};
@@ -142,5 +143,16 @@ kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void *
     to->loops = p.loop;
     to->loop_count = p.loops;
     to->effects = p.effect;
+    return status;
+}
+
+kt_status kt_contacts_compile(const kt_description *description, const kt_model_options *options,
+                              kt_compile_call *compile, kt_model **model, kt_error *error) {
+    kt_description expanded;
+    void *memory = NULL;
+    kt_status status = expand(description, &expanded, &memory, error);
+    if (status == KT_OK)
+        status = kt_family_compile(&expanded, options, compile, model, error);
+    free(memory);
     return status;
 }

@@ -27,6 +27,12 @@ static double *number_of(kt_effect_record *r, const kt_key *key) {
     return key->offset == offsetof(kt_effect, stiffnesses) ? r->stiffnesses : r->dampings;
 }
 
+/* Whether a number is of hard stops and contacts alone, which is in their loops. */
+static bool is_of_hard(const kt_key *key) {
+    return KT_HAS_SWITCHES &&
+           (key->offset == offsetof(kt_effect, restitution) || key->offset == offsetof(kt_effect, rest_velocity));
+}
+
 /* What kind of parameter a key is; false: none. */
 static bool classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
     parameter->key = key;
@@ -35,7 +41,7 @@ static bool classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
     switch (key->kind) {
     case KT_KEY_NUMBER:
     case KT_KEY_DISTANCE:
-        return !of_loop;
+        return !of_loop && !is_of_hard(key);
     case KT_KEY_SIX:
         parameter->count = 6;
         return !of_loop;
@@ -139,6 +145,12 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
+#if KT_HAS_SWITCHES
+    if (!p->loop && m->effect[item].hard)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "effect %s is hard: loops are in its place, whose numbers are fixed",
+                            kt_name_quote(p->item).text);
+#endif
     const kt_descriptor *d = p->loop ? kt_loop_descriptor((kt_loop_type)m->loop[item].type)
                                      : kt_effect_descriptor((kt_effect_type)m->effect[item].type);
     kt_nearest search = kt_nearest_make(p->key, NULL);

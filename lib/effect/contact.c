@@ -171,8 +171,7 @@ static const kt_key keys[] = {
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", KT_WORDS("a frame in the plane"), .needed = true},
     {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
      KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"),
-     KT_ELASTIC_STIFFNESS},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
     {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", KT_WORDS("m, 1 or more; 1.5 is that of Hertz"),
      .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
@@ -181,8 +180,7 @@ static const kt_key keys[] = {
      .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", KT_WORDS("v0, the speed of slip over which friction builds up"),
      .range = KT_RANGE_POSITIVE},
-    KT_HARD_KEYS("e: the contact is hard, and what comes at -w leaves at e w (Newton's rule)")
-};
+    KT_HARD_KEYS("e: the contact is hard, and what comes at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
     .help = KT_WORDS("contact of a sphere with a half-space (Hunt and Crossley), with friction"),

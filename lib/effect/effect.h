@@ -138,13 +138,8 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE
 #define KT_ELASTIC_WORDS(words) KT_WORDS(words "; it or restitution is needed")
 #define KT_HARD_KEYS(words)                                                                                            \
-    {"restitution",                                                                                                    \
-     KT_KEY_NUMBER,                                                                                                    \
-     KT_EFFECT_AT(restitution),                                                                                        \
-     "",                                                                                                               \
-     KT_WORDS(words),                                                                                                  \
-     "none",                                                                                                           \
-     .range = KT_RANGE_NOT_NEGATIVE},                                                                                  \
+    {"restitution",   KT_KEY_NUMBER, KT_EFFECT_AT(restitution),     "",                                                \
+     KT_WORDS(words), "none",        .range = KT_RANGE_NOT_NEGATIVE},                                                  \
         {"rest_velocity",                                                                                              \
          KT_KEY_NUMBER,                                                                                                \
          KT_EFFECT_AT(rest_velocity),                                                                                  \
@@ -156,7 +151,6 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 #define KT_ELASTIC_WORDS(words) KT_WORDS(words)
 #define KT_HARD_KEYS(words)
 #endif
-
 
 /* The beginning of an example: a free cube, or an arm on a joint, on which an effect acts. */
 #define KT_EXAMPLE_CUBE                                                                                                \

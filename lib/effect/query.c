@@ -59,39 +59,6 @@ kt_energetics kt_model_energetics(const kt_model *model) {
     return worst;
 }
 
-#if KT_HAS_SWITCHES
-/* What only an elastic one has. */
-static void refuse_elastic(kt_checker *checker, const char *key, double value, const char *what) {
-    if (value > 0.0)
-        kt_checker_fault(checker, key, -1, "a hard %s (restitution) has no %s; leave one of both out", what, key);
-}
-
-void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what) {
-    if (!kt_effect_is_hard(effect)) {
-        if (effect->stiffness == 0.0)
-            kt_checker_fault(checker, "stiffness", -1,
-                             "stiffness is 0 or missing; give it, or a restitution for a hard %s", what);
-        return;
-    }
-    const bool is_limit = effect->type == KT_EFFECT_JOINT_LIMIT;
-    refuse_elastic(checker, "stiffness", effect->stiffness, what);
-    if (effect->restitution > 1.0)
-        kt_checker_fault(checker, "restitution", -1, "restitution is %g; it must be 0 to 1", effect->restitution);
-    if (is_limit && effect->joint != NULL)
-        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    if (is_limit)
-        refuse_elastic(checker, "damping", effect->damping, what);
-    else
-        refuse_elastic(checker, "dissipation", effect->dissipation, what);
-    if (!is_limit)
-        refuse_elastic(checker, "friction", effect->friction, what);
-    if (effect->switching != KT_ALWAYS_ON)
-        kt_checker_fault(checker, "switching", -1,
-                         "a hard %s closes and opens by itself, and is not switched; take an elastic one (stiffness)",
-                         what);
-}
-#endif
-
 void kt_effect_check(kt_checker *checker, const kt_effect *effect) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
     const kt_effect standard = kt_effect_default();

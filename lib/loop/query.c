@@ -62,6 +62,15 @@ int kt_loop_count(const kt_model *model) { return model ? (int)model->n.loop : 0
 const char *kt_loop_name(const kt_model *model, int loop) {
     return model && KT_IS_INDEX(loop, model->n.loop) ? model->text + model->loop[loop].name : NULL;
 }
+kt_side kt_loop_side(const kt_model *model, int loop) {
+#if KT_HAS_SWITCHES
+    if (model && KT_IS_INDEX(loop, model->n.loop))
+        return (kt_side)model->loop[loop].side;
+#endif
+    (void)model, (void)loop;
+    return KT_SIDE_NONE;
+}
+
 kt_loop_type kt_loop_type_of(const kt_model *model, int loop) {
     return model && KT_IS_INDEX(loop, model->n.loop) ? (kt_loop_type)model->loop[loop].type : KT_LOOP_TYPE_COUNT;
 }

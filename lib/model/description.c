@@ -1,5 +1,5 @@
 /* The default structs of a description, and the names of types. */
-#include "kinetree/model.h"
+#include "model/record.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -29,22 +29,33 @@ kt_end kt_end_default(void) {
 
 kt_loop kt_loop_default(void) {
     const kt_loop loop = {
-        .name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true, .rest_velocity = 1e-6};
+        .name = NULL,
+        .axis = axis_z,
+        .axis2 = axis_z,
+        .holonomic = true,
+#if KT_HAS_SWITCHES
+        .rest_velocity = 1e-6
+#endif
+    };
     return loop;
 }
 
 kt_effect kt_effect_default(void) {
-    const kt_effect effect = {.name = NULL,
-                              .stribeck = 0.01,
-                              .smoothing = 1e-3,
-                              .lower = -(double)INFINITY,
-                              .upper = (double)INFINITY,
-                              .limit = (double)INFINITY,
-                              .exponent = 1.5,
-                              .slip = 1e-3,
-                              .axis = axis_z,
-                              .restitution = (double)INFINITY,
-                              .rest_velocity = 1e-6};
+    const kt_effect effect = {
+        .name = NULL,
+        .stribeck = 0.01,
+        .smoothing = 1e-3,
+        .lower = -(double)INFINITY,
+        .upper = (double)INFINITY,
+        .limit = (double)INFINITY,
+        .exponent = 1.5,
+        .slip = 1e-3,
+#if KT_HAS_SWITCHES /* a small library does not read them */
+        .restitution = (double)INFINITY,
+        .rest_velocity = 1e-6,
+#endif
+        .axis = axis_z
+    };
     return effect;
 }
 

@@ -260,6 +260,9 @@ typedef struct kt_effect_record {
     int32_t variable, variable_count; /* expression: in model->variable */
     kt_curve curve[3];                /* motor, servo, joint_spring: one; force, torque: the components */
     bool in_body;                     /* force, torque: components in the end's axes */
+#if KT_HAS_SWITCHES
+    bool hard; /* joint_limit, contact: loops are in its place */
+#endif
     kt_relative_record relative;
 } kt_effect_record;
 

@@ -53,11 +53,11 @@ typedef struct kt_contact {
     X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
     X(double, rate, s->rows, "b' of all equations")                                                                    \
     X(double, drift, s->rows, "b'' of all equations")                                                                  \
-    X(double, jacobian, s->rows *s->nv, "of all equations")                                                            \
+    X(double, jacobian, s->rows * s->nv, "of all equations")                                                           \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
-    X(int, touch, s->n, "the contacts that touch")                                                                     \
-    X(double, response, s->n *s->nv, "M^-1 J', a column each")                                                         \
+    X(int, list, s->n, "the contacts that touch")                                                                      \
+    X(double, response, s->n * s->nv, "M^-1 J', a column each")                                                        \
     X(double, gap, s->n, "of all contacts")                                                                            \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
@@ -68,7 +68,7 @@ typedef struct contact_sizes {
 
 struct kt_contacts {
     int n, touching;
-    uint64_t mask;       /* the switches of all */
+    uint64_t mask;       /* the switches of all: contact_mask */
     double time;         /* of the values; NaN: none */
     uint64_t set;        /* likewise */
     size_t inverse_size; /* bytes of inverse_memory */
@@ -104,10 +104,6 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
-uint64_t kt_contacts_mask(const kt_simulation *simulation) {
-    return simulation->contacts != NULL ? simulation->contacts->mask : 0;
-}
-
 /* ---- what is watched --------------------------------------------------------------------------------------------- */
 
 static bool is_closed(const kt_model *model, const kt_contact *contact) { return (model->set & contact->bit) != 0; }
@@ -140,8 +136,7 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
     if ((model->set & c->mask) != c->mask)
         status = find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && (model->set & c->mask) != 0)
-        status =
-            kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
+        status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
     for (int k = 0; status == KT_OK && k < c->n; k++)
         c->value[k] = is_closed(model, &c->item[k]) ? c->item[k].sign * c->row[row_of(model, &c->item[k])] : c->gap[k];
     return status;
@@ -177,46 +172,11 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     for (int k = 0; k < c->n; k++)
         if (simulation->event_root[k].due)
             leaving |= simulation->model->set & c->item[k].bit;
-    return kt_contacts_resolve(simulation, leaving, error) == KT_OK ? 0 : -1;
+    return simulation->contact_calls->resolve(simulation, leaving, error) == KT_OK ? 0 : -1;
 }
 
-kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
-    const kt_model *model = simulation->model;
-    const size_t n = kt_contacts_of(model);
-    const contact_sizes s = sizes_of(model, n);
-    struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
-    (void)lay_out(c, &s);
-    c->n = (int)n;
-    c->inverse_size = s.inverse;
-    c->time = (double)NAN;
-    c->mask = 0;
-    simulation->contacts = c;
-    for (size_t i = 0, k = 0; i < model->n.loop; i++)
-        if (model->loop[i].side != KT_SIDE_NONE) {
-            c->item[k] = (kt_contact){.simulation = simulation,
-                                      .loop = (int)i,
-                                      .index = (int)k,
-                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
-                                      .sign = model->loop[i].side == KT_SIDE_ABOVE ? 1.0 : -1.0};
-            c->mask |= c->item[k].bit;
-            k++;
-        }
-    c->all = kt_model_switched(model, model->set | c->mask);
-    kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
-    for (int k = 0; status == KT_OK && k < c->n; k++) {
-        const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),
-                                .function = watch_contact,
-                                .action = act,
-                                .user = &c->item[k],
-                                .direction = KT_DIRECTION_FALLING};
-        status = kt_simulation_event_add(simulation, &event, error);
-    }
-    simulation->contact_count = n;
-    return status;
-}
-
-void kt_contacts_open(kt_simulation *simulation) {
-    const uint64_t set = simulation->model->set & ~kt_contacts_mask(simulation);
+static void open_all(kt_simulation *simulation) {
+    const uint64_t set = simulation->model->set & ~simulation->contact_mask;
     if (set != simulation->model->set)
         kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
     simulation->memory.set = set;
@@ -224,25 +184,25 @@ void kt_contacts_open(kt_simulation *simulation) {
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
 
-static const kt_loop_record *loop_of(const kt_simulation *simulation, int touch) {
+static const kt_loop_record *loop_of(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
-    return &simulation->model->loop[c->item[c->touch[touch]].loop];
+    return &simulation->model->loop[c->item[c->list[k]].loop];
 }
 
-static double entry(const struct kt_contacts *c, int touch, size_t j) {
-    const kt_contact *contact = &c->item[c->touch[touch]];
+static double entry(const struct kt_contacts *c, int k, size_t j) {
+    const kt_contact *contact = &c->item[c->list[k]];
     return contact->sign * c->jacobian[j * c->all->n.row + (size_t)row_of(c->all, contact)];
 }
 
 /* sign (J x - right); *size: the sum of the terms' magnitudes. */
-static double along(const struct kt_contacts *c, int touch, const double *x, const double *right, double *size) {
-    const kt_contact *contact = &c->item[c->touch[touch]];
+static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
+    const kt_contact *contact = &c->item[c->list[k]];
     const double r = contact->sign * right[row_of(c->all, contact)];
     double sum = -r;
     *size = fabs(r);
     for (size_t j = 0; j < c->all->n.v; j++) {
-        sum += entry(c, touch, j) * x[j];
-        *size += fabs(entry(c, touch, j) * x[j]);
+        sum += entry(c, k, j) * x[j];
+        *size += fabs(entry(c, k, j) * x[j]);
     }
     return sum;
 }
@@ -262,7 +222,7 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
                                 -c->gap[k]);
         }
         if (c->gap[k] <= touching * scale || is_closed(simulation->model, &c->item[k]))
-            c->touch[c->touching++] = k;
+            c->list[c->touching++] = k;
     }
     return KT_OK;
 }
@@ -368,7 +328,7 @@ static kt_status press(kt_simulation *simulation, const kt_model *open, double t
         if (u[i] > fmax(1e-3 * loop_of(simulation, i)->rest_velocity, rounding * size))
             continue;
         const double free = along(c, i, c->a, c->drift, &size);
-        const bool leaves = (leaving & c->item[c->touch[i]].bit) != 0;
+        const bool leaves = (leaving & c->item[c->list[i]].bit) != 0;
         if (free >= -rounding * size * (leaves ? 1e3 : 1.0) && leaves)
             continue;
         w[n] = fabs(free) <= rounding * size ? 0.0 : free;
@@ -381,7 +341,7 @@ static kt_status press(kt_simulation *simulation, const kt_model *open, double t
         return refuse_wedge(simulation, t, "reactions", error);
     for (int i = 0; status == KT_OK && i < n; i++)
         if (lambda[i] > 0.0)
-            *on |= c->item[c->touch[at[i]]].bit;
+            *on |= c->item[c->list[at[i]]].bit;
     return status;
 }
 
@@ -434,7 +394,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     return KT_OK;
 }
 
-kt_status kt_contacts_resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
+static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
@@ -464,6 +424,46 @@ kt_status kt_contacts_resolve(kt_simulation *simulation, uint64_t leaving, kt_er
         status = press(simulation, open, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
     return status == KT_OK ? settle(simulation, on, lost, error) : status;
+}
+
+static const kt_contact_calls calls = {.open = open_all, .resolve = resolve};
+
+kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
+    const kt_model *model = simulation->model;
+    const size_t n = kt_contacts_of(model);
+    const contact_sizes s = sizes_of(model, n);
+    struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
+    (void)lay_out(c, &s);
+    c->n = (int)n;
+    c->inverse_size = s.inverse;
+    c->time = (double)NAN;
+    c->mask = 0;
+    simulation->contacts = c;
+    for (size_t i = 0, k = 0; i < model->n.loop; i++)
+        if (model->loop[i].side != KT_SIDE_NONE) {
+            c->item[k] = (kt_contact){.simulation = simulation,
+                                      .loop = (int)i,
+                                      .index = (int)k,
+                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
+                                      .sign = model->loop[i].side == KT_SIDE_ABOVE ? 1.0 : -1.0};
+            c->mask |= c->item[k].bit;
+            k++;
+        }
+    c->all = kt_model_switched(model, model->set | c->mask);
+    kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),
+                                .function = watch_contact,
+                                .action = act,
+                                .user = &c->item[k],
+                                .direction = KT_DIRECTION_FALLING};
+        status = kt_simulation_event_add(simulation, &event, error);
+    }
+    simulation->contact_count = n;
+    simulation->contact_mask = c->mask;
+    simulation->contact_calls = &calls;
+    simulation->memory.contacts.count = n;
+    return status;
 }
 
 /* ---- for callers ------------------------------------------------------------------------------------------------- */

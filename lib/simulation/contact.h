@@ -13,14 +13,4 @@ size_t kt_contacts_size(const kt_model *model, size_t n);
 /* Lists the contacts and adds their events, the first of all. `simulation` has its model, data and memory. */
 KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
 
-/* Opens all contacts: before a state is set that may lie anywhere. */
-void kt_contacts_open(kt_simulation *simulation);
-
-/* At the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: contacts whose
- * reaction has come to an end, a bit each. */
-KT_CHECKED kt_status kt_contacts_resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error);
-
-/* The set of a model with the contacts of another set. */
-uint64_t kt_contacts_mask(const kt_simulation *simulation);
-
 #endif

@@ -245,3 +245,16 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
         callbacks.rhs = evaluate_slope_of_states;
     return callbacks;
 }
+
+/* ---- the model --------------------------------------------------------------------------------------------------- */
+
+void kt_simulation_follow_model(kt_simulation *simulation) {
+    const bool adapts = !(simulation->step > 0.0), corners = kt_simulation_has_corners(simulation->model);
+    simulation->groups = kt_loop_group_count(simulation->model);
+    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
+    simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
+    simulation->corners.fixed = !adapts && corners;
+    simulation->watches_gaps = adapts && simulation->size.gap > 0;
+    simulation->gap_time = simulation->event_time = (double)NAN;
+    kt_simulation_forget_corners(simulation);
+}

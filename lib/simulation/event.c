@@ -356,8 +356,11 @@ static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double 
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "events follow each other without end: this one has happened %llu times, the last time %.3g s "
-                        "ago; give it a limit, let it stop the run, or change what it sets so that the chain ends",
-                        (unsigned long long)simulation->event_memory[k].count, t - simulation->memory.event_last);
+                        "ago; %s",
+                        (unsigned long long)simulation->event_memory[k].count, t - simulation->memory.event_last,
+                        k < kt_simulation_contact_events(simulation)
+                            ? "give its contact a larger rest_velocity, from which it rests"
+                            : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
 }
 
 /* Counts an instant of events; an error if such instants have no end. */
@@ -427,7 +430,7 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     memcpy(before, simulation->event_value, n * sizeof(double));
     const kt_status status = begin_events(simulation, error);
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
-        if (simulation->event_value[k] != before[k] && k >= simulation->contact_count)
+        if (simulation->event_value[k] != before[k] && k >= kt_simulation_contact_events(simulation))
             simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
     return status;
 }

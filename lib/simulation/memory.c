@@ -207,17 +207,6 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-void kt_simulation_follow_model(kt_simulation *simulation) {
-    const bool adapts = !(simulation->step > 0.0), corners = kt_simulation_has_corners(simulation->model);
-    simulation->groups = kt_loop_group_count(simulation->model);
-    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
-    simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
-    simulation->corners.fixed = !adapts && corners;
-    simulation->watches_gaps = adapts && simulation->size.gap > 0;
-    simulation->gap_time = simulation->event_time = (double)NAN;
-    kt_simulation_forget_corners(simulation);
-}
-
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_status status = init_data(simulation, error);
@@ -249,7 +238,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     if (status == KT_OK && simulation->size.contact > 0)
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0)
-        status = kt_contacts_resolve(simulation, 0, error);
+        status = simulation->contact_calls->resolve(simulation, 0, error);
 #endif
     return status;
 }

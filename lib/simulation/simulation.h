@@ -66,7 +66,7 @@ typedef struct kt_simulation_memory {
 #if KT_HAS_EVENTS
     kt_contact_counts contacts;
 #endif
-    int64_t fires;            /* events happened at the present time, and have not taken effect yet */
+    int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
 
 /* What an event remembers. */
@@ -207,6 +207,14 @@ typedef struct kt_event_watch {
     kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
 } kt_event_watch;
 
+/* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;
+ * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
+ * for each whose reaction has come to an end. */
+typedef struct kt_contact_calls {
+    void (*open)(kt_simulation *simulation);
+    kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
+} kt_contact_calls;
+
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
@@ -238,9 +246,11 @@ struct kt_simulation {
 #if KT_HAS_EVENTS
     size_t contact_count;         /* of these, the first ones are hard contacts */
     struct kt_contacts *contacts; /* NULL: there are none */
+    const kt_contact_calls *contact_calls;
+    uint64_t contact_mask; /* the switches of hard contacts */
 #endif
-    double event_time;           /* of event_value; NaN: not known */
-    double step;                 /* fixed, or 0 */
+    double event_time; /* of event_value; NaN: not known */
+    double step;       /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
@@ -252,6 +262,16 @@ struct kt_simulation {
     bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
+
+/* How many of the events are hard contacts: the first ones. */
+static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->contact_count;
+#else
+    (void)simulation;
+    return 0;
+#endif
+}
 
 /* Those of the sizes that are another's for another model of a family (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)

@@ -2,7 +2,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "simulation/contact.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
@@ -317,7 +317,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        kt_contacts_open(simulation);
+        simulation->contact_calls->open(simulation);
+    simulation->memory.contacts = (kt_contact_counts){.count = simulation->contact_count};
 #endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
@@ -345,7 +346,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        return kt_contacts_resolve(simulation, 0, error);
+        return simulation->contact_calls->resolve(simulation, 0, error);
 #endif
     (void)simulation, (void)error;
     return KT_OK;
@@ -440,7 +441,7 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        kt_contacts_open(simulation);
+        simulation->contact_calls->open(simulation);
 #endif
     if (status == KT_OK)
         status = close_state(simulation, q, v, error);
@@ -453,8 +454,8 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
     const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
     if (balanced)
         simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
-    status = kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to,
-                                error);
+    status =
+        kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to, error);
     return status == KT_OK ? settle_contacts(simulation, error) : status;
 }
 

@@ -12,7 +12,7 @@
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
-#include "simulation/contact.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -91,7 +91,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     const kt_model *from = simulation->model;
-    set &= ~kt_contacts_mask(simulation); /* these close and open by themselves */
+    set &= ~simulation->contact_mask; /* these close and open by themselves */
     const kt_model *to = simulation->transformation == NULL ? kt_model_switched(from, set) : NULL;
     kt_simulation_energy before, after = {0.0, 0.0};
     if (to == NULL)
@@ -117,7 +117,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     simulation->memory.set = set;
     if (loss != NULL)
         *loss = before.kinetic - after.kinetic;
-    return simulation->contacts != NULL ? kt_contacts_resolve(simulation, 0, error) : KT_OK;
+    return simulation->contacts != NULL ? simulation->contact_calls->resolve(simulation, 0, error) : KT_OK;
 }
 
 const kt_model *kt_simulation_model(const kt_simulation *simulation) {

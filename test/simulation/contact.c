@@ -104,7 +104,8 @@ static void check_ball(const char *method, double step, double bound) {
     double expected = t1, worst = 0.0;
     int impacts = 0, count = (int)ceil(log(rest / (g * t1)) / log(e));
     kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
-    while (status == KT_OK && kt_simulation_contacts(simulation).closings == 0 && kt_simulation_time(simulation) < 3.0) {
+    while (status == KT_OK && kt_simulation_contacts(simulation).closings == 0 &&
+           kt_simulation_time(simulation) < 3.0) {
         status = kt_simulation_step(simulation, 3.0, &error);
         if (status == KT_OK && (int)kt_simulation_contacts(simulation).impacts > impacts) {
             worst = fmax(worst, fabs(kt_simulation_time(simulation) - expected));
@@ -172,11 +173,13 @@ KT_TEST(ball_on_a_moving_table_bounces_in_its_frame) {
     kt_model *model = kt_scene_compile(&r.description);
     kt_simulation *simulation = start(model, "dopri5", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
     kt_error error = {0};
-    const double t = (-w + sqrt(w * w + 2.0 * g)) / g, fall = -g * t - w, before = simulation ? balance_of(simulation) : 0.0;
+    const double t = (-w + sqrt(w * w + 2.0 * g)) / g, fall = -g * t - w,
+                 before = simulation ? balance_of(simulation) : 0.0;
     if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, t + 0.1, &error), &error)) {
         kt_check_near("speed", kt_simulation_velocities(simulation)[1], w - e * fall - 0.1 * g, 1e-11);
         kt_check_near("table", kt_simulation_velocities(simulation)[0], w, 1e-13);
-        kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, 0.5 * (1.0 - e * e) * fall * fall, 1e-11);
+        kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, 0.5 * (1.0 - e * e) * fall * fall,
+                      1e-11);
         kt_check_near("balance, J", balance_of(simulation), before, 1e-9);
     }
     kt_simulation_free(simulation);
@@ -458,7 +461,8 @@ KT_TEST(slack_pendulum_flies_and_is_caught) {
         kt_check_near("slack at x", q[0], L * c, 1e-8);
         kt_check_near("slack at y", q[1], L * s, 1e-8);
         kt_check_near("speed", hypot(w[0], w[1]), v, 1e-8);
-        while (status == KT_OK && kt_simulation_contacts(simulation).closings < 2 && kt_simulation_time(simulation) < 5.0)
+        while (status == KT_OK && kt_simulation_contacts(simulation).closings < 2 &&
+               kt_simulation_time(simulation) < 5.0)
             status = kt_simulation_step(simulation, 5.0, &error);
         (void)kt_fine("flies", status, &error);
         const double x = L * c - v * s * flight, y = L * s + v * c * flight - 0.5 * g * flight * flight;
@@ -533,6 +537,14 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.effect[0].damping = 1.0;
     check_refused("damping", &r.description, "a hard stop (restitution) has no damping");
     r.effect[0].damping = 0.0;
+    r.effect[0].name = "stop";
+    kt_model *hard = kt_scene_compile(&r.description);
+    kt_parameter parameter;
+    kt_error from = {0};
+    kt_check_true("fixed", kt_parameter_find(hard, "effect stop.lower", &parameter, &from) == KT_ERROR_ARGUMENT);
+    kt_check_contains("words", from.message, "effect 'stop' is hard");
+    kt_model_free(hard);
+    r.effect[0].name = NULL;
     r.effect[0].restitution = (double)INFINITY;
     check_refused("neither", &r.description, "stiffness is 0 or missing");
     r.effect[0].restitution = 0.5;

@@ -108,6 +108,20 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     json_decref(counts);
 }
 
+/* What hard stops, contacts and slack ropes have done. */
+static void list_contacts(const kt_outcome *outcome, json_t *root) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    json_t *contacts = json_object();
+    json_object_set_new(contacts, "impacts", json_integer((json_int_t)seen.impacts));
+    json_object_set_new(contacts, "closings", json_integer((json_int_t)seen.closings));
+    json_object_set_new(contacts, "openings", json_integer((json_int_t)seen.openings));
+    json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
+    json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
+    if (seen.count > 0)
+        json_object_set(root, "contacts", contacts);
+    json_decref(contacts);
+}
+
 static void list_states(const kt_outcome *outcome, json_t *root) {
     if (kt_own_state_count(outcome->model) > 0)
         json_object_set_new(root, "state",
@@ -171,6 +185,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
     list_parameters(outcome->scene, root);
     list_events(outcome, root);
+    list_contacts(outcome, root);
     json_object_set_new(root, "freedom",
                         json_pack("{s:i, s:i, s:i, s:i}", "tree", dof.tree, "equations", dof.equations, "rank",
                                   dof.rank, "minimal", dof.minimal));
@@ -279,6 +294,14 @@ static void say_file(const char *what, const char *path) {
         fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
 }
 
+static void say_contacts(const kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    if (seen.count > 0)
+        fprintf(stderr, "  %llu impact%s dissipate %g J; contacts closed %llu times, opened %llu times\n",
+                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.dissipated,
+                (unsigned long long)seen.closings, (unsigned long long)seen.openings);
+}
+
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
     fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
@@ -304,6 +327,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
+    say_contacts(outcome);
     if (names->out != NULL)
         fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
                 strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);

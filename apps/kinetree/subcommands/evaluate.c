@@ -264,6 +264,7 @@ static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scen
     kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
+    kt_say_open_contacts(model);
     if (!allocate(&e, model)) {
         kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;

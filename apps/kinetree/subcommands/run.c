@@ -431,6 +431,20 @@ static void warn_of_leaps(kt_outcome *outcome) {
             bend, step);
 }
 
+/* Warns if impacts had to give back less than their restitutions ask. */
+static void warn_of_reduced(kt_outcome *outcome) {
+    const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
+    const kt_warning warning = {.code = "restitution",
+                                .time = (double)NAN,
+                                .value = (double)reduced,
+                                .remedy = "Take smaller restitutions, or leave gaps so that impacts come one by one"};
+    if (reduced > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "at %llu impact%s of several contacts at once Newton's rule would let the energy grow: their "
+                "restitutions were made less there",
+                reduced, reduced == 1 ? "" : "s");
+}
+
 /* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
@@ -476,6 +490,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         warn_of_joined(outcome);
         warn_of_crossings(outcome);
         warn_of_leaps(outcome);
+        warn_of_reduced(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
