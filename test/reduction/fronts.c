@@ -155,7 +155,7 @@ static void run(tangle_plan *plan, int mechanisms, outcome *o) {
     kt_random random = kt_random_of_test();
     *o = begin();
     for (int i = 0; i < mechanisms; i++) {
-        char of[16];
+        char of[24];
         (void)snprintf(of, sizeof of, "mechanism %d", i);
         plan->options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         plan->tree.with_armature = i % 3 == 2 ? 0.5 : 0.0;
