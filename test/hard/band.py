@@ -16,7 +16,8 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
   d  move a linkage that is rigid if its lengths are off by d in the sense of least squares, and say by how much its loops disagree
      (`initial.tolerance`): what they miss the positions of their motion by does work
   e  with fixed steps, end with an error on the way
-Wrong are X without a word, T a warning where the distance is above rounding, E another error, O no end in --patience seconds.
+Wrong are X without a word, T a warning where the distance is above rounding, V the advice to take a smaller tolerance, which does not help
+there, E another error, O no end in --patience seconds.
 Without --full there are some distances of some families and methods (30 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
 and zero, of every family by every method (RUNS), for hours: choose some by --families and --runs.
 """
@@ -403,7 +404,10 @@ def run(program, family, d, options, duration, keep, patience):
     if drift <= limit:
         return Result(".", d, drift, "", steps, cpu)
     told = [w for w in map(str, found["warnings"]) if any(t in w for t in (TOLD_FIXED if fixed else TOLD))]
+    vain = [w for w in map(str, found["warnings"]) if "Take a" in w and "tolerance" in w and not fixed]
     if told:
+        if vain:
+            return Result("V", d, drift, vain[0], steps, cpu)
         rounding = ROUNDING_FOLDED if family in FOLDED else ROUNDING
         return Result("t" if fixed or abs(d) <= rounding else "T", d, drift, told[0], steps, cpu)
     if family in RIGID and found["disagreement"]:

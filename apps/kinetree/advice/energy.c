@@ -43,6 +43,7 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
     const char *also = outcome->unprojected && kt_loop_count(outcome->model) > 0 ? ", and leave out --unprojected" : "";
     const bool in_proportion = error < 0.1 && method != NULL;
     const double shorter = 0.9 * KT_ENERGY_ERROR / error;
+    const bool rounding = kt_simulation_counts_get(outcome->simulation).crossings.error > run->relative;
     double step = in_proportion ? run->step * pow(shorter, 1.0 / (double)method->order) : 0.0;
     if (outcome->advised_step > 0.0 && outcome->advised_step < step)
         step = outcome->advised_step;
@@ -51,6 +52,11 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
     else if (run->step > 0.0)
         snprintf(text, size,
                  "Take much smaller steps, or an adaptive method, as --integrator dopri5 --tolerance 1e-9%s", also);
+    else if (rounding)
+        snprintf(text, size,
+                 "Positions closer than rounding decide the motion next to a singular position of the loops: a smaller "
+                 "tolerance does not help%s",
+                 also);
     else if (in_proportion)
         snprintf(text, size, "Take a tolerance below %.2g%s", run->relative * shorter, also);
     else
