@@ -29,6 +29,7 @@ typedef struct kt_progress_so_far {
     double cpu_seconds, corrected_since;
     kt_energy_watch energy;
     kt_residual constraint;
+    kt_compressions compressions;
     kt_stability_watch stability;
     uint64_t extremes; /* columns */
     uint64_t warnings; /* bytes of their text */
@@ -40,7 +41,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 5";
+static const char checkpoint_kind[16] = "kinetree run 6";
 
 enum { WARNINGS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
@@ -221,6 +222,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
                                       .corrected_since = outcome->corrected_since,
                                       .energy = outcome->energy,
                                       .constraint = outcome->constraint,
+                                      .compressions = outcome->compressions,
                                       .stability = outcome->stability,
                                       .extremes = outcome->extremes.count,
                                       .warnings = strlen(warnings)};
@@ -314,6 +316,7 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         outcome->sound_steps = so_far->sound_steps;
         outcome->energy = so_far->energy;
         outcome->constraint = so_far->constraint;
+        outcome->compressions = so_far->compressions;
         outcome->cpu_seconds = so_far->cpu_seconds;
         outcome->corrected_since = so_far->corrected_since;
         outcome->stability = so_far->stability;

@@ -204,6 +204,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set_new(
         root, "constraint",
         json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
+    if (outcome->compressions.count > 0)
+        json_object_set_new(root, "compression", kt_compressions_describe(&outcome->compressions, outcome->scene));
     if (outcome->columns != NULL)
         json_object_set_new(root, "columns", kt_extremes_describe(&outcome->extremes, outcome->columns));
     json_object_set_new(root, "singular", describe_crossings(outcome));
@@ -328,6 +330,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
     say_contacts(outcome);
+    kt_compressions_say(&outcome->compressions, outcome->scene);
     if (names->out != NULL)
         fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
                 strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);

@@ -57,6 +57,9 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
         outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
         outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
     }
+    if (outcome->compressions.count > 0 && record->multipliers != NULL)
+        kt_compressions_add(&outcome->compressions, kt_simulation_model(outcome->simulation), record->time,
+                            record->multipliers);
     outcome->records++;
 }
 
@@ -586,6 +589,8 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     options.kinematics = names->view != NULL || names->glb != NULL;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
+    if (outcome->compressions.count > 0)
+        options.record |= KT_RECORD_MULTIPLIER; /* and whether distances push */
     /* A resumed run may write a summary, too: what it tells of the run before the break is watched from the start. */
     if (names->summary != NULL || names->plot != NULL || arguments->checkpoint != NULL || arguments->resume != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
@@ -620,6 +625,8 @@ static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_opti
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner) {
     kt_error error = {0};
+    if (outcome->absolute == NULL) /* whose multipliers are those of other equations */
+        kt_compressions_begin(&outcome->compressions, outcome->scene);
     kt_simulation_options options = choose_options(arguments, names, outcome, manner);
     kt_scene_watch *events = NULL;
     unsigned record = 0;

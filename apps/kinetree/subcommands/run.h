@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_SUBCOMMANDS_RUN_H
 #define KT_COMMAND_SUBCOMMANDS_RUN_H
 
+#include "advice/compression.h"
 #include "advice/warnings.h"
 #include "records/columns.h"
 #include "records/extremes.h"
@@ -110,6 +111,7 @@ typedef struct kt_outcome {
     kt_stability_watch stability; /* watches adaptive explicit steps */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
+    kt_compressions compressions; /* of distances, at all records */
     const kt_columns *columns;    /* of the records; NULL: not listed yet */
     kt_extremes extremes;         /* of these columns, at all records */
     json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */

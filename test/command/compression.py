@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""A distance that pushes is told once, with its force and its time, and stands in the summary.
+
+compression.py KINETREE
+"""
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note  # noqa: E402
+
+kinetree = sys.argv[1]
+folder = pathlib.Path(tempfile.mkdtemp())
+
+BALL = """kinetree: 1
+gravity: [0, -9.81, 0]
+bodies:
+  - {name: ball, joint: {type: planar, axis: z, position: [X, Y, 0], velocity: [0, V, 0]}, mass: 2, inertia: [1, 1, 1], markers: {centre: [0, 0, 0]}}
+loops:
+  - {name: rope, type: distance, between: [world, ball.centre]}
+simulate: {duration: 1, tolerance: 1e-10}
+output: {interval: 0.001}
+"""
+
+
+def run(text, name, *more):
+    scene = folder / f"{name}.yaml"
+    scene.write_text(text)
+    done = subprocess.run([kinetree, "run", scene, "--out", folder / f"{name}.csv", "--summary", folder / f"{name}.json", *more],
+                          capture_output=True, text=True, check=False, timeout=60)
+    return done, json.loads((folder / f"{name}.json").read_text())
+
+
+# From rest beside the top it pushes with m g sin at once; below the level of its centre it pulls, with 3 m g sin less what
+# it began with, sin the height over the length.
+done, summary = run(BALL.replace("X", "0.8").replace("Y", "0.6").replace("V", "0"), "over")
+says = [line for line in done.stderr.splitlines() if "pushes" in line]
+note("\n".join(says))
+pushes = summary["compression"].get("rope", {})
+error = abs(pushes.get("force", math.nan) - 2 * 9.81 * 0.6)
+note(f"push {pushes.get('force')} N, of {2 * 9.81 * 0.6}: error {error:.2e}")
+claim("a_rope_that_starts_above_its_level_pushes_and_is_told_once",
+      [] if len(says) == 1 and "'rope'" in says[0] and "11.8 N" in says[0] and error <= 1e-9 and pushes["since"] == 0 else [says, pushes])
+
+# Thrown upwards from its level with v^2 = 2 g l it goes slack where 3 sin = 2, and pushes from there on.
+done, summary = run(BALL.replace("X", "1").replace("Y", "0").replace("V", str(math.sqrt(2 * 9.81))), "up")
+rows = [line.split(",") for line in (folder / "up.csv").read_text().splitlines()]
+height = {float(row[0]): float(row[2]) for row in rows[1:]}
+since = summary["compression"]["rope"]["since"]
+before = max(t for t in height if t < since)
+note(f"it pushes from {since} s on, at the height {height[since]}, and not at {height[before]}")
+claim("it_pushes_from_the_height_of_two_thirds_on", [] if height[before] <= 2 / 3 <= height[since] else [since])
+
+done, summary = run(BALL.replace("X", "0.6").replace("Y", "-0.8").replace("V", "0"), "under")
+claim("a_rope_that_pulls_alone_is_not_told", [] if summary["compression"] == {} and "pushes" not in done.stderr else [summary["compression"]])
+finish()
