@@ -27,14 +27,18 @@ typedef enum kt_robot_inertia {
 
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
 typedef struct kt_robot_options {
-    bool floating;             /* the root link moves freely; default: it is fixed to the world */
-    double stop_stiffness;     /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
-    double stop_damping;       /* N m s/rad, or N s/m: damping of these stops, >= 0 */
-    kt_robot_inertia inertia;  /* which inertias are accepted */
-    double density;            /* URDF: kg/m^3 of links without <inertial> that have a shape; 0: they have no mass */
-    const char *const *masses; /* URDF: masses of links, kg, each "LINK=MASS" */
+    bool floating;            /* the root link moves freely; default: it is fixed to the world */
+    double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
+    kt_robot_inertia inertia; /* which inertias are accepted */
+    double
+        density; /* kg/m^3 of links without <inertial> that have shapes, and in MJCF of geoms that say neither mass nor
+                       density; 0: they have no mass, in MJCF 1000 kg/m^3, in SDF 1 kg */
+    const char *const *masses; /* masses of links, kg, each "LINK=MASS" */
     int mass_count;            /* length of masses */
     const char *keyframe;      /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
+    const char *search;        /* folders apart by ':', in which meshes of package:// and model:// are looked for before
+                                  the folder of `path` and those around it; NULL: none */
 } kt_robot_options;
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
@@ -48,12 +52,13 @@ typedef struct kt_robot_options {
  *     at zero, or at the limit nearest to zero where zero is outside its limits; a mimic joint where the joint that it
  *     follows puts it.
  *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
- *   - A link's picture is the first box, cylinder or sphere of its visuals, else of its collisions.
+ *   - Boxes, cylinders and spheres of visuals, else of collisions, are the link's shapes, for pictures; meshes are
+ *     scene->meshes if their files are there. Collisions far larger than the robot are left out.
  *   - The rotor inertia of a transmission, times the square of its reduction, becomes the joint's armature.
  *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
  *     where a link has an inertia that no body has, but options->inertia accepts it, or where nothing has a mass.
  *   - Limits of position, speed and effort are kt_joint_limits, data that change no motion.
- *   - Left out: meshes, contacts, extensions of simulators.
+ *   - Left out: contacts, extensions of simulators.
  * MJCF:
  *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
  *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.
@@ -77,7 +82,7 @@ typedef struct kt_robot_options {
  *     collisions. Inertias that no body has are judged as those of URDF.
  *   - Gravity is the world's; without one 9.8 m/s^2 along -z.
  *   - <include> reads files within the folder of `path` alone; what is not there is left out.
- *   - Left out: meshes, contacts, sensors, plugins, states of worlds.
+ *   - Left out: contacts, sensors, plugins, states of worlds.
  * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
  * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released
  * with kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to

@@ -92,6 +92,15 @@ typedef struct kt_scene_column {
     const char *formula; /* parameters are in it as the numbers that they are */
 } kt_scene_column;
 
+/* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. */
+typedef struct kt_scene_mesh {
+    const char *body;     /* that it belongs to */
+    const char *file;     /* absolute, or relative to the scene's file */
+    kt_vec3 scale;        /* times the components of its points, m a unit of the file */
+    kt_vec3 at;           /* its origin, body frame, m */
+    kt_rotation rotation; /* of its axes against the body's */
+} kt_scene_mesh;
+
 /* How a file is read. */
 typedef struct kt_scene_options {
     /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
@@ -121,6 +130,8 @@ typedef struct kt_scene {
     kt_scene_event until;                 /* `simulate.until`; its `when` is NULL: there is none */
     const kt_scene_column *columns;       /* `output.columns`; NULL: none */
     int column_count;                     /* length of columns */
+    const kt_scene_mesh *meshes;          /* `meshes`, for pictures alone; NULL: none */
+    int mesh_count;                       /* length of meshes */
     const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */

@@ -75,6 +75,8 @@ static void read_options(kt_mjcf *m) {
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static void note_masses(kt_notes *n, const kt_mjcf *m) {
+    kt_note_put(n, &m->by_density, "geoms that say neither mass nor density, and have that of --density: %d",
+                m->by_density.count);
     kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
     kt_note_put(
         n, &m->mesh_masses,
@@ -138,8 +140,10 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     note_forces(&n, m);
     kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
                 m->unnamed_sites.count);
-    kt_note_mesh_pictures(&n, &m->mesh_pictures);
-    kt_note_put(&n, &m->pictures, "geoms that are left out of pictures, since a body has one shape: %d",
+    kt_appearance_notes(&n, &m->appearance);
+    kt_note_put(&n, &m->pictures,
+                "geoms that are left out of pictures, since they are the world's, or planes, ellipsoids, meshes that a "
+                "scene cannot place: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
                 m->contacts.count);
@@ -181,7 +185,11 @@ static bool prepare(kt_mjcf *m) {
 }
 
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
-    kt_mjcf m = {.r = r, .source = source, .root = (kt_element *)source->root, .draft = {.r = r, .root = source->root}};
+    kt_mjcf m = {.r = r,
+                 .source = source,
+                 .root = (kt_element *)source->root,
+                 .draft = {.r = r, .root = source->root},
+                 .appearance = {.r = r, .source = source}};
     static const kt_inertia_limit limits[] = {KT_INERTIA_WARN, KT_INERTIA_STRICT, KT_INERTIA_ACCEPT};
     if (!prepare(&m))
         return;
@@ -198,6 +206,7 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
         return;
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = limits[source->options->inertia];
+    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
     if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(m.root, "model"), scene))
         make_notes(&m, scene);
 }

@@ -46,6 +46,8 @@ typedef struct kt_mjcf_body {
     kt_sym3 inertia; /* about com, body axes */
     double gravcomp;
     kt_shape shape;
+    const kt_shape *shapes;
+    int shape_count;
     kt_list markers; /* kt_marker */
     int first_joint, joint_count;
     int lost_meshes; /* geoms whose mass is not known */
@@ -115,7 +117,7 @@ typedef struct kt_mjcf {
     kt_namer bodies_named, joints_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
-    bool geoms_have_mass;                                  /* of the body whose geoms are read */
+    bool geoms_have_mass, has_visuals;                     /* of the body whose geoms are read */
     int nq, nv;
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is asked for */
     int ctrl_count;
@@ -123,10 +125,11 @@ typedef struct kt_mjcf {
     kt_draft draft;
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
-    kt_left limits, contacts, pictures, mesh_pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap,
-        soft, inactive, keys, tied, lost_limits, freed;
-    kt_left mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos, motors,
-        fixed_bodies;
+    kt_left limits, contacts, pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap, soft, inactive,
+        keys, tied, lost_limits, freed;
+    kt_appearance appearance;
+    kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
+        motors, fixed_bodies;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */
@@ -189,6 +192,9 @@ void kt_mjcf_replicate(kt_mjcf *m);
 /* Reads the meshes of <asset>; what a mesh encloses, or NULL where that is not known. */
 void kt_mjcf_read_meshes(kt_mjcf *m);
 const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
+
+/* Adds the mesh of a geom, whose pose in its body is given, to what the body looks like. */
+void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
 
 /* ---- mjcf_geom.c ------------------------------------------------------------------------------------------------- */
 

@@ -265,6 +265,8 @@ static void fill_body(const kt_mjcf_body *b, kt_body *body) {
     body->com = b->com;
     body->inertia = b->inertia;
     body->shape = b->shape;
+    body->shapes = b->shapes;
+    body->shape_count = b->shape_count;
     body->markers = b->markers.items;
     body->marker_count = b->markers.count;
 }
@@ -349,10 +351,24 @@ static void name_joints(kt_mjcf *m) {
     }
 }
 
+/* The body of the scene that has a body's mass: by its name there, or by that of the file. */
+static int find_body(const void *user, const char *name) {
+    const kt_mjcf *m = user;
+    const kt_body *bodies = m->draft.bodies.items;
+    const int index = kt_names_find(&m->names, KT_MJCF_BODIES, name);
+    const char *wanted = index > 0 ? kt_mjcf_body_at(m, index)->name : name;
+    for (int i = 0; i < m->draft.bodies.count; i++)
+        if (strcmp(bodies[i].name, wanted) == 0)
+            return i;
+    return -1;
+}
+
 void kt_mjcf_make_bodies(kt_mjcf *m) {
     make_markers(m);
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         make_body(m, i);
-    if (!m->r->out_of_memory)
-        name_joints(m);
+    if (m->r->out_of_memory)
+        return;
+    name_joints(m);
+    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_body, m);
 }

@@ -1,4 +1,5 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
+#include "algebra/principal.h"
 #include "import/mjcf.h"
 
 #include <float.h>
@@ -81,7 +82,9 @@ static void set_moments(geom *g, double volume) {
 
 /* The mass that a geom gives to its body. A mesh is read only where its mass is asked for. */
 static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
-    double mass = 0.0, density = kt_mjcf_number(m, e, "geom", "density", 1000.0);
+    const bool by_options = m->source->options->density > 0.0 && kt_mjcf_text(m, e, "geom", "density") == NULL;
+    const double standard = by_options ? m->source->options->density : 1000.0;
+    double mass = 0.0, density = kt_mjcf_number(m, e, "geom", "density", standard);
     const bool has_mass = kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass) == 1;
     if (mass < 0.0 || density < 0.0)
         (void)kt_mjcf_fault(m, e, "mass and density cannot be below zero");
@@ -94,6 +97,8 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
     if (!(volume > 0.0))
         return;
     g->mass = has_mass ? mass : density * volume;
+    if (by_options && !has_mass)
+        kt_left_count(&m->by_density, e);
     set_moments(g, volume);
 }
 
@@ -127,18 +132,40 @@ static void picture_of(const geom *g, kt_shape *shape) {
     }
 }
 
-/* The picture of a body is the first solid of its geoms that a scene has; a capsule is drawn as a cylinder. */
+/* MuJoCo shows groups 0 to 2; the others are collisions of bodies that have visuals, too. */
+static bool is_visual(kt_mjcf *m, const kt_element *e) { return kt_mjcf_number(m, e, "geom", "group", 0.0) <= 2.0; }
+
+static void find_visual(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    (void)body, (void)frame;
+    m->has_visuals = m->has_visuals || is_visual(m, e);
+}
+
+/* A capsule is drawn as a cylinder. */
 static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
-    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     const bool is_drawn = g->type == SPHERE || g->type == CAPSULE || g->type == CYLINDER || g->type == BOX;
+    kt_shape shape = kt_shape_default();
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
         kt_left_count(&m->contacts, e);
-    if (g->type == MESH)
-        kt_left_count(&m->mesh_pictures, e);
-    else if (body == 0 || !is_drawn || b->shape.type != KT_SHAPE_NONE)
+    if (m->has_visuals && !is_visual(m, e))
+        return;
+    if (body == 0 || (!is_drawn && g->type != MESH)) {
         kt_left_count(&m->pictures, e);
-    else
-        picture_of(g, &b->shape);
+    } else if (g->type == MESH) {
+        kt_mjcf_draw_mesh(m, e, g->pose);
+    } else {
+        picture_of(g, &shape);
+        (void)kt_appearance_add_shape(&m->appearance, e, &shape);
+    }
+}
+
+/* What the geoms of a body look like, once they have been read. */
+static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
+    kt_body body = kt_body_default();
+    body.name = b->name;
+    kt_appearance_end(&m->appearance, !m->has_visuals, b->element, &body);
+    b->shape = body.shape;
+    b->shapes = body.shapes;
+    b->shape_count = body.shape_count;
 }
 
 /* ---- all geoms of a body ----------------------------------------------------------------------------------------- */
@@ -185,8 +212,11 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
     const kt_element *inertial = body > 0 ? kt_xml_child(b->element, "inertial") : NULL;
     const kt_mjcf_from_geom how = m->settings.from_geom;
     m->geoms_have_mass = body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL));
-    b->shape = kt_shape_default();
+    m->has_visuals = false;
+    kt_mjcf_for_each(m, b->element, "geom", body, find_visual);
+    kt_appearance_begin(&m->appearance, b->name);
     kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
+    keep_picture(m, b);
     if (m->geoms_have_mass)
         centre_geoms(m, b);
     else if (inertial != NULL)
@@ -195,34 +225,9 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
 
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */
 
-/* The eigenvectors of a symmetric matrix as columns, by Jacobi rotations. */
-static kt_mat3 principal_axes(kt_sym3 s) {
-    double a[3][3] = {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}};
-    kt_mat3 axes = kt_mat3_identity();
-    for (int sweep = 0; sweep < 30; sweep++)
-        for (int k = 0; k < 3; k++) {
-            const int p = k, q = (k + 1) % 3, r = (k + 2) % 3;
-            if (a[p][q] == 0.0)
-                continue;
-            const double pp = a[p][p], qq = a[q][q], pq = a[p][q], pr = a[p][r], qr = a[q][r];
-            const double angle = 0.5 * atan2(qq >= pp ? 2.0 * pq : -2.0 * pq, fabs(qq - pp)); /* up to 45 degrees */
-            const double c = cos(angle), n = sin(angle);
-            kt_vec3 *columns[] = {&axes.x, &axes.y, &axes.z};
-            const kt_vec3 u = *columns[p], v = *columns[q];
-            a[p][p] = c * c * pp - 2.0 * n * c * pq + n * n * qq;
-            a[q][q] = n * n * pp + 2.0 * n * c * pq + c * c * qq;
-            a[p][q] = a[q][p] = 0.0;
-            a[p][r] = a[r][p] = c * pr - n * qr;
-            a[q][r] = a[r][q] = n * pr + c * qr;
-            *columns[p] = kt_vec3_sub(kt_vec3_scale(c, u), kt_vec3_scale(n, v));
-            *columns[q] = kt_vec3_add(kt_vec3_scale(n, u), kt_vec3_scale(c, v));
-        }
-    return axes;
-}
-
 /* Principal moments below the least become the least. */
 static void bound_inertia(kt_mjcf *m, kt_mjcf_body *b) {
-    const kt_mat3 axes = principal_axes(b->inertia);
+    const kt_mat3 axes = kt_principal_axes(b->inertia);
     const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
     const double least = m->settings.least;
     if (d.xx >= least && d.yy >= least && d.zz >= least)

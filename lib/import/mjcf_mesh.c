@@ -15,19 +15,28 @@ static const char *file_of(const kt_mjcf *m, const kt_element *e) {
     return slash != NULL ? slash + 1 : file;
 }
 
+/* The file's path from the model's folder, unless it is absolute; NULL: no memory. */
 static const char *path_of(kt_mjcf *m, const char *file) {
-    const char *folder = m->settings.mesh_folder != NULL ? m->settings.mesh_folder : "";
-    const char *base = file[0] == '/' || folder[0] == '/' ? "" : m->source->folder;
-    const size_t room = strlen(base) + strlen(folder) + strlen(file) + 3;
+    const char *folder = m->settings.mesh_folder != NULL && file[0] != '/' ? m->settings.mesh_folder : "";
+    const size_t room = strlen(folder) + strlen(file) + 2;
     char *path = kt_pool_take(&m->r->scratch, room, 1);
     if (path == NULL)
         (void)kt_reader_out_of_memory(m->r);
-    else if (file[0] == '/')
-        (void)snprintf(path, room, "%s", file);
     else
-        (void)snprintf(path, room, "%s%s%s%s%s", base, base[0] != '\0' ? "/" : "", folder, folder[0] != '\0' ? "/" : "",
-                       file);
+        (void)snprintf(path, room, "%s%s%s", folder, folder[0] != '\0' ? "/" : "", file);
     return path;
+}
+
+static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
+    const size_t room = strlen(folder) + strlen(path) + 2;
+    char *whole = path[0] != '/' ? kt_pool_take(&m->r->scratch, room, 1) : NULL;
+    if (path[0] == '/')
+        return path;
+    if (whole == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(whole, room, "%s/%s", folder, path);
+    return whole;
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
@@ -51,6 +60,7 @@ static kt_status read_file(kt_mjcf *m, const char *file, kt_triangles *mesh, kt_
     if (m->source->folder == NULL)
         return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
     const char *path = path_of(m, file);
+    path = path != NULL ? path_in(m, m->source->folder, path) : NULL;
     kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
         status = kt_triangles_parse(text, size, mesh, error);
@@ -87,8 +97,9 @@ static kt_volume_rule rule_of(kt_mjcf *m, const kt_element *e) {
     return rule == 1 ? KT_VOLUME_SIGNED : KT_VOLUME_ABSOLUTE;
 }
 
-static void place(kt_mjcf *m, const kt_element *e, kt_triangles *mesh) {
-    const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0), one = kt_vec3_make(1.0, 1.0, 1.0);
+/* refpos and refquat. */
+static kt_pose reference_of(kt_mjcf *m, const kt_element *e) {
+    const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0);
     kt_pose frame = {.rotation = kt_mat3_identity(), .position = kt_mjcf_vector(m, e, "mesh", "refpos", zero)};
     double v[4];
     if (kt_mjcf_numbers(m, e, "mesh", "refquat", 4, 4, v) == 4) {
@@ -96,7 +107,11 @@ static void place(kt_mjcf *m, const kt_element *e, kt_triangles *mesh) {
         if (kt_quat_norm_squared(q) > 0.0)
             frame.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
     }
-    kt_triangles_place(mesh, frame, kt_mjcf_vector(m, e, "mesh", "scale", one));
+    return frame;
+}
+
+static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
+    return kt_mjcf_vector(m, e, "mesh", "scale", kt_vec3_make(1.0, 1.0, 1.0));
 }
 
 /* A mesh without a name has that of its file, without folder and ending. */
@@ -136,7 +151,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_status status =
         file != NULL ? read_file(m, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
     if (status == KT_OK) {
-        place(m, e, &triangles);
+        kt_triangles_place(&triangles, reference_of(m, e), scale_of(m, e));
         mesh->enclosed = kt_triangles_enclosed(&triangles, rule_of(m, e));
         kt_triangles_free(&triangles);
     } else {
@@ -145,17 +160,44 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     }
 }
 
+/* The mesh that a geom names; NULL: there is none. */
+static kt_mjcf_mesh *mesh_of(const kt_mjcf *m, const char *name) {
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_MESHES, name) : -1;
+    return index >= 0 ? (kt_mjcf_mesh *)m->meshes.items + index : NULL;
+}
+
 const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
     const char *name = kt_mjcf_text(m, geom, "geom", "mesh");
-    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_MESHES, name) : -1;
-    if (index < 0) {
+    kt_mjcf_mesh *mesh = mesh_of(m, name);
+    if (mesh == NULL) {
         (void)kt_mjcf_fault(m, geom, "mesh %s does not exist",
                             name != NULL ? kt_name_quote(name).text : "without a name");
         return NULL;
     }
-    kt_mjcf_mesh *mesh = (kt_mjcf_mesh *)m->meshes.items + index;
     if (!mesh->is_known)
         read_mesh(m, mesh);
     mesh->is_known = true;
     return mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+}
+
+/* Points of a file are scaled in its own axes, so that a mesh that is turned by refquat has to have one scale. With s
+ * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
+void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
+    const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
+    const char *file = mesh != NULL ? file_of(m, mesh->element) : NULL, *path = file != NULL ? path_of(m, file) : NULL;
+    if (path == NULL) {
+        kt_left_count(&m->pictures, geom);
+        return;
+    }
+    const kt_pose frame = reference_of(m, mesh->element);
+    const kt_vec3 s = scale_of(m, mesh->element);
+    const bool is_turned = frame.rotation.x.x != 1.0 || frame.rotation.y.y != 1.0;
+    if (is_turned && (s.x != s.y || s.y != s.z)) {
+        kt_left_count(&m->pictures, geom);
+        return;
+    }
+    pose.rotation = kt_mat3_multiply(pose.rotation, kt_mat3_transpose(frame.rotation));
+    const kt_vec3 moved = kt_vec3_make(s.x * frame.position.x, s.y * frame.position.y, s.z * frame.position.z);
+    pose.position = kt_vec3_sub(pose.position, kt_mat3_apply(pose.rotation, moved));
+    (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
 }

@@ -89,10 +89,6 @@ void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {
                 left->count);
 }
 
-void kt_note_mesh_pictures(kt_notes *notes, const kt_left *left) {
-    kt_note_put(notes, left, "meshes that are left out of pictures: %d", left->count);
-}
-
 void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown) {
     kt_phrase names = {.length = 0};
     kt_unknown_list(unknown, &names);

@@ -38,6 +38,9 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
     if (!kt_xml_parse(r, text, size, &root, &source.late))
         return;
     source.root = root;
+    if (source.options->keyframe != NULL && strcmp(root->name, "mujoco") != 0)
+        (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
+                           "keyframe '%.60s': there are keyframes in MJCF alone", source.options->keyframe);
     if (strcmp(root->name, "mujoco") == 0)
         kt_mjcf_scene(r, &source, scene);
     else if (strcmp(root->name, "sdf") == 0)

@@ -63,7 +63,6 @@ void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) 
 
 /* Notes that all formats have: of changed names of joints, of meshes in pictures, and of what is not known. */
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left);
-void kt_note_mesh_pictures(kt_notes *notes, const kt_left *left);
 void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown);
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
@@ -163,6 +162,18 @@ typedef struct kt_judge {
 void kt_judge_inertias(kt_judge *judge);
 void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
+/* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */
+
+/* Gives a body mass, com and inertia of its shapes, as solids of a density; false where they have no volume. */
+bool kt_mass_by_shapes(kt_body *body, double density);
+
+/* The index of the body that stands for a link of this name; -1: there is none. */
+typedef int kt_find_link(const void *user, const char *name);
+
+/* Gives links the masses that the options name. */
+void kt_masses_give(kt_reader *r, const kt_robot_options *options, const kt_element *root, kt_body *bodies,
+                    kt_find_link *find, const void *user);
+
 /* ---- solid.c: what uniform solids weigh -------------------------------------------------------------------------- */
 
 typedef enum kt_solid {
@@ -189,6 +200,40 @@ typedef struct kt_robot_source {
     const kt_element *root;
     kt_xml_late late;
 } kt_robot_source;
+
+/* ---- search.c, appearance.c: what robots look like -------------------------------------------------------------------- */
+
+/* The path of a mesh's file, package:// and model:// among them; NULL: there is none. */
+const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char *name);
+
+/* A body whose picture is that of its collisions. */
+typedef struct kt_seen_collision {
+    const char *body;
+    const kt_element *element;
+} kt_seen_collision;
+
+typedef struct kt_appearance {
+    kt_reader *r;
+    const kt_robot_source *source;
+    const char *body;                 /* the one that is being read */
+    kt_list shapes;                   /* kt_shape: of that body */
+    bool is_seen;                     /* it has a shape or a mesh */
+    kt_list meshes;                   /* kt_scene_mesh: of all bodies */
+    kt_list collisions;               /* kt_seen_collision, in the order of the bodies */
+    kt_left sizeless, missing, large; /* left out; missing.what: the first file */
+} kt_appearance;
+
+/* Begins the looks of a body, adds to them, and gives them to the body. What has no size, or no file, is counted and
+ * returns false. of_collisions: they are those of collisions, for want of visuals. */
+void kt_appearance_begin(kt_appearance *appearance, const char *body);
+bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape);
+bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,
+                            kt_vec3 scale);
+void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);
+
+/* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
+void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count, kt_scene *scene);
+void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 
 /* ---- include.c --------------------------------------------------------------------------------------------------- */
 

@@ -88,9 +88,14 @@ static void note_bodies(kt_notes *n, const kt_sdf *m) {
                 m->floating.count);
     kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
     kt_note_put(n, &m->at_rest, "links of static models, fixed to the world: %d", m->at_rest.count);
-    kt_note_put(n, &m->standard_masses,
-                "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2): %d",
-                m->standard_masses.count);
+    kt_note_put(
+        n, &m->standard_masses,
+        "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives those "
+        "of shapes): %d",
+        m->standard_masses.count);
+    kt_note_put(n, &m->by_density,
+                "links without <inertial> that have mass and inertia of their collisions, by --density: %d",
+                m->by_density.count);
     kt_note_put(n, &m->by_geometry, "links whose mass and inertia are those of their collisions: %d",
                 m->by_geometry.count);
     kt_note_put(n, &m->lost_masses, "meshes of such links, whose masses are left out: %d", m->lost_masses.count);
@@ -140,10 +145,8 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
     note_file(&n, m);
     note_bodies(&n, m);
     note_joints(&n, m);
-    kt_note_put(&n, &m->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
-                m->sizeless.count);
-    kt_note_mesh_pictures(&n, &m->mesh_pictures);
-    kt_note_put(&n, &m->pictures, "visuals that are left out of pictures, since a body has one shape: %d",
+    kt_appearance_notes(&n, &m->appearance);
+    kt_note_put(&n, &m->pictures, "visuals that pictures do not have (planes, ellipsoids, cones ...), left out: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 m->contacts.count);
@@ -193,7 +196,11 @@ static void make_items(kt_sdf *m) {
 }
 
 void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
-    kt_sdf m = {.r = r, .source = source, .root = (kt_element *)source->root, .draft = {.r = r, .root = source->root}};
+    kt_sdf m = {.r = r,
+                .source = source,
+                .root = (kt_element *)source->root,
+                .draft = {.r = r, .root = source->root},
+                .appearance = {.r = r, .source = source}};
     const int version = kt_sdf_version(&m, m.root);
     const kt_element *chosen = choose(&m);
     if (version == 0 || chosen == NULL)
@@ -212,6 +219,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
         return;
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = m.judge.limit;
+    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
     if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(chosen, "name"), scene))
         make_notes(&m, scene);
 }

@@ -83,7 +83,8 @@ typedef struct kt_sdf {
     kt_left standard_masses, by_geometry, lost_masses;
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;
     kt_left gearboxes, lost_gears, mimics, lost_mimics, states;
-    kt_left contacts, pictures, mesh_pictures, sizeless;
+    kt_left contacts, pictures, by_density;
+    kt_appearance appearance;
 } kt_sdf;
 
 /* ---- sdf_value.c: numbers in elements ---------------------------------------------------------------------------- */

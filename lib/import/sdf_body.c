@@ -187,6 +187,21 @@ static void judge_inertias(kt_sdf *m) {
     kt_judge_inertias(&m->judge);
 }
 
+/* A link by its name in the scene, or by that of the file, A::B. */
+static int find_link(const void *user, const char *name) {
+    const kt_sdf *m = user;
+    for (int i = 1; i < m->links.count; i++) {
+        const kt_sdf_link *link = kt_sdf_link_at(m, i);
+        kt_phrase path = {.length = 0};
+        if (link->is_between || link->index < 0)
+            continue;
+        add_path(m, &path, link->frame);
+        if (strcmp(path.text, name) == 0 || strcmp(link->body, name) == 0)
+            return link->index;
+    }
+    return -1;
+}
+
 void kt_sdf_make_bodies(kt_sdf *m) {
     const int most = m->links.count + m->joints.count + 1;
     if (!kt_namer_init(&m->bodies_named, m->r, most) || !kt_namer_init(&m->joints_named, m->r, 2 * most))
@@ -198,6 +213,7 @@ void kt_sdf_make_bodies(kt_sdf *m) {
         return;
     name_joints(m);
     judge_inertias(m);
+    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_link, m);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */

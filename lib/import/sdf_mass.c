@@ -73,8 +73,7 @@ static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *
     body->inertia = kt_sym3_add(body->inertia, kt_sym3_shift(inertia, mass, com));
 }
 
-static void sum_collisions(kt_sdf *m, const kt_sdf_link *link, const kt_element *inertial, kt_body *body) {
-    const double density = kt_sdf_number(m, inertial, "density", 1000.0);
+static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, kt_body *body) {
     body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
         add_collision(m, link, e, density, body);
@@ -82,7 +81,7 @@ static void sum_collisions(kt_sdf *m, const kt_sdf_link *link, const kt_element 
         body->com = kt_vec3_scale(1.0 / body->mass, body->com);
         body->inertia = kt_sym3_shift(body->inertia, -body->mass, body->com);
     }
-    kt_left_count(&m->by_geometry, link->element);
+    return body->mass > 0.0;
 }
 
 void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
@@ -90,7 +89,14 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
     const kt_element *inertia = inertial != NULL ? kt_xml_child(inertial, "inertia") : NULL;
     const char *automatic = inertial != NULL ? kt_xml_attribute(inertial, "auto") : NULL;
     if (automatic != NULL && kt_sdf_is_true(m, inertial, automatic)) {
-        sum_collisions(m, link, inertial, body);
+        const double standard = m->source->options->density > 0.0 ? m->source->options->density : 1000.0;
+        (void)sum_collisions(m, link, kt_sdf_number(m, inertial, "density", standard), body);
+        kt_left_count(&m->by_geometry, link->element);
+        return;
+    }
+    if (inertial == NULL && m->source->options->density > 0.0 && !link->is_static &&
+        sum_collisions(m, link, m->source->options->density, body)) {
+        kt_left_count(&m->by_density, link->element);
         return;
     }
     const kt_pose pose = kt_sdf_read_pose(m, inertial != NULL ? kt_xml_child(inertial, "pose") : NULL);
@@ -125,21 +131,36 @@ static void draw_solid(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, 
     shape->length = s->type == KT_SOLID_SPHERE ? 0.0 : 2.0 * s->size[1];
 }
 
-/* The first solid of the visuals, else of the collisions. */
+/* Adds a visual or collision to what the link looks like; returns whether there is a solid or mesh that pictures have. */
+static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
+    kt_shape shape = kt_shape_default();
+    if (mesh != NULL) {
+        const kt_vec3 scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
+        (void)kt_appearance_add_mesh(&m->appearance, e, kt_sdf_text(mesh, "uri"), kt_sdf_pose_within(m, e, link->frame),
+                                     scale);
+        return true;
+    }
+    if (s.type == KT_SOLID_NONE || s.type == KT_SOLID_ELLIPSOID || s.type == KT_SOLID_CONE)
+        return false;
+    draw_solid(m, link, e, &s, &shape);
+    (void)kt_appearance_add_shape(&m->appearance, e, &shape);
+    return true;
+}
+
+/* The picture: all visuals, or all collisions where no visual can be seen. */
 void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
-    static const char *const sources[] = {"visual", "collision"};
-    for (int k = 0; k < 2; k++)
-        for (const kt_element *e = kt_xml_child(link->element, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
-            const kt_element *geometry = kt_xml_child(e, "geometry");
-            const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
-            const bool is_drawn = s.type != KT_SOLID_NONE && s.type != KT_SOLID_ELLIPSOID && s.type != KT_SOLID_CONE;
-            if (k == 1)
-                kt_left_count(&m->contacts, e);
-            if (is_drawn && body->shape.type == KT_SHAPE_NONE && has_size(&s))
-                draw_solid(m, link, e, &s, &body->shape);
-            else if (is_drawn && !has_size(&s))
-                kt_left_count(&m->sizeless, e);
-            else if (k == 0)
-                kt_left_count(s.is_mesh ? &m->mesh_pictures : &m->pictures, e);
-        }
+    kt_appearance_begin(&m->appearance, body->name);
+    for (const kt_element *e = kt_xml_child(link->element, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
+        if (!add_visual(m, link, e))
+            kt_left_count(&m->pictures, e);
+    const bool is_seen = m->appearance.is_seen;
+    for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
+        kt_left_count(&m->contacts, e);
+        if (!is_seen)
+            (void)add_visual(m, link, e);
+    }
+    kt_appearance_end(&m->appearance, !is_seen, link->element, body);
 }

@@ -85,8 +85,6 @@ static void note_joints(kt_notes *n, const kt_urdf *u) {
 }
 
 static void note_masses(kt_notes *n, const kt_urdf *u) {
-    kt_note_put(n, &u->sizeless, "shapes that are left out of pictures, since a dimension is not above zero: %d",
-                u->sizeless.count);
     kt_judge_notes(n, &u->judge);
     kt_note_put(n, &u->by_density,
                 "links without <inertial> that have mass and inertia of their shapes, by --density: %d",
@@ -103,9 +101,8 @@ static void note_rest(kt_notes *n, const kt_urdf *u) {
     kt_note_put(n, &u->rates,
                 "limits of effort or speed that are left out, since they are no numbers, or below zero: %d",
                 u->rates.count);
-    kt_note_mesh_pictures(n, &u->meshes);
-    kt_note_put(n, &u->shapes, "visuals that are left out of pictures, since a body has one shape: %d",
-                u->shapes.count);
+    kt_appearance_notes(n, &u->appearance);
+    kt_note_put(n, &u->shapes, "visuals without a geometry that is known, left out of pictures: %d", u->shapes.count);
     kt_note_put(n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 u->contacts.count);
     kt_note_unknown(n, &u->unknown);
@@ -163,6 +160,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
         return;
     judge_inertias(u);
     kt_urdf_given_masses(u);
+    kt_appearance_finish(&u->appearance, u->bodies, u->description->body_count, scene);
     const char *name = kt_xml_attribute(u->robot, "name");
     if (name != NULL) {
         scene->description.name = kt_pool_text(&u->r->keep, name, strlen(name));
@@ -180,6 +178,11 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
 }
 
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
-    kt_urdf u = {.r = r, .options = source->options, .robot = source->root, .path = source->path, .late = source->late};
+    kt_urdf u = {.r = r,
+                 .options = source->options,
+                 .appearance = {.r = r, .source = source},
+                 .robot = source->root,
+                 .path = source->path,
+                 .late = source->late};
     make_scene(&u, scene);
 }

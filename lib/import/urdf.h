@@ -36,6 +36,7 @@ enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
 typedef struct kt_urdf {
     kt_reader *r;
     const kt_robot_options *options;
+    kt_appearance appearance;
     const kt_element *robot;
     const char *path;
     kt_urdf_link *links;
@@ -44,8 +45,8 @@ typedef struct kt_urdf {
     kt_names names;
     kt_namer namer; /* of bodies */
     kt_unknown unknown;
-    kt_left meshes, shapes, contacts, limits, rates, starts, renamed, renamed_joints;
-    kt_left sizeless, disordered;            /* shapes; limits that are left out */
+    kt_left shapes, contacts, limits, rates, starts, renamed, renamed_joints;
+    kt_left disordered;                      /* limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */
     kt_judge judge;

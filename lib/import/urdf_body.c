@@ -72,52 +72,43 @@ static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
     return true;
 }
 
-/* A solid is seen if all of its dimensions are above zero. */
-static bool has_size(const kt_shape *shape) {
-    const bool is_box = shape->type == KT_SHAPE_BOX, is_cylinder = shape->type == KT_SHAPE_CYLINDER;
-    return is_box ? shape->size.x > 0.0 && shape->size.y > 0.0 && shape->size.z > 0.0
-                  : shape->radius > 0.0 && (!is_cylinder || shape->length > 0.0);
+/* Adds a visual or collision to what the link looks like; returns whether it has a solid or a mesh at all. */
+static bool add_visual(kt_urdf *u, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    kt_shape shape = kt_shape_default();
+    kt_vec3 at, rpy;
+    if (mesh == NULL) {
+        const bool is_shape = read_shape(u->r, e, &shape);
+        return is_shape && (kt_appearance_add_shape(&u->appearance, e, &shape), true);
+    }
+    kt_urdf_origin(u->r, e, &at, &rpy);
+    const kt_vec3 scale = kt_urdf_vector(u->r, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
+    (void)kt_appearance_add_mesh(&u->appearance, e, kt_xml_attribute(mesh, "filename"),
+                                 (kt_pose){.rotation = kt_matrix_from_rpy(rpy), .position = at}, scale);
+    return true;
 }
 
-/* The picture: the first solid of the visuals, else of the collisions. */
+/* The picture: all visuals, or all collisions where no visual can be seen. */
 static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
-    static const char *const sources[] = {"visual", "collision"};
-    for (int k = 0; k < 2; k++)
-        for (const kt_element *e = kt_xml_child(link, sources[k]); e != NULL; e = kt_xml_next(e, sources[k])) {
-            if (k == 1)
-                kt_left_count(&u->contacts, e);
-            kt_shape shape = body->shape;
-            if (body->shape.type == KT_SHAPE_NONE && read_shape(u->r, e, &shape)) {
-                if (has_size(&shape))
-                    body->shape = shape;
-                else
-                    kt_left_count(&u->sizeless, e);
-                continue;
-            }
-            if (k == 0)
-                kt_left_count(kt_xml_child(e, "geometry") != NULL &&
-                                      kt_xml_child(kt_xml_child(e, "geometry"), "mesh") != NULL
-                                  ? &u->meshes
-                                  : &u->shapes,
-                              e);
-        }
+    kt_appearance_begin(&u->appearance, body->name);
+    for (const kt_element *e = kt_xml_child(link, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
+        if (!add_visual(u, e))
+            kt_left_count(&u->shapes, e);
+    const bool is_seen = u->appearance.is_seen;
+    for (const kt_element *e = kt_xml_child(link, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
+        kt_left_count(&u->contacts, e);
+        if (!is_seen)
+            (void)add_visual(u, e);
+    }
+    kt_appearance_end(&u->appearance, !is_seen, link, body);
 }
 
-static double volume_of(const kt_shape *shape) {
-    static const double pi = 3.14159265358979323846;
-    if (shape->type == KT_SHAPE_BOX)
-        return shape->size.x * shape->size.y * shape->size.z;
-    return pi * shape->radius * shape->radius *
-           (shape->type == KT_SHAPE_CYLINDER ? shape->length : 4.0 / 3.0 * shape->radius);
-}
-
-/* Mass and inertia of a link that has none, of the shape that is seen. */
+/* Mass and inertia of a link that has none, of the shapes that are seen. */
 static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
-    if (!(u->options->density > 0.0) || kt_xml_child(link, "inertial") != NULL || body->shape.type == KT_SHAPE_NONE)
-        return;
-    body->mass = u->options->density * volume_of(&body->shape);
-    body->com_of_shape = body->inertia_of_shape = true;
-    kt_left_count(&u->by_density, link);
+    if (u->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
+        kt_mass_by_shapes(body, u->options->density))
+        kt_left_count(&u->by_density, link);
 }
 
 static void make_body(kt_urdf *u, int index, kt_body *body) {

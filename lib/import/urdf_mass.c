@@ -53,35 +53,13 @@ void kt_urdf_transmissions(kt_urdf *u) {
 
 /* ---- masses of the options --------------------------------------------------------------------------------------- */
 
-/* A mass in place of a link's: its inertia grows as the mass does; one that has no mass takes that of its shape. */
-static void give_mass(kt_body *body, double mass) {
-    if (body->mass > 0.0)
-        body->inertia = kt_sym3_scaled(mass / body->mass, body->inertia);
-    else if (body->shape.type != KT_SHAPE_NONE)
-        body->com_of_shape = body->inertia_of_shape = true;
-    body->mass = mass;
-}
-
-static void give(kt_urdf *u, const char *text) {
-    const char *sign = strrchr(text, '=');
-    double mass = 0.0;
-    const size_t length = sign != NULL ? (size_t)(sign - text) : 0;
-    const char *link = kt_pool_text(&u->r->scratch, text, length);
-    if (link == NULL) {
-        (void)kt_reader_out_of_memory(u->r);
-        return;
-    }
-    const int index = kt_names_find(&u->names, LINKS, link);
-    if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
-        (void)kt_robot_fault(u->r, u->robot, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
-        return;
-    }
+static int find_link(const void *user, const char *name) {
+    const kt_urdf *u = user;
+    const int index = kt_names_find(&u->names, LINKS, name);
     for (int b = 0; b < u->description->body_count && index >= 0; b++)
-        if (u->body_links[b] == index) {
-            give_mass(&u->bodies[b], mass);
-            return;
-        }
-    (void)kt_robot_fault(u->r, u->robot, "mass '%.60s': there is no link of this name", text);
+        if (u->body_links[b] == index)
+            return b;
+    return -1;
 }
 
 /* Without any mass there are places and pictures, but no accelerations. */
@@ -99,7 +77,6 @@ static void find_masses(kt_urdf *u) {
 }
 
 void kt_urdf_given_masses(kt_urdf *u) {
-    for (int i = 0; i < u->options->mass_count && !u->r->out_of_memory; i++)
-        give(u, u->options->masses[i]);
+    kt_masses_give(u->r, u->options, u->robot, u->bodies, find_link, u);
     find_masses(u);
 }

@@ -33,6 +33,10 @@ void kt_triangles_free(kt_triangles *mesh);
 /* x <- R' (x - origin), each component then times its scale. */
 void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale);
 
+/* Shares vertices, and leaves no more than `most` triangles (>= 0), as near to the surface as cubes of one size allow;
+ * those without area vanish. On failure the mesh is as it was. Errors: KT_ERROR_MEMORY. O(size) some fifteen times. */
+kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error);
+
 /* How the tetrahedra under triangles are summed. */
 typedef enum kt_volume_rule {
     KT_VOLUME_SIGNED,   /* exactly: the surface is closed, its triangles outwards */

@@ -161,7 +161,22 @@ static bool add_round(kt_mesh *mesh, const kt_solid *solid, int sides) {
     return true;
 }
 
+static bool add_surface(kt_mesh *mesh, const kt_solid *solid) {
+    const kt_mesh *from = solid->mesh;
+    const int first = mesh->point_count;
+    if (!make_room(mesh, from->point_count, from->triangle_count))
+        return false;
+    for (int i = 0; i < from->point_count; i++)
+        (void)add_point(mesh, solid->pose, from->points[i], from->normals[i]);
+    for (int i = 0; i < from->triangle_count; i++)
+        add_triangle(mesh, first + from->corners[3 * i], first + from->corners[3 * i + 1],
+                     first + from->corners[3 * i + 2]);
+    return true;
+}
+
 bool kt_mesh_add_solid(kt_mesh *mesh, const kt_solid *solid, int sides) {
+    if (solid->mesh != NULL)
+        return add_surface(mesh, solid);
     switch (solid->type) {
     case KT_SOLID_BOX:
         return add_box(mesh, solid);

@@ -14,7 +14,7 @@ typedef struct kt_mesh {
 
 /* Adds the surface of a solid in the frame of its body (or moved by its own pose alone). sides: corners of a circle, at
  * least 3. The surface is closed: each edge belongs to two triangles (edges where normals jump have two points at one
- * place). Return false, with the mesh unchanged, if memory is insufficient. */
+ * place); that of a mesh is as its file has it. Returns false, with the mesh unchanged, if memory is insufficient. */
 bool kt_mesh_add_solid(kt_mesh *mesh, const kt_solid *solid, int sides);
 
 void kt_mesh_free(kt_mesh *mesh);

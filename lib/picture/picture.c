@@ -1,20 +1,23 @@
 /* What a picture of a mechanism shows, from its description. */
 #include "picture/picture.h"
 
+#include "algebra/principal.h"
 #include "base/arena.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/mechanism.h"
+#include "picture/load.h"
 #include "picture/solid.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 typedef struct counts {
-    size_t bodies, joints, loops, relations, effects, solids, planes;
+    size_t bodies, joints, loops, relations, effects, solids, planes, meshes;
 } counts;
 
 #define KT_PICTURE_FIELDS(X)                                                                                           \
@@ -24,13 +27,16 @@ typedef struct counts {
     X(kt_picture_relation, relations, n->relations, "couplings and motions")                                           \
     X(kt_picture_effect, effects, n->effects, "all")                                                                   \
     X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels and planar joints")                            \
+    X(struct kt_mesh, meshes, n->meshes, "surfaces of solids")                                                         \
     X(int, part, n->bodies, "rigid part of each body")                                                                 \
     X(int, colour, n->bodies, "of each body")
 
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
-/* A body has at most a solid of each of its shapes, a point at its mass, and a rod to each joint, loop and effect on it. */
-static counts count(const kt_description *d, const kt_model *model) {
+/* A body has at most a solid of each of its shapes, a point at its mass, a rod to each joint, loop and effect on it, and
+ * two to what it is fixed to. */
+static counts count(const kt_scene *scene, const kt_model *model) {
+    const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
                  effects = (size_t)d->effect_count;
     size_t relations = 0;
@@ -44,8 +50,8 @@ static counts count(const kt_description *d, const kt_model *model) {
                     .loops = loops,
                     .relations = relations,
                     .effects = effects,
-
-                    .solids = 4 * bodies + shapes + 2 * loops + 2 * effects,
+                    .meshes = (size_t)scene->mesh_count,
+                    .solids = 6 * bodies + shapes + (size_t)scene->mesh_count + 2 * loops + 2 * effects,
                     .planes = bodies + loops + effects};
 }
 
@@ -53,7 +59,9 @@ static counts count(const kt_description *d, const kt_model *model) {
 
 typedef struct maker {
     kt_picture *picture;
+    const kt_scene *scene;
     const kt_description *description;
+    const kt_picture_options *options;
     const kt_model *model;
     const kt_pose *poses;
     int *first, *next; /* solids of each rigid part, as chained lists: -1 ends one */
@@ -375,14 +383,21 @@ static double median_length(const maker *m, double *lengths) {
     return n > 0 ? lengths[n / 2] : 0.0;
 }
 
-static bool has_shape(const kt_body *body) { return body->shape.type != KT_SHAPE_NONE || body->shape_count > 0; }
+/* Whether a body has solids of its own, of those that are listed so far. */
+static bool has_own(const maker *m, int body) {
+    const kt_picture *p = m->picture;
+    int i = m->first[p->part[body]];
+    while (i >= 0 && p->solids[i].body != body)
+        i = m->next[i];
+    return i >= 0;
+}
 
 /* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
 static kt_bounds measure(maker *m, double *lengths) {
     kt_picture *p = m->picture;
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
     for (int body = 1; body < p->body_count; body++)
-        if (!has_shape(source_of(m, body)) && source_of(m, body)->mass > 0.0)
+        if (!has_own(m, body) && source_of(m, body)->mass > 0.0)
             widen(&bounds, kt_pose_apply(m->poses[body], source_of(m, body)->com));
     if (bounds.low.x > bounds.high.x)
         widen(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
@@ -417,6 +432,47 @@ static void list_shapes(maker *m) {
     }
 }
 
+/* The meshes that can be read; each has its part of the triangles. */
+static kt_status list_meshes(maker *m, kt_error *error) {
+    kt_picture *p = m->picture;
+    const int count = m->scene->mesh_count, all = m->options->triangles > 0 ? m->options->triangles : 400000;
+    for (int i = 0; i < count; i++) {
+        kt_error reason = {0};
+        kt_solid solid = {.body = kt_body_find(m->model, m->scene->meshes[i].body)};
+        if (solid.body < 0)
+            continue;
+        const kt_status status =
+            kt_mesh_load(&m->scene->meshes[i], all / count, &p->meshes[p->mesh_count], &solid, &reason);
+        if (status == KT_ERROR_MEMORY)
+            return kt_error_set(error, status, "picture", "%s", reason.message);
+        if (status != KT_OK) {
+            if (p->lost_meshes++ == 0)
+                (void)snprintf(p->lost_reason, sizeof p->lost_reason, "%s: %s", reason.where, reason.message);
+            continue;
+        }
+        solid.mesh = &p->meshes[p->mesh_count++];
+        add_solid(m, solid);
+    }
+    return KT_OK;
+}
+
+/* A box of half edges a, b, c and mass m has I_x = m (b^2 + c^2) / 3, so that a^2 = 3/2 (I_y + I_z - I_x) / m. */
+static void list_boxes(maker *m) {
+    for (int body = 1; body < m->picture->body_count; body++) {
+        const kt_body *source = source_of(m, body);
+        kt_solid solid = {.type = KT_SOLID_BOX, .source = KT_SOURCE_INERTIA, .body = body};
+        kt_sym3 inertia;
+        if (!(source->mass > 0.0) || kt_body_inertia(source, &solid.pose.position, &inertia, NULL) != KT_OK)
+            continue;
+        solid.pose.rotation = kt_principal_axes(inertia);
+        const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(solid.pose.rotation), inertia);
+        const double k = 1.5 / source->mass;
+        solid.half = kt_vec3_make(sqrt(fmax(k * (d.yy + d.zz - d.xx), 0.0)), sqrt(fmax(k * (d.zz + d.xx - d.yy), 0.0)),
+                                  sqrt(fmax(k * (d.xx + d.yy - d.zz), 0.0)));
+        add_solid(m, solid);
+    }
+}
+
 /* Slender rods and points, whose radius follows from the size. */
 static void thicken(maker *m) {
     kt_picture *p = m->picture;
@@ -426,6 +482,10 @@ static void thicken(maker *m) {
             p->solids[i].half.x = p->solids[i].half.y = radius;
             if (p->solids[i].type == KT_SOLID_SPHERE)
                 p->solids[i].half.z = radius;
+        } else if (p->solids[i].source == KT_SOURCE_INERTIA) { /* inertias of points and rods */
+            const kt_vec3 half = p->solids[i].half;
+            const double least = 0.5 * p->radius;
+            p->solids[i].half = kt_vec3_make(fmax(half.x, least), fmax(half.y, least), fmax(half.z, least));
         }
 }
 
@@ -434,6 +494,16 @@ static kt_solid thin_rod(const maker *m, int body, kt_vec3 from, kt_vec3 to) {
     rod.body = body;
     rod.source = KT_SOURCE_IMPLIED;
     return rod;
+}
+
+/* Whether a rigid part has a mesh: frames of joints need not be on it, and a body without looks may be inside of it (a
+ * sensor, a screw). */
+static bool is_beside_mesh(const maker *m, int body) {
+    const kt_picture *p = m->picture;
+    int i = m->first[p->part[body]];
+    while (i >= 0 && p->solids[i].mesh == NULL)
+        i = m->next[i];
+    return i >= 0;
 }
 
 /* The mass of a body without shape: a ball; the body of a slider: a block along its guide. */
@@ -448,19 +518,21 @@ static void imply_mass(maker *m, int body) {
                           slides ? kt_vec3_make(2.0 * r, 2.0 * r, 3.5 * r) : kt_vec3_make(2.4 * r, 2.4 * r, 2.4 * r)};
     solid.pose.rotation = slides ? kt_triad_from_axis(kt_vec3_normalize(source->joint.axis), 2) : kt_mat3_identity();
     solid.pose.position = slides ? kt_vec3_make(0.0, 0.0, 0.0) : source->com;
-    if (!has_shape(source) && (source->mass > 0.0 || slides))
+    if (!has_own(m, body) && !is_beside_mesh(m, body) && (source->mass > 0.0 || slides))
         add_solid(m, solid);
 }
 
-/* Connects a point of a body with the nearest solid of its rigid part, if it is not at one already; of what is fixed to
- * the world, with those of the body itself. */
-static void attach(maker *m, int body, kt_vec3 point) {
+/* Connects a point of a body with the nearest solid of its rigid part, or of one body of it (-1: all), if it is not at
+ * one already. */
+static void attach_to(maker *m, int body, kt_vec3 point, int only) {
     const kt_picture *p = m->picture;
     const kt_vec3 at = kt_pose_apply(m->poses[body], point);
     kt_vec3 nearest = at;
     double least = DBL_MAX;
+    if (is_beside_mesh(m, body))
+        return;
     for (int i = m->first[p->part[body]]; i >= 0; i = m->next[i]) {
-        if (p->part[body] == 0 && p->solids[i].body != body)
+        if (only >= 0 && p->solids[i].body != only)
             continue;
         const kt_pose pose = kt_pose_compose(m->poses[p->solids[i].body], p->solids[i].pose);
         const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
@@ -473,6 +545,11 @@ static void attach(maker *m, int body, kt_vec3 point) {
     }
     if (least < DBL_MAX && least > 1.5 * p->radius)
         add_solid(m, thin_rod(m, body, point, kt_pose_apply(kt_pose_invert(m->poses[body]), nearest)));
+}
+
+/* Of what is fixed to the world, those of the body itself count. */
+static void attach(maker *m, int body, kt_vec3 point) {
+    attach_to(m, body, point, m->picture->part[body] == 0 ? body : -1);
 }
 
 /* Whether a body has a solid yet: of a rigid part any, of what is fixed to the world its own. */
@@ -503,6 +580,32 @@ static void attach_fixed(maker *m, int body) {
         begin_star(m, parent, source->joint.at);
 }
 
+/* The body's own solids are all implied, and there are some. */
+static bool is_implied(const maker *m, int body) {
+    const kt_picture *p = m->picture;
+    bool has_implied = false;
+    for (int i = m->first[p->part[body]]; i >= 0; i = m->next[i])
+        if (p->solids[i].body == body && p->solids[i].source != KT_SOURCE_IMPLIED)
+            return false;
+        else
+            has_implied = has_implied || p->solids[i].body == body;
+    return has_implied;
+}
+
+/* Joins a body with what it is fixed to, across bodies without solids: from its own to those of the next one that has
+ * some. What the scene gives a shape stays as it is. */
+static void bridge_fixed(maker *m, int body) {
+    int on = body;
+    do
+        on = source_of(m, on)->joint.type == KT_JOINT_FIXED ? kt_body_parent(m->model, on) : 0;
+    while (on > 0 && !has_own(m, on));
+    if (on <= 0 || !has_own(m, body) || !(is_implied(m, body) || is_implied(m, on)))
+        return;
+    const kt_vec3 origin = m->poses[body].position;
+    attach_to(m, body, kt_vec3_make(0.0, 0.0, 0.0), body);
+    attach_to(m, on, kt_pose_apply(kt_pose_invert(m->poses[on]), origin), on);
+}
+
 static void attach_frame(maker *m, const kt_body_frame *frame) {
     if (frame->body > 0)
         begin_star(m, frame->body, frame->pose.position);
@@ -525,8 +628,10 @@ static void imply_solids(maker *m) {
     for (int i = 0; i < p->joint_count + p->coordinate_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
             attach_frame(m, &p->joints[i].frame);
-    for (int body = 1; body < p->body_count; body++)
+    for (int body = 1; body < p->body_count; body++) {
         attach_fixed(m, body);
+        bridge_fixed(m, body);
+    }
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             attach_frame(m, &p->loops[i].ends[k]);
@@ -608,7 +713,8 @@ static void find_plane(maker *m) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-static void fill(maker *m, double *lengths) {
+static kt_status fill(maker *m, double *lengths, kt_error *error) {
+    kt_status status = KT_OK;
     kt_picture *p = m->picture;
     for (int i = 0; i < p->body_count; i++)
         m->first[i] = -1;
@@ -616,37 +722,57 @@ static void fill(maker *m, double *lengths) {
     list_loops(m);
     list_relations(m);
     list_effects(m);
-    list_shapes(m);
+    if (m->options->boxes) {
+        list_boxes(m);
+    } else {
+        list_shapes(m);
+        status = list_meshes(m, error);
+    }
     const kt_bounds bounds = measure(m, lengths);
     list_planes(m, bounds);
     thicken(m);
     imply_solids(m);
     choose_colours(m);
     find_plane(m);
+    return status;
 }
 
-kt_status kt_picture_create(const kt_description *description, const kt_model *model, const kt_pose *poses,
-                            kt_picture **picture, kt_error *error) {
-    const counts n = count(description, model);
+kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const kt_pose *poses,
+                            const kt_picture_options *options, kt_picture **picture, kt_error *error) {
+    static const kt_picture_options standard;
+    const counts n = count(scene, model);
     kt_picture *made = calloc(1, lay_out(NULL, &n));
     int *chains = calloc(n.bodies + n.solids, sizeof *chains);
     double *lengths = calloc(n.solids + n.joints, sizeof *lengths);
-    const bool has_memory = made != NULL && chains != NULL && lengths != NULL;
-    if (has_memory) {
+    kt_status status = KT_ERROR_MEMORY;
+    if (made != NULL && chains != NULL && lengths != NULL) {
         (void)lay_out(made, &n);
         made->model = model;
         made->body_count = kt_model_body_count(model);
-        made->gravity = description->gravity;
-        maker m = {made, description, model, poses, chains, chains + n.bodies};
-        fill(&m, lengths);
-        *picture = made;
+        made->gravity = scene->description.gravity;
+        maker m = {.picture = made,
+                   .scene = scene,
+                   .description = &scene->description,
+                   .options = options != NULL ? options : &standard,
+                   .model = model,
+                   .poses = poses,
+                   .first = chains,
+                   .next = chains + n.bodies};
+        status = fill(&m, lengths, error);
     } else {
-        free(made);
+        (void)kt_error_set(error, KT_ERROR_MEMORY, "picture", "there is not enough memory for the picture");
     }
+    if (status == KT_OK)
+        *picture = made;
+    else
+        kt_picture_free(made);
     free(chains);
     free(lengths);
-    return has_memory ? KT_OK
-                      : kt_error_set(error, KT_ERROR_MEMORY, "picture", "there is not enough memory for the picture");
+    return status;
 }
 
-void kt_picture_free(kt_picture *picture) { free(picture); }
+void kt_picture_free(kt_picture *picture) {
+    for (int i = 0; picture != NULL && i < picture->mesh_count; i++)
+        kt_mesh_free(&picture->meshes[i]);
+    free(picture);
+}

@@ -2,7 +2,7 @@
  * carry them, so that the poses of the bodies at a state are all that changes from one picture to the next.
  *
  *     kt_picture *picture = NULL;
- *     status = kt_picture_create(&scene.description, model, poses, &picture, &error);
+ *     status = kt_picture_create(&scene, model, poses, NULL, &picture, &error);
  *     for (int i = 0; i < picture->solid_count; i++)
  *         ok = ok && kt_mesh_add_solid(&mesh, &picture->solids[i], 24);
  *     kt_picture_free(picture);
@@ -13,6 +13,9 @@
 #define KT_PICTURE_PICTURE_H
 
 #include "kinetree/model.h"
+#include "kinetree/scene.h"
+
+struct kt_mesh;
 
 /* A frame fixed to a body. */
 typedef struct kt_body_frame {
@@ -31,6 +34,7 @@ typedef enum kt_solid_type {
 typedef enum kt_solid_source {
     KT_SOURCE_SHAPE,   /* the scene gives it, with all its dimensions */
     KT_SOURCE_SLENDER, /* the scene gives a rod without radius, or a point: its radius is that of the picture */
+    KT_SOURCE_INERTIA, /* the box that has mass and inertia of the body */
     KT_SOURCE_IMPLIED, /* the body has no shape: a thin rod between its joints, or a point at its mass */
 } kt_solid_source;
 
@@ -40,6 +44,8 @@ typedef struct kt_solid {
     int body;
     kt_pose pose; /* of the solid's frame, whose origin is its centre, in the body's frame */
     kt_vec3 half;
+    const struct kt_mesh
+        *mesh; /* a surface within the box, in the solid's frame, that is seen in place of it; or NULL */
 } kt_solid;
 
 /* The joint that carries a body, fixed joints left out. */
@@ -100,6 +106,12 @@ typedef struct kt_bounds {
     kt_vec3 low, high;
 } kt_bounds;
 
+/* What is shown. A struct of zeros, as NULL, stands for the defaults. */
+typedef struct kt_picture_options {
+    bool boxes; /* boxes of uniform density that have mass and inertia of the bodies, in place of shapes and meshes */
+    int triangles; /* of all meshes together, at most about; 0: 400,000 */
+} kt_picture_options;
+
 typedef struct kt_picture {
     const kt_model *model;
     int body_count; /* the world included */
@@ -119,6 +131,10 @@ typedef struct kt_picture {
     int *part;   /* of each body: the rigid part that it belongs to, bodies that fixed joints join having the same;
                         0: the world */
     int *colour; /* of each body: 0, 1, ... 5; neighbours differ; -1: fixed to the world. One of a rigid part */
+    struct kt_mesh *meshes; /* surfaces of solids */
+    int mesh_count;
+    int lost_meshes;                                       /* that could not be read */
+    char lost_reason[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 2]; /* of the first: which, and why */
     kt_vec3 gravity;
     bool is_planar; /* all motion is in one plane, whose unit normal in the world is */
     kt_vec3 normal; /* ... this, pointing as the joints' axes mostly do */
@@ -127,9 +143,9 @@ typedef struct kt_picture {
 } kt_picture;
 
 /* Lists what there is to show. poses: of all bodies at the start, as kt_body_pose tells them, from which sizes are
- * taken. The description is that of the model, checked. Errors: KT_ERROR_MEMORY. O(size). */
-kt_status kt_picture_create(const kt_description *description, const kt_model *model, const kt_pose *poses,
-                            kt_picture **picture, kt_error *error);
+ * taken. The scene is that of the model, checked; its meshes are read. Errors: KT_ERROR_MEMORY. O(size). */
+kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const kt_pose *poses,
+                            const kt_picture_options *options, kt_picture **picture, kt_error *error);
 void kt_picture_free(kt_picture *picture);
 
 /* The body that the joint of this name carries; -1 where there is none. */

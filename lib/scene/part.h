@@ -8,7 +8,7 @@
 extern const kt_table kt_joint_table; /* kt_joint */
 
 /* Sections, of a kt_scene. */
-extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states, kt_kind_columns;
+extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states, kt_kind_columns, kt_kind_meshes;
 extern const kt_table kt_initial_table;
 extern const kt_kind kt_kind_simulate; /* of a kt_scene */
 extern const kt_table kt_output_table; /* of a kt_scene */

@@ -31,6 +31,7 @@ struct kt_reader {
     kt_pool keep;       /* what the scene holds in the end */
     kt_pool scratch;    /* nodes, messages */
     bool out_of_memory; /* then all other results are void */
+    const char *path;   /* of the file that is read, or its name in messages */
     int64_t effort;     /* operations that remain for finding the names to suggest */
 
     kt_fault *faults;

@@ -63,6 +63,7 @@ static const kt_field fields[] = {
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
     {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
+    {.key = "meshes", .kind = &kt_kind_meshes, .flags = KT_FIELD_SECTION},
     {.key = "states", .kind = &kt_kind_states, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
@@ -241,7 +242,7 @@ kt_status kt_format_parse(kt_format *format, const void *options, const char *pa
         return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
-    kt_reader r = {.effort = EFFORT, .names_are_known = true};
+    kt_reader r = {.path = path, .effort = EFFORT, .names_are_known = true};
     format(&r, path, text == NULL ? "" : text, size, options, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);

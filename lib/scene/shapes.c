@@ -13,7 +13,7 @@ static double length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;
 }
 
-static double volume_of(const kt_shape *shape) {
+double kt_shape_volume(const kt_shape *shape) {
     static const double pi = 3.14159265358979323846;
     const double disc = pi * shape->radius * shape->radius;
     switch (shape->type) {
@@ -74,13 +74,14 @@ static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt
     double volume = 0.0, length = 0.0;
     for (int i = 0; i < count; i++)
         if (isnan(parts[i].mass)) {
-            volume += volume_of(&parts[i].shape);
+            volume += kt_shape_volume(&parts[i].shape);
             length += length_of(&parts[i].shape);
         }
     for (int i = 0; i < count; i++) {
         if (!isnan(parts[i].mass))
             continue;
-        const double part = volume > 0.0 ? volume_of(&parts[i].shape) / volume : length_of(&parts[i].shape) / length;
+        const double part =
+            volume > 0.0 ? kt_shape_volume(&parts[i].shape) / volume : length_of(&parts[i].shape) / length;
         if (!(part > 0.0))
             return kt_fault_at(r, KT_ERROR_SCENE, scope, nodes[i],
                                "the shape has no volume, by which it could have a share of the body's mass; give it a "

@@ -4,6 +4,9 @@
 
 #include "scene/part.h"
 
+/* Of the solid, m^3; 0 of points and slender rods. */
+double kt_shape_volume(const kt_shape *shape);
+
 /* A shape, and its own mass, NaN if it has none. */
 typedef struct kt_part {
     kt_shape shape;

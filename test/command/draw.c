@@ -262,3 +262,67 @@ KT_TEST(a_picture_without_bodies_is_told) {
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("words", ran.err, "none.svg, which is empty: the scene has no bodies\n");
 }
+
+/* A frame of 3 x 3 m with a hole of 1 x 1 m in its middle, a rod behind it that is seen through the hole alone, and a
+ * ball before it. */
+static const char ring[] = "v -1.5 -1.5 0\nv 1.5 -1.5 0\nv 1.5 1.5 0\nv -1.5 1.5 0\n"
+                           "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\n"
+                           "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+static const char framed[] = "kinetree: 1\nbodies:\n"
+                             "  - {name: frame, mass: 1, joint: {type: fixed}}\n"
+                             "  - {name: rod, mass: 1, joint: {type: free, position: {position: [0, 0, -1]}},\n"
+                             "     shape: {type: box, size: [2.8, 0.2, 0.2]}}\n"
+                             "%s"
+                             "meshes: [{body: frame, file: parts/ring.obj}%s]\n";
+
+/* The colour of a pixel, as red, green, blue; page units from the middle of what is drawn. */
+static unsigned colour_at(const char *name, double x, double y) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const unsigned char *data = cairo_image_surface_get_data(picture);
+    const int stride = cairo_image_surface_get_stride(picture);
+    const int column = (int)lround(0.5 * cairo_image_surface_get_width(picture) + 2.0 * x);
+    const int row = (int)lround(2.0 * (64.0 + 280.0 - y));
+    unsigned pixel = 0;
+    if (data != NULL)
+        memcpy(&pixel, data + row * stride + 4 * column, sizeof pixel);
+    cairo_surface_destroy(picture);
+    return pixel & 0xFFFFFFU;
+}
+
+KT_TEST(meshes_hide_and_show_what_is_behind_them) {
+    static const char ball[] = "  - {name: ball, mass: 1, joint: {type: free, position: {position: [1, 1, 1]}},\n"
+                               "     shape: {type: sphere, radius: 0.3}}\n";
+    char text[2000];
+    (void)kt_shell("mkdir -p parts");
+    kt_write_file("parts/ring.obj", ring);
+    (void)snprintf(text, sizeof text, framed, ball, "");
+    kt_write_file("framed.yaml", text);
+    kt_expect(0, "f.png", "$K draw framed.yaml --view z --out f.png");
+    const double unit = (560.0 - 60.0) / 3.0; /* page units a metre: 3 m fill the height but for the border */
+    const unsigned frame = colour_at("f.png", -unit, 0.0), rod = colour_at("f.png", -0.2 * unit, 0.0);
+    const unsigned seen = colour_at("f.png", unit, unit), through = colour_at("f.png", -0.2 * unit, 0.3 * unit);
+    const unsigned edge = colour_at("f.png", -1.0 * unit, -1.0 * unit);
+    kt_note("frame %06x, rod %06x, ball %06x, page %06x", frame, rod, seen, through);
+    kt_check_equal_int("the frame hides the rod", (int)frame, (int)edge);
+    kt_check_true("the rod is seen through the hole", rod != frame && rod != 0xFFFFFF);
+    kt_check_true("the ball is before the frame", seen != frame && seen != 0xFFFFFF);
+    kt_check_equal_int("the page is seen through the hole", (int)through, 0xFFFFFF);
+    kt_expect(0, "f.svg", "$K draw framed.yaml --view z --out f.svg");
+    kt_check_equal_int("one image", count_of(kt_read_file("f.svg"), "<image"), 1);
+    kt_expect(0, "b.svg", "$K draw framed.yaml --view z --boxes --out b.svg");
+    kt_check_equal_int("boxes need none", count_of(kt_read_file("b.svg"), "<image"), 0);
+}
+
+KT_TEST(meshes_that_cannot_be_read_are_told_once) {
+    char text[2000];
+    (void)kt_shell("mkdir -p parts");
+    kt_write_file("parts/ring.obj", ring);
+    kt_write_file("parts/odd.stl", "this is no surface");
+    (void)snprintf(
+        text, sizeof text, framed, "",
+        ", {body: rod, file: parts/odd.stl}, {body: rod, file: parts/none.obj}, {body: rod, file: parts/x.step}");
+    kt_write_file("lost.yaml", text);
+    kt_expect(0, "3 meshes are not shown; the first is ", "$K draw lost.yaml --out l.svg");
+    kt_expect(0, "odd.stl: there is no triangle in the mesh", "$K draw lost.yaml --out l.svg");
+    kt_expect(0, "3 meshes are not shown", "$K view lost.yaml --duration 0.1 --view l.html");
+}

@@ -53,6 +53,45 @@ def marker_of(data, blocks, frame, marker):
     return [p + c + u for p, c, u in zip(place, data["centre"], turned([x / norm for x in q], marker["at"]))]
 
 
+TETRAHEDRON = [(0.5, 0.25, 1.0), (2.5, 0.25, 1.0), (0.5, 3.25, 1.0), (0.5, 0.25, 5.0)]
+
+
+def check_mesh(folder):
+    """Points of a mesh: shares of the box, which they fill; in the body they are those of the file, to a unit of 1/32767 of it. Normals are unit
+    vectors once they are divided by the box, along the areas."""
+    (pathlib.Path(folder) / "t.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in TETRAHEDRON) + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    scene = "kinetree: 1\nbodies: [{name: a, mass: 1, inertia: [1, 1, 1], joint: {type: revolute}}]\nmeshes: [{body: a, file: t.obj, scale: [2, 1, 1]}]\n"
+    (pathlib.Path(folder) / "m.yaml").write_text(scene + "simulate: {duration: 0.1}\n")
+    run = kinetree("view", "m.yaml", "--view", "m.html", "--quiet", folder=folder)
+    if run.returncode != 0:
+        return [run.stderr]
+    data, _, rest = read_view(pathlib.Path(folder) / "m.html")
+    solids = [solid for solid in data["solids"] if "points" in solid]
+    if len(solids) != 1 or solids[0]["points"] != 12 or rest not in (144, 145, 146):
+        return [f"{len(solids)} meshes, {rest} bytes"]
+    text = (pathlib.Path(folder) / "m.html").read_text()
+    raw = base64.b64decode(re.search(r'<script type="text/plain" id="motion">(.*?)</script>', text, re.S)[1])
+    at, half, faults = len(raw) - rest, solids[0]["half"], []
+    corners = []
+    for k in range(12):
+        numbers = struct.unpack_from("<6h", raw, at + 12 * k)
+        corners.append(tuple(c + h * n / 32767 for c, h, n in zip(solids[0]["at"], half, numbers[:3])))
+        length = math.sqrt(sum((n / 32767) ** 2 for n in numbers[3:]))
+        faults += [] if abs(length - 1) < 1e-4 else [f"a normal has the length {length}"]
+    wanted = [tuple(s * x for s, x in zip((2, 1, 1), p)) for p in TETRAHEDRON]
+    for corner in corners:
+        nearest = min(max(abs(a - b) for a, b in zip(corner, p)) for p in wanted)
+        faults += [] if nearest < 4.0 / 32767 else [f"{corner} is no corner"]
+    for k in range(0, 12, 3):
+        a, b, c = corners[k:k + 3]
+        u, v = [y - x for x, y in zip(a, b)], [y - x for x, y in zip(a, c)]
+        area = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        n = [x / 32767 / h for x, h in zip(struct.unpack_from("<6h", raw, at + 12 * k)[3:], half)]
+        cosine = sum(x * y for x, y in zip(area, n)) / math.hypot(*area) / math.hypot(*n)
+        faults += [] if abs(cosine - 1) < 1e-3 else [f"a normal is inclined: {cosine}"]
+    return faults
+
+
 def check_scene(name, folder):
     """Bounds: half a unit of 1/32767 in each of four components of a quaternion turns a lever by 2 * 1/32767 of it; a place has 2^-24 of its size."""
     markers = ",".join(f"{body}.{marker}" for body, marker in re.findall(r"\[?([\w-]+)\.([\w-]+)", re.search(r"^  markers: \[(.*?)\]", pathlib.Path(
@@ -222,6 +261,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
+        claim("meshes_are_on_the_page_with_points_and_normals", check_mesh(folder))
         claim("frames_have_the_forces_of_effects", check_effects(folder))
         claim("too_large_a_view_is_thinned_and_says_so", check_thinning(folder))
         claim("view_of_a_failure_has_its_last_state_and_names", check_failure(folder))

@@ -44,7 +44,8 @@ KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
     kt_check_equal_bits("inertia", &a->inertia.xx, (const double[]){1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, 6);
     kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){0.0, 0.0, -9.8}, 3);
     kt_check_true("told to be free", has_note(&scene, "links that move freely"));
-    kt_check_true("told to weigh that", has_note(&scene, "that of the format (1 kg, 1 kg m^2): 1"));
+    kt_check_true("told to weigh that",
+                  has_note(&scene, "that of the format (1 kg, 1 kg m^2; --density gives those of shapes): 1"));
     kt_scene_free(&scene);
 }
 
@@ -254,7 +255,7 @@ KT_TEST(picture_is_the_first_solid_wherever_its_frame_is) {
     kt_check_equal_int("type", shape->type, KT_SHAPE_BOX);
     kt_check_equal_bits("size", &shape->size.x, (const double[]){1.0, 2.0, 3.0}, 3);
     kt_check_equal_bits("place", &shape->at.x, (const double[]){1.0, 0.0, 0.75}, 3);
-    kt_check_true("meshes are told", has_note(&scene, "meshes that are left out of pictures: 1"));
+    kt_check_true("meshes are told", has_note(&scene, "1; the first: x.dae"));
     kt_check_true("contacts are told", has_note(&scene, "collision shapes that are left out, since contacts"));
     kt_scene_free(&scene);
 }

@@ -254,7 +254,9 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
         {"r.urdf:1:1", "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density "
                        "gives masses by shapes, --mass LINK=MASS one)"},
         {"r.urdf:5:1", "limits of effort or speed that are left out, since they are no numbers, or below zero: 1"},
-        {"r.urdf:2:1", "meshes that are left out of pictures: 1"},
+        {"r.urdf:2:1",
+         "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
+         "where packages and models are): 1; the first: m.dae"},
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
         {"r.urdf:6:1",
          "elements and attributes that do not concern the motion, or are not known, are left out: ryp (1), "

@@ -34,7 +34,7 @@ static void show(shown *s) {
         fine = kt_kinematics_update(s->model, data, q, NULL, NULL, &error) == KT_OK;
         for (int i = 0; fine && i < kt_model_body_count(s->model); i++)
             s->poses[i] = kt_body_pose(s->model, data, i);
-        fine = fine && kt_picture_create(&s->scene.description, s->model, s->poses, &s->picture, &error) == KT_OK;
+        fine = fine && kt_picture_create(&s->scene, s->model, s->poses, NULL, &s->picture, &error) == KT_OK;
     }
     kt_check_text("error", error.message, "");
     kt_data_free(data);

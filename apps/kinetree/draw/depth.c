@@ -2,6 +2,7 @@
 #include "draw/paper.h"
 #include "picture/solid.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -17,6 +18,7 @@ typedef enum thing_type {
 typedef struct thing {
     thing_type type;
     int number;
+    kt_solid solid; /* in the camera's frame, with axes as they are; those of its pieces may be exchanged */
 } thing;
 
 typedef struct things {
@@ -37,7 +39,7 @@ static void add(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid,
         t->room = room;
     }
     solid.pose = kt_camera_pose(&sheet->drawing->camera, kt_pose_compose(world, solid.pose));
-    t->items[t->count] = (thing){type, number};
+    t->items[t->count] = (thing){type, number, solid};
     t->is_full = !kt_pieces_add(&t->pieces, &solid, t->count, type == THING_BODY) || t->is_full;
     t->count++;
 }
@@ -257,26 +259,26 @@ static void paint_spring(const kt_sheet *sheet, const kt_piece *piece, int numbe
                     1.35 * bar_in(sheet, a, b));
 }
 
-static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
+static kt_colour colour_of(const kt_sheet *sheet, const thing *what) {
     const kt_palette *palette = sheet->palette;
     const kt_colour metal = kt_colour_mix(palette->paper, palette->quiet, 0.45);
     switch (what->type) {
     case THING_BODY:
-        kt_paint_piece(sheet, piece, kt_sheet_colour(sheet, what->number));
-        break;
+        return kt_sheet_colour(sheet, what->number);
     case THING_JOINT:
-        kt_paint_piece(sheet, piece, kt_colour_mix(metal, palette->paper, 0.85 * sheet->fade));
-        break;
+        return kt_colour_mix(metal, palette->paper, 0.85 * sheet->fade);
     case THING_GROUND:
-        kt_paint_piece(sheet, piece, kt_colour_mix(palette->paper, palette->quiet, 0.3));
-        break;
-    case THING_RUBBER:
-        kt_paint_piece(sheet, piece, palette->quiet);
-        break;
-    case THING_SPRING:
-        paint_spring(sheet, piece, what->number);
-        break;
+        return kt_colour_mix(palette->paper, palette->quiet, 0.3);
+    default:
+        return palette->quiet;
     }
+}
+
+static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
+    if (what->type == THING_SPRING)
+        paint_spring(sheet, piece, what->number);
+    else
+        kt_paint_piece(sheet, piece, colour_of(sheet, what));
 }
 
 static bool is_alike(const kt_picture *p, int i, int k) {
@@ -315,17 +317,60 @@ static void paint_all_bars(const kt_sheet *sheet) {
     }
 }
 
+/* The rectangle of the page that the things take. */
+static void find_limits(const kt_sheet *sheet, const things *t, kt_spot *low, kt_spot *high) {
+    *low = (kt_spot){DBL_MAX, DBL_MAX};
+    *high = (kt_spot){-DBL_MAX, -DBL_MAX};
+    for (int i = 0; i < t->count; i++) {
+        const kt_solid *solid = &t->items[i].solid;
+        const kt_mat3 back = kt_mat3_transpose(solid->pose.rotation);
+        const kt_spot middle = kt_sheet_spot(sheet, solid->pose.position);
+        const double x = sheet->scale * kt_solid_reach(solid, back.x), y = sheet->scale * kt_solid_reach(solid, back.y);
+        *low = (kt_spot){fmin(low->x, middle.x - x), fmin(low->y, middle.y - y)};
+        *high = (kt_spot){fmax(high->x, middle.x + x), fmax(high->y, middle.y + y)};
+    }
+}
+
+/* All but springs as pixels; the solids of a rigid part have one line around them. */
+static bool paint_pixels(const kt_sheet *sheet, const things *t) {
+    const kt_picture *p = sheet->drawing->picture;
+    kt_spot low, high;
+    find_limits(sheet, t, &low, &high);
+    kt_raster *raster = kt_raster_create(sheet, low, high);
+    bool fine = raster != NULL;
+    for (int i = 0; i < t->count && fine; i++) {
+        const thing *what = &t->items[i];
+        const int number = what->type == THING_BODY ? p->part[what->number] : p->body_count + i;
+        if (what->type != THING_SPRING)
+            fine = kt_raster_paint(raster, &what->solid, number, colour_of(sheet, what));
+    }
+    fine = fine && kt_raster_show(raster);
+    kt_raster_free(raster);
+    for (int i = 0; i < t->pieces.count && fine; i++)
+        if (t->items[t->pieces.items[i].thing].type == THING_SPRING)
+            paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
+    return fine;
+}
+
+/* The farthest first, as shapes of the page. */
+static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars) {
+    if (!kt_pieces_sort(&t->pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram))
+        return false;
+    for (int i = 0; i < t->pieces.count; i++)
+        if (!joins_bars || t->pieces.items[i].solid.type != KT_SOLID_ROD)
+            paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
+    return true;
+}
+
 /* Paints what can hide and be hidden. Returns false if memory is insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet) {
-    const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram;
+    const bool has_meshes = sheet->drawing->picture->mesh_count > 0;
+    const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram && !has_meshes;
     if (joins_bars)
         paint_all_bars(sheet);
     things t = {0};
     collect(&t, sheet);
-    const bool fine = !t.is_full && kt_pieces_sort(&t.pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram);
-    for (int i = 0; i < t.pieces.count && fine; i++)
-        if (!joins_bars || t.pieces.items[i].solid.type != KT_SOLID_ROD)
-            paint_thing(sheet, &t.pieces.items[i], &t.items[t.pieces.items[i].thing]);
+    const bool fine = !t.is_full && (has_meshes ? paint_pixels(sheet, &t) : paint_pieces(sheet, &t, joins_bars));
     kt_pieces_free(&t.pieces);
     free(t.items);
     return fine;

@@ -50,6 +50,22 @@ bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
 /* Paints a piece, in the camera's frame, with light from above on the left. */
 void kt_paint_piece(const kt_sheet *sheet, const kt_piece *piece, kt_colour colour);
 
+/* The colour of a surface whose unit normal, in the camera's frame, is n. */
+kt_colour kt_paint_shade(kt_colour colour, kt_vec3 n);
+
+/* ---- solids as pixels (raster.c) --------------------------------------------------------------------------------- */
+
+typedef struct kt_raster kt_raster;
+
+/* The pixels of a rectangle of the page, from its upper left to its lower right; NULL: memory is insufficient. */
+kt_raster *kt_raster_create(const kt_sheet *sheet, kt_spot low, kt_spot high);
+void kt_raster_free(kt_raster *raster);
+
+/* Paints a solid, in the camera's frame; a line surrounds what has a number of its own. kt_raster_show puts the pixels
+ * on the page. Return false if memory is insufficient. */
+bool kt_raster_paint(kt_raster *raster, const kt_solid *solid, int thing, kt_colour colour);
+bool kt_raster_show(const kt_raster *raster);
+
 /* ---- lines (draw_line.c) ----------------------------------------------------------------------------------------- */
 
 /* The point at a share of the way from a to b; their distance; the unit direction from a to b, to the right where they

@@ -12,8 +12,7 @@ enum { SHADED_MOST = 120 }; /* solids; more are painted flat, so that the file s
 
 static const kt_colour white = {1.0, 1.0, 1.0}, black = {0.0, 0.0, 0.0};
 
-/* The colour of a surface whose unit normal, in the camera's frame, is n. */
-static kt_colour shade(kt_colour colour, kt_vec3 n) {
+kt_colour kt_paint_shade(kt_colour colour, kt_vec3 n) {
     const kt_vec3 light = {-0.41, 0.71, 0.57};
     const double bright = kt_vec3_dot(n, light);
     return bright > 0.4 ? kt_colour_mix(colour, white, 0.45 * (bright - 0.4))
@@ -33,7 +32,7 @@ static cairo_pattern_t *round_shade(kt_colour colour, kt_spot middle, kt_spot ac
     for (int i = 0; i <= 2; i++) {
         const double s = i - 1.0;
         const kt_vec3 normal = kt_vec3_make(s * across.x, -s * across.y, sqrt(fmax(1.0 - s * s, 0.0)));
-        const kt_colour tone = shade(colour, normal);
+        const kt_colour tone = kt_paint_shade(colour, normal);
         cairo_pattern_add_color_stop_rgb(pattern, 0.5 * i, tone.red, tone.green, tone.blue);
     }
     return pattern;
@@ -88,7 +87,7 @@ static void paint_rod(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
     }
     const kt_spot middle = {0.5 * (a.x + b.x), 0.5 * (a.y + b.y)};
     const kt_vec3 axis = pose.rotation.z;
-    kt_paper_use(sheet->c, shade(colour, kt_vec3_make(0.0, 0.35, sqrt(1.0 - 0.35 * 0.35))));
+    kt_paper_use(sheet->c, kt_paint_shade(colour, kt_vec3_make(0.0, 0.35, sqrt(1.0 - 0.35 * 0.35))));
     if (is_shaded(sheet, radius) && length > 0.5 * radius) {
         const double across = hypot(axis.x, axis.y);
         use_pattern(sheet->c, round_shade(colour, middle, (kt_spot){axis.y / across, axis.x / across}, radius));
@@ -159,7 +158,7 @@ static void paint_box(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
             cairo_line_to(c, at.x, at.y);
         }
         cairo_close_path(c);
-        const kt_colour tone = shade(colour, normal.z > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : normal);
+        const kt_colour tone = kt_paint_shade(colour, normal.z > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : normal);
         const bool is_whole = !is_cut(piece, piece->low) && !is_cut(piece, piece->high);
         kt_paper_use(c, tone);
         cairo_fill_preserve(c);
@@ -209,7 +208,7 @@ static void paint_cylinder(const kt_sheet *sheet, const kt_piece *piece, kt_colo
         trace_ellipse(c, near, along, minor, radius, -0.5 * pi, 0.5 * pi);
         cairo_close_path(c);
         const kt_spot middle = {0.5 * (near.x + far.x), 0.5 * (near.y + far.y)};
-        kt_paper_use(c, shade(colour, kt_vec3_make(0.0, 0.35, 0.94)));
+        kt_paper_use(c, kt_paint_shade(colour, kt_vec3_make(0.0, 0.35, 0.94)));
         if (is_shaded(sheet, radius))
             use_pattern(c, round_shade(colour, middle, (kt_spot){-along.y, along.x}, radius));
         cairo_fill_preserve(c);
@@ -232,7 +231,8 @@ static void paint_cylinder(const kt_sheet *sheet, const kt_piece *piece, kt_colo
     cairo_new_sub_path(c);
     trace_ellipse(c, near, along, minor, radius, 0.0, 2.0 * pi);
     cairo_close_path(c);
-    kt_paper_use(c, shade(colour, fabs(axis.z) > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : kt_vec3_scale(sign, axis)));
+    kt_paper_use(
+        c, kt_paint_shade(colour, fabs(axis.z) > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : kt_vec3_scale(sign, axis)));
     cairo_fill_preserve(c);
     kt_paper_use(c, edge);
     cairo_set_line_width(c, 1.0);

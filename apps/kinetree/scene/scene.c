@@ -119,6 +119,32 @@ static int refuse_settings(const char *path, const kt_settings *settings) {
     return KT_EXIT_USAGE;
 }
 
+/* ---- robots ------------------------------------------------------------------------------------------------------- */
+
+/* Adds folders to a search path; the caller frees the result. NULL: memory is insufficient. */
+static char *add_folders(char *path, const char *more) {
+    const size_t length = path != NULL ? strlen(path) : 0;
+    char *longer = path != NULL ? realloc(path, length + strlen(more) + 2) : NULL;
+    if (longer == NULL)
+        free(path);
+    else
+        (void)sprintf(longer + length, "%s%s", length > 0 ? ":" : "", more);
+    return longer;
+}
+
+/* The folders in which packages and models are looked for: those that are given, then those of the environment. */
+static char *search_path(const char *given) {
+    static const char *const variables[] = {"KINETREE_SEARCH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH",
+                                            "GAZEBO_MODEL_PATH"};
+    char *path = strdup(given != NULL ? given : "");
+    for (size_t i = 0; i < sizeof variables / sizeof *variables && path != NULL; i++) {
+        const char *value = getenv(variables[i]);
+        if (value != NULL && *value != '\0')
+            path = add_folders(path, value);
+    }
+    return path;
+}
+
 static int read_any(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
@@ -159,12 +185,29 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     return kt_exit_code(status);
 }
 
+/* Robots are read with the search path of the environment. */
+static int read_with(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
+                     kt_scene *scene) {
+    kt_robot_options with = *options;
+    char *search = search_path(options->search);
+    if (search == NULL) {
+        kt_say("there is not enough memory");
+        return KT_EXIT_SCENE;
+    }
+    with.search = search;
+    const int code = read_any(path, is_robot, &with, settings, scene);
+    free(search);
+    return code;
+}
+
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
-    return read_any(path, is_robot_name(path) || is_xml_file(path), NULL, settings, scene);
+    const bool is_robot = is_robot_name(path) || is_xml_file(path);
+    return is_robot || strcmp(path, "-") == 0 ? read_with(path, is_robot, &(kt_robot_options){0}, settings, scene)
+                                              : read_any(path, false, NULL, settings, scene);
 }
 
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene) {
-    return read_any(path, true, options, NULL, scene);
+    return read_with(path, true, options, NULL, scene);
 }
 
 typedef struct kt_reported_at {

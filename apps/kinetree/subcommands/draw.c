@@ -28,7 +28,7 @@ typedef struct kt_draw_arguments {
     const char *out, *view, *at, *trace;
     long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
-    bool axes, names, dark;
+    bool axes, names, dark, boxes;
 } kt_draw_arguments;
 
 #define KT_AT(member) offsetof(kt_draw_arguments, member)
@@ -47,6 +47,8 @@ static const kt_option options[] = {
     {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "the paths of these markers, over the same time", NULL},
     {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "the axes of joints", NULL},
     {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "the names of bodies, loops and markers", NULL},
+    {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
+     "in place of shapes and meshes, boxes that have mass and inertia of the bodies", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
 };
 
@@ -337,6 +339,15 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
     return write_small(m, arguments, words.text, &drawing, path);
 }
 
+/* What there is to see at the first state; a mesh that is lost is told. */
+static kt_status create_picture(motion *m, const kt_draw_arguments *arguments, kt_error *error) {
+    const kt_picture_options shown = {.boxes = arguments->boxes};
+    const kt_status status = kt_picture_create(&m->scene, m->model, m->poses, &shown, &m->picture, error);
+    if (status == KT_OK && m->picture->lost_meshes > 0)
+        kt_say("%d meshes are not shown; the first is %s", m->picture->lost_meshes, m->picture->lost_reason);
+    return status;
+}
+
 /* Draws the given state of a scene whose loops cannot be closed, after the error has been printed. */
 static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *path) {
     kt_error error = {0};
@@ -345,7 +356,7 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
     m->times[0] = 0.0;
     kt_status status = take_poses(m, m->q, m->poses, &error);
     if (status == KT_OK)
-        status = kt_picture_create(&m->scene.description, m->model, m->poses, &m->picture, &error);
+        status = create_picture(m, arguments, &error);
     if (status != KT_OK)
         return fail(status, &error);
     const int code = write_picture(m, arguments, true, path);
@@ -363,7 +374,7 @@ static int draw_run(motion *m, const kt_draw_arguments *arguments, const char *p
     if (status == KT_OK)
         status = moves ? simulate(m, end, &error) : take_poses(m, m->q, m->poses, &error);
     if (status == KT_OK)
-        status = kt_picture_create(&m->scene.description, m->model, m->poses, &m->picture, &error);
+        status = create_picture(m, arguments, &error);
     if (status != KT_OK)
         return fail(status, &error);
     kt_bounds bounds = kt_bounds_empty();

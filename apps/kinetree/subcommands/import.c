@@ -7,7 +7,7 @@
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia, *keyframe;
+    const char *out, *inertia, *keyframe, *search;
     bool floating;
     double stops, stop_damping, density;
     kt_settings masses;
@@ -25,9 +25,15 @@ static const kt_option options[] = {
      "none; 'accept' all (warn)",
      NULL},
     {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
-     "URDF: links without <inertial> have the mass and inertia of their shape, kg/m^3 (they have none)", NULL},
+     "links without <inertial>, in MJCF geoms without mass and density, have mass and inertia of their shapes, kg/m^3 "
+     "(URDF: none; MJCF: 1000; SDF: 1 kg, 1 kg m^2)",
+     NULL},
     {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
-     "URDF: mass of a link, kg; its inertia grows with it, or is that of its shape. Any number of times", NULL},
+     "mass of a link, kg; its inertia grows with it, or is that of its shapes. Any number of times", NULL},
+    {"search", KT_OPTION_TEXT, AT(search), "FOLDER:FOLDER",
+     "where meshes of package:// and model:// are, before the folders of KINETREE_SEARCH, ROS_PACKAGE_PATH, "
+     "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those around it",
+     NULL},
     {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
      "MJCF: positions, velocities and controls at the start are those of this keyframe (reference positions)", NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
@@ -50,8 +56,8 @@ const kt_usage kt_usage_import = {
         "options\n"
         "here. A body has the name of its link, and a joint keeps its own. What a scene does not have is left out, and "
         "said\n"
-        "on standard error, each kind once, with the number and the first place: meshes, contacts,\n"
-        "transmissions without a rotor, actuators with a state of their own.\n",
+        "on standard error, each kind once, with the number and the first place: contacts, transmissions\n"
+        "without a rotor, actuators with a state of their own. Meshes are for pictures (draw, view).\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -90,7 +96,8 @@ int kt_command_import(int argc, char **argv) {
                                   .density = a.density,
                                   .masses = a.masses.text,
                                   .mass_count = a.masses.count,
-                                  .keyframe = a.keyframe};
+                                  .keyframe = a.keyframe,
+                                  .search = a.search};
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);

@@ -452,6 +452,13 @@ static void warn_of_reduced(kt_outcome *outcome) {
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
         return;
+    const kt_warning lost = {.code = "lost_mesh",
+                             .time = (double)NAN,
+                             .value = (double)motion->picture->lost_meshes,
+                             .remedy = "Mend the file, or take the item out of `meshes`"};
+    if (motion->picture->lost_meshes > 0)
+        kt_warn(&outcome->warnings, &lost, "%d meshes are not shown; the first is %s", motion->picture->lost_meshes,
+                motion->picture->lost_reason);
     const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
     const kt_warning thinned = {.code = "thinned_view",
                                 .time = (double)NAN,
@@ -481,6 +488,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_say("there is not enough memory for the results");
         code = KT_EXIT_INTEGRATION;
     }
+    if (results.motion != NULL)
+        results.motion->boxes = arguments->boxes;
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {

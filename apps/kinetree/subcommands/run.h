@@ -25,7 +25,7 @@ typedef struct kt_run_arguments {
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, dark, quiet;
+    bool unprojected, dark, boxes, quiet;
     kt_settings settings;
 } kt_run_arguments;
 

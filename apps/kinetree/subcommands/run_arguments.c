@@ -41,6 +41,8 @@ static const kt_option options[] = {
     {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
      NULL},
     {"glb", KT_OPTION_TEXT, KT_AT(glb), "FILE.glb", "the motion as glTF 2.0, for other viewers and modellers", NULL},
+    {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
+     "--view, --glb: in place of shapes and meshes, boxes that have mass and inertia of the bodies", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
      NULL},

@@ -105,7 +105,7 @@ class Figure {
                 batch.is_changed = true;
             }
         this.data.bodies.forEach((body, i) => this.thing(describe_body(this.data, i), i));
-        this.data.solids.filter((solid) => !this.hidden.has(solid.body)).forEach((solid) => this.put_solid(solid));
+        this.data.solids.forEach((solid, i) => this.hidden.has(solid.body) || this.put_solid(solid, i));
         this.data.joints.filter((joint) => !joint.loop && !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
         this.data.loops.forEach((loop, i) => this.put_loop(loop, i));
         this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
@@ -116,7 +116,9 @@ class Figure {
         this.build_paths();
     }
 
-    put_solid({type, body, at, turn: turned, half}) {
+    put_solid({type, body, at, turn: turned, half, points}, i) {
+        if (points !== undefined)
+            return this.put_mesh(body, at, turned, half.map((h) => Math.max(h, 1e-6 * this.data.size)), i);
         const colour = this.colour_of(body), id = body + 1;
         const mark = type !== "box" && half[0] > 1.5 * this.data.radius && half[0] > 0.3 * half[2] ? 1 : 0;
         if (type === "rod" || type === "cylinder")
@@ -126,6 +128,13 @@ class Figure {
         for (const side of type === "rod" ? [-1, 1] : [])
             this.put("bodies", "end", body, add(at, turn(turned, [0, 0, side * half[2]])), turned,
                 [half[0], half[0], half[0]], colour, id);
+    }
+
+    /* A mesh is a batch of its own, of one instance. */
+    put_mesh(body, at, turned, half, i) {
+        const shape = `mesh ${i}`;
+        this.painter.add_mesh(shape, this.motion.meshes[i]);
+        this.put("bodies", shape, body, at, turned, half, this.colour_of(body), body + 1);
     }
 
     put_joint({name, type, body, on, at, turn: turned}) {

@@ -155,7 +155,8 @@ static int material_of(const kt_picture *picture, const kt_solid *solid) {
 }
 
 static bool is_alike(const kt_solid *a, const kt_solid *b) {
-    return a->type == b->type && a->half.x == b->half.x && a->half.y == b->half.y && a->half.z == b->half.z;
+    return a->mesh == b->mesh && a->type == b->type && a->half.x == b->half.x && a->half.y == b->half.y &&
+           a->half.z == b->half.z;
 }
 
 /* A mesh that shares the numbers of one whose solid is alike; NULL: there is none yet. */

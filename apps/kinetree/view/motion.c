@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { TRIANGLES = 40000 }; /* of meshes, in pages and in files for other viewers */
+
 size_t kt_motion_width(const kt_motion *motion) { return motion->columns->count - 1 + (motion->has_drift ? 1 : 0); }
 
 size_t kt_motion_bodies(const kt_motion *motion) { return (size_t)kt_model_body_count(motion->model) - 1; }
@@ -86,11 +88,12 @@ static void list_effect_forces(kt_motion *motion) {
 static int begin_picture(kt_motion *motion, const kt_data *data) {
     const int count = kt_model_body_count(motion->model);
     kt_pose *poses = malloc((size_t)count * sizeof *poses);
+    const kt_picture_options options = {.boxes = motion->boxes, .triangles = TRIANGLES};
     kt_status status = KT_ERROR_MEMORY;
     for (int body = 0; body < count && poses != NULL; body++)
         poses[body] = kt_body_pose(motion->model, data, body);
     if (poses != NULL)
-        status = kt_picture_create(&motion->scene->description, motion->model, poses, &motion->picture, NULL);
+        status = kt_picture_create(motion->scene, motion->model, poses, &options, &motion->picture, NULL);
     if (status == KT_OK) {
         const kt_bounds bounds = kt_picture_widen(motion->picture, poses, kt_bounds_empty());
         if (bounds.low.x <= bounds.high.x)

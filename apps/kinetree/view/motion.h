@@ -36,6 +36,7 @@ typedef struct kt_motion {
     const kt_scene *scene;
     const kt_model *model;
     kt_picture *picture; /* NULL: there is no frame yet */
+    bool boxes;          /* it shows boxes of inertia; set by the caller before the first frame */
     kt_columns *columns; /* the caller's; the first is time, which frames have apart */
     bool has_drift;      /* after the columns comes the change of the total energy, or of the balance */
     double energy_start;

@@ -2,7 +2,8 @@
  *
  * One block of bytes, little-endian, in this order: times, float64 [frame]; places of the bodies but the world, less
  * `centre`, float32 [frame][body][3]; their quaternions times 32767, int16 [frame][body][4], whose signs are such that
- * neighbouring frames may be interpolated; columns, float32 [frame][column]; arrows, float32 [frame][arrow][3]. */
+ * neighbouring frames may be interpolated; columns, float32 [frame][column]; arrows, float32 [frame][arrow][3]; of each
+ * solid that is a mesh its points, three a triangle, and their normals, in shares of the box, int16 [point][6]. */
 
 function decode(text) {
     if (Uint8Array.fromBase64)
@@ -33,6 +34,7 @@ function read_motion(data, text) {
         turns: take(Int16Array, 4 * frames * bodies),
         values: take(Float32Array, frames * columns),
         forces: take(Float32Array, 3 * frames * arrows),
+        meshes: data.solids.map(({points}) => (points === undefined ? null : take(Int16Array, 6 * points))),
     };
 }
 

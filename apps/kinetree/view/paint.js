@@ -244,9 +244,20 @@ class Painter {
         gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * POSES_A_ROW, this.rows, gl.RGBA, gl.FLOAT, poses);
     }
 
+    /* Points and normals in shares, six numbers a point. */
+    add_mesh(name, numbers) {
+        this.surfaces ??= new Map();
+        this.surfaces.set(name, Float32Array.from(numbers, (x) => x / 32767));
+    }
+
     mesh(name, sides) {
-        const key = `${name} ${sides}`, gl = this.gl;
-        if (!this.meshes.has(key)) {
+        const key = `${name} ${sides}`, gl = this.gl, surface = this.surfaces?.get(name);
+        if (!this.meshes.has(key) && surface !== undefined) {
+            const buffer = gl.createBuffer();
+            gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+            gl.bufferData(gl.ARRAY_BUFFER, surface, gl.STATIC_DRAW);
+            this.meshes.set(key, {buffer, count: surface.length / 6});
+        } else if (!this.meshes.has(key)) {
             const make = {box: box_mesh, sphere: sphere_mesh, end: sphere_mesh, cylinder: cylinder_mesh, cone: cone_mesh}[name];
             const {points, normals} = make(sides), mixed = new Float32Array(2 * points.length);
             for (let i = 0; i < points.length / 3; i++)
@@ -337,7 +348,7 @@ class Painter {
             const count = batch.numbers.used / INSTANCE_FLOATS, pixels = batch.radius * camera.scale;
             if (count === 0 || (batch.name === "end" && pixels < 1))
                 continue;
-            this.ready_batch(batch, batch.name === "box" ? 4 : clamp(4 + 2 * Math.round(1.5 * Math.sqrt(pixels)), 6, sides));
+            this.ready_batch(batch, batch.name === "box" || batch.name.startsWith("mesh") ? 4 : clamp(4 + 2 * Math.round(1.5 * Math.sqrt(pixels)), 6, sides));
             gl.drawArraysInstanced(gl.TRIANGLES, 0, batch.mesh.count, count);
         }
         gl.bindVertexArray(null);

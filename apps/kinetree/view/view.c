@@ -6,6 +6,7 @@
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "picture/mesh.h"
 #include "records/output.h"
 #include "text/json_writer.h"
 #include "view/page.h"
@@ -85,6 +86,24 @@ static void put_numbers(base64 *out, const void *numbers, size_t count, size_t s
         put_bytes(out, &from[i + size - 1 - 2 * (i % size)], 1);
 }
 
+static int16_t share_of(double x, double most) { return (int16_t)lround(32767.0 * (most > 0.0 ? x / most : 0.0)); }
+
+/* Points as shares of half the box, and normals times half the box, of length 1: the painter of instances, which scales
+ * points and divides normals by it, makes of them what they were. */
+static void put_meshes(base64 *out, const kt_picture *picture) {
+    for (int i = 0; i < picture->solid_count; i++) {
+        const kt_mesh *mesh = picture->solids[i].mesh;
+        const kt_vec3 half = picture->solids[i].half;
+        for (int k = 0; mesh != NULL && k < mesh->point_count; k++) {
+            const kt_vec3 p = mesh->points[k], n = mesh->normals[k];
+            const kt_vec3 m = kt_vec3_normalize(kt_vec3_make(n.x * half.x, n.y * half.y, n.z * half.z));
+            const int16_t numbers[] = {share_of(p.x, half.x), share_of(p.y, half.y), share_of(p.z, half.z),
+                                       share_of(m.x, 1.0),    share_of(m.y, 1.0),    share_of(m.z, 1.0)};
+            put_numbers(out, numbers, 6, sizeof *numbers);
+        }
+    }
+}
+
 static void put_frames(const kt_motion *motion, FILE *file) {
     const size_t n = motion->count, bodies = kt_motion_bodies(motion);
     base64 out;
@@ -94,6 +113,7 @@ static void put_frames(const kt_motion *motion, FILE *file) {
     put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
     put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
     put_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
+    put_meshes(&out, motion->picture);
     flush_letters(&out);
 }
 
@@ -142,6 +162,8 @@ static void put_solid(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_integer(out, "body", solid->body);
     put_pose(out, solid->pose);
     kt_put_vector(out, "half", solid->half);
+    if (solid->mesh != NULL)
+        kt_put_integer(out, "points", solid->mesh->point_count);
 }
 
 static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {

@@ -1,0 +1,100 @@
+/* Files of meshes that a robot names.
+ *
+ * "package://NAME/REST" and "model://NAME/REST" are looked for in the folders of the search path, in the order given,
+ * then in the folder of the robot and in those around it: as FOLDER/NAME/REST, or where FOLDER itself is called NAME as
+ * FOLDER/REST. "file://PATH" and PATH are in the robot's folder, if they are not absolute, and else on the search path.
+ * Meshes may lie anywhere, since robots are published as NAME/urdf beside NAME/meshes; what a robot includes may not
+ * (include.c).
+ */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "import/robot.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* How many folders around the robot's own are searched. */
+enum { AROUND_MOST = 6 };
+
+typedef struct search {
+    kt_reader *r;
+    const char *package; /* not ended by a zero; NULL: none */
+    int length;
+    const char *rest; /* below the package */
+    const char *found;
+} search;
+
+/* Keeps the path if there is such a file. */
+static bool try_path(search *s, const char *folder, int size, const char *package, int length) {
+    char *path = kt_pool_take(&s->r->scratch, (size_t)size + (size_t)length + strlen(s->rest) + 3, 1);
+    if (path == NULL)
+        return kt_reader_out_of_memory(s->r);
+    (void)sprintf(path, "%.*s%s%.*s%s%s", size, folder, size > 0 ? "/" : "", length, length > 0 ? package : "",
+                  length > 0 ? "/" : "", s->rest);
+    char *real = realpath(path, NULL);
+    if (real != NULL && (s->found = kt_pool_text(&s->r->keep, real, strlen(real))) == NULL)
+        (void)kt_reader_out_of_memory(s->r);
+    free(real);
+    return s->found != NULL;
+}
+
+/* Whether the last part of a folder's path is the name of the package. */
+static bool is_package(const search *s, const char *folder, int size) {
+    return size >= s->length && strncmp(folder + size - s->length, s->package, (size_t)s->length) == 0 &&
+           (size == s->length || folder[size - s->length - 1] == '/');
+}
+
+static bool try_folder(search *s, const char *folder, int size) {
+    while (size > 1 && folder[size - 1] == '/')
+        size--;
+    if (s->package == NULL)
+        return try_path(s, folder, size, NULL, 0);
+    return try_path(s, folder, size, s->package, s->length) ||
+           (is_package(s, folder, size) && try_path(s, folder, size, NULL, 0));
+}
+
+static bool try_search_path(search *s, const char *folders) {
+    for (const char *at = folders; at != NULL && *at != '\0' && !s->r->out_of_memory;) {
+        const size_t size = strcspn(at, ":");
+        if (size > 0 && size < 4096 && try_folder(s, at, (int)size))
+            return true;
+        at += size + (at[size] == ':');
+    }
+    return false;
+}
+
+/* The robot's folder, and those around it. */
+static bool try_around(search *s, const char *folder) {
+    char *base = realpath(folder, NULL);
+    int size = base != NULL ? (int)strlen(base) : 0;
+    for (int i = 0; i < AROUND_MOST && size > 0 && s->found == NULL && !s->r->out_of_memory; i++) {
+        (void)try_folder(s, base, size);
+        do
+            size--;
+        while (size > 0 && base[size] != '/');
+    }
+    free(base);
+    return s->found != NULL;
+}
+
+static bool begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
+
+const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char *name) {
+    search s = {.r = r, .rest = name};
+    if (source->folder == NULL || *name == '\0' || strlen(name) > 4096)
+        return NULL;
+    if (begins(name, "package://") || begins(name, "model://")) {
+        s.package = strstr(name, "://") + 3;
+        s.length = (int)strcspn(s.package, "/");
+        s.rest = s.package + s.length + (s.package[s.length] == '/');
+        if (s.length > 0 && !try_search_path(&s, source->options->search))
+            (void)try_around(&s, source->folder);
+        return s.found;
+    }
+    s.rest = begins(name, "file://") ? name + strlen("file://") : name;
+    if (s.rest[0] == '/')
+        (void)try_path(&s, "", 0, NULL, 0);
+    else if (!try_folder(&s, source->folder, (int)strlen(source->folder)))
+        (void)try_search_path(&s, source->options->search);
+    return s.found;
+}

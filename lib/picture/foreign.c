@@ -1,0 +1,97 @@
+/* Surfaces in formats that assimp reads. Only the file's contents are handed over, so that no other file is opened for
+ * it; its own units count, and the direction that it calls up does not: robots name theirs. */
+#include "picture/foreign.h"
+
+#include <string.h>
+
+#ifdef KT_HAS_ASSIMP
+#include <assimp/cimport.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <limits.h>
+#include <stdlib.h>
+
+enum { MOST = 1 << 24 }; /* vertices, and triangles */
+
+static kt_status count(const struct aiScene *scene, size_t *vertices, size_t *triangles, kt_error *error) {
+    *vertices = *triangles = 0;
+    for (unsigned i = 0; i < scene->mNumMeshes; i++) {
+        *vertices += scene->mMeshes[i]->mNumVertices;
+        *triangles += scene->mMeshes[i]->mNumFaces;
+    }
+    if (*vertices > MOST || *triangles > MOST)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "a mesh has too many triangles");
+    return *triangles > 0 ? KT_OK : kt_error_set(error, KT_ERROR_SCENE, "", "there is no triangle in the mesh");
+}
+
+/* Faces of points and lines are left out. */
+static void add_mesh(const struct aiMesh *from, kt_triangles *to) {
+    const int first = to->vertex_count;
+    for (unsigned i = 0; i < from->mNumVertices; i++) {
+        const struct aiVector3D v = from->mVertices[i];
+        to->vertices[to->vertex_count++] = kt_vec3_make((double)v.x, (double)v.y, (double)v.z);
+    }
+    for (unsigned i = 0; i < from->mNumFaces; i++) {
+        const struct aiFace *face = &from->mFaces[i];
+        if (face->mNumIndices == 3)
+            to->triangles[to->triangle_count++] = (kt_triangle){
+                {first + (int)face->mIndices[0], first + (int)face->mIndices[1], first + (int)face->mIndices[2]}};
+    }
+}
+
+static bool is_finite(const kt_triangles *mesh) {
+    bool finite = true;
+    for (int i = 0; i < mesh->vertex_count; i++)
+        finite = finite && kt_vec3_is_finite(mesh->vertices[i]);
+    return finite;
+}
+
+static kt_status take(const struct aiScene *scene, kt_triangles *mesh, kt_error *error) {
+    size_t vertices, triangles;
+    kt_triangles made = {.vertices = NULL};
+    kt_status status = count(scene, &vertices, &triangles, error);
+    if (status != KT_OK)
+        return status;
+    made.vertices = calloc(vertices + 1, sizeof *made.vertices);
+    made.triangles = calloc(triangles + 1, sizeof *made.triangles);
+    if (made.vertices == NULL || made.triangles == NULL) {
+        status = kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
+    } else {
+        for (unsigned i = 0; i < scene->mNumMeshes; i++)
+            add_mesh(scene->mMeshes[i], &made);
+        if (!is_finite(&made))
+            status = kt_error_set(error, KT_ERROR_SCENE, "", "a vertex of the mesh is not finite");
+    }
+    if (status == KT_OK)
+        *mesh = made;
+    else
+        kt_triangles_free(&made);
+    return status;
+}
+
+kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
+    const char *dot = strrchr(path, '.');
+    struct aiPropertyStore *how = size <= UINT_MAX ? aiCreatePropertyStore() : NULL;
+    if (how == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
+    aiSetImportPropertyInteger(how, AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, 1);
+    const struct aiScene *scene = aiImportFileFromMemoryWithProperties(
+        text, (unsigned)size, aiProcess_Triangulate | aiProcess_PreTransformVertices, dot != NULL ? dot + 1 : "", how);
+    const kt_status status = scene != NULL
+                                 ? take(scene, mesh, error)
+                                 : kt_error_set(error, KT_ERROR_SCENE, "", "assimp: %.200s", aiGetErrorString());
+    aiReleaseImport(scene);
+    aiReleasePropertyStore(how);
+    return status;
+}
+#else
+kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
+    const char *dot = strrchr(path, '.');
+    (void)text, (void)size, (void)mesh;
+    return kt_error_set(error, KT_ERROR_SCENE, "",
+                        "this is neither STL nor OBJ nor MSH; '%.20s' needs a kinetree that was built with assimp "
+                        "(libassimp-dev)",
+                        dot != NULL ? dot + 1 : path);
+}
+#endif

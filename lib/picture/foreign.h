@@ -1,0 +1,11 @@
+/* Surfaces in formats that assimp reads (COLLADA and others), where the build has found it. */
+#ifndef KT_PICTURE_FOREIGN_H
+#define KT_PICTURE_FOREIGN_H
+
+#include "mesh/mesh.h"
+
+/* Reads the contents of a file, whose format its name ends in. On failure *mesh is untouched. Errors: KT_ERROR_SCENE
+ * (what is wrong, or that there is no assimp), KT_ERROR_MEMORY. */
+kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error);
+
+#endif

@@ -1,0 +1,117 @@
+/* Masses that options give to robots: in every format they act, or are refused by name. Closed forms: a box of edges a,
+ * b, c has m (b^2 + c^2) / 12 about its x, a ball 2/5 m r^2. */
+#define ROBOT "m"
+#include "robot.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* A link with a box of 0.1 x 0.2 x 0.3 m at (0, 0, 1) and a ball of 0.1 m at the origin, which has no mass, and one of 2 kg. */
+#define URDF                                                                                                           \
+    "<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 1'/><geometry><box size='0.1 0.2 0.3'" \
+    "/></geometry></visual><visual><geometry><sphere radius='0.1'/></geometry></visual></link><link name='b'>"         \
+    "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"          \
+    "<joint name='j' type='continuous'><parent link='base'/><child link='a'/></joint>"                                 \
+    "<joint name='k' type='continuous'><parent link='base'/><child link='b'/></joint></robot>"
+#define MJCF                                                                                                           \
+    "<mujoco><worldbody><body name='a'><joint/><geom type='box' size='0.05 0.1 0.15' pos='0 0 1'/><geom size='0.1'/>"  \
+    "</body><body name='b'><joint/><inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/></body>"                        \
+    "<body name='c'><joint/><geom size='0.1' density='500'/></body></worldbody></mujoco>"
+#define SDF                                                                                                            \
+    "<sdf version='1.9'><model name='m'><link name='a'><collision name='c'><pose>0 0 1 0 0 0</pose><geometry><box>"    \
+    "<size>0.1 0.2 0.3</size></box></geometry></collision><collision name='d'><geometry><sphere><radius>0.1</radius>"  \
+    "</sphere></geometry></collision></link><link name='b'><inertial><mass>2</mass></inertial></link>"                 \
+    "<model name='n'><link name='c'/></model></model></sdf>"
+
+static const char *const texts[] = {URDF, MJCF, SDF};
+
+static bool has_note(const kt_scene *scene, const char *words) {
+    for (int i = 0; i < scene->note_count; i++)
+        if (strstr(scene->notes[i].what, words) != NULL)
+            return true;
+    return false;
+}
+
+/* Mass, height of the centre and inertia about x of body a, whose solids have a density. */
+static void check_solids(const kt_body *a, double density) {
+    const double box = density * 0.006, ball = density * 4.0 / 3.0 * pi * 1e-3, mass = box + ball, z = box / mass;
+    const double own = box * (0.04 + 0.09) / 12.0 + 0.4 * ball * 0.01;
+    kt_vec3 com;
+    kt_sym3 inertia;
+    if (!kt_check_equal_int("inertia", kt_body_inertia(a, &com, &inertia, NULL), KT_OK))
+        return;
+    kt_check_near("mass", a->mass, mass, 4.0 * DBL_EPSILON * mass);
+    kt_check_near("centre", com.z, z, 4.0 * DBL_EPSILON);
+    kt_check_near("about x", inertia.xx, own + box * (1.0 - z) * (1.0 - z) + ball * z * z, 16.0 * DBL_EPSILON * mass);
+}
+
+KT_TEST(density_acts_in_every_format_and_not_on_masses_that_the_file_gives) {
+    const kt_robot_options options = {.density = 250.0};
+    for (int i = 0; i < 3; i++) {
+        kt_scene scene;
+        if (!parse_right(texts[i], &options, &scene))
+            continue;
+        check_solids(find_body(&scene, "a"), 250.0);
+        kt_check_equal_bits("that of the file", &find_body(&scene, "b")->mass, &(double){2.0}, 1);
+        kt_check_true("told", has_note(&scene, "--density"));
+        if (i == 1)
+            kt_check_near("a density of the file", find_body(&scene, "c")->mass, 500.0 * 4.0 / 3.0 * pi * 1e-3, 1e-15);
+        if (i == 2)
+            kt_check_equal_bits("no solids", &find_body(&scene, "n__c")->mass, &(double){1.0}, 1);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(masses_of_links_act_in_every_format) {
+    static const char *const masses[][2] = {{"a=3", "b=8"}, {"b=8", "a=3"}};
+    for (int i = 0; i < 3; i++) {
+        const kt_robot_options options = {.masses = masses[i % 2], .mass_count = 2};
+        kt_scene scene, plain;
+        if (!parse_right(texts[i], &options, &scene))
+            continue;
+        const kt_body *b = find_body(&scene, "b");
+        kt_check_equal_bits("in place of another", &b->mass, &(double){8.0}, 1);
+        kt_check_equal_bits("its inertia grows with it", &b->inertia.xx, &(double){4.0}, 1);
+        kt_check_equal_bits("the other", &find_body(&scene, "a")->mass, &(double){3.0}, 1);
+        if (i == 0)
+            check_solids(find_body(&scene, "a"), 3.0 / (0.006 + 4.0 / 3.0 * pi * 1e-3));
+        else if (parse_right(texts[i], NULL, &plain)) {
+            const kt_body *was = find_body(&plain, "a");
+            kt_check_near("inertia as the mass", find_body(&scene, "a")->inertia.xx / was->inertia.xx, 3.0 / was->mass,
+                          4.0 * DBL_EPSILON * 3.0 / was->mass);
+            kt_scene_free(&plain);
+        }
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(links_of_nested_models_are_named_as_in_the_file_or_in_the_scene) {
+    static const char *const names[] = {"n::c=5", "n__c=5"};
+    for (int i = 0; i < 2; i++) {
+        const kt_robot_options options = {.masses = &names[i], .mass_count = 1};
+        kt_scene scene;
+        if (!parse_right(SDF, &options, &scene))
+            continue;
+        kt_check_equal_bits(names[i], &find_body(&scene, "n__c")->mass, &(double){5.0}, 1);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(what_does_not_fit_is_refused_by_name) {
+    static const char *const wrong[] = {"x=1", "a=-1", "a"};
+    for (int i = 0; i < 3; i++) {
+        const kt_robot_options options = {.masses = wrong, .mass_count = 3}, key = {.keyframe = "home"};
+        kt_scene scene;
+        kt_check_equal_int("masses", parse(texts[i], &options, &scene), KT_ERROR_SCENE);
+        kt_check_contains("no such link", faults.text, "mass 'x=1': there is no link of this name\n");
+        kt_check_contains("no mass", faults.text, "mass 'a=-1': expected LINK=MASS, with a mass above zero\n");
+        kt_check_contains("no sign", faults.text, "mass 'a': expected LINK=MASS");
+        kt_check_equal_int("keyframe", parse(texts[i], &key, &scene), KT_ERROR_SCENE);
+        kt_check_contains("words", faults.text,
+                          i == 1 ? "there is no keyframe 'home'"
+                                 : "keyframe 'home': there are keyframes in MJCF alone");
+    }
+}

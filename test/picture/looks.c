@@ -1,0 +1,216 @@
+/* Meshes, boxes of inertia and rods in pictures. */
+#include "check.h"
+
+#include "kinetree/dynamics.h"
+#include "picture/load.h"
+#include "picture/solid.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+enum { SIDES = 48 };
+
+/* A tube of radius 1 and height 3 about z with a lid on top, standing at (2, 0, 0), as OBJ. */
+static bool write_tube(char *path) {
+    const int number = mkstemps(path, 4);
+    FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
+    if (!kt_check_true("the file is there", file != NULL))
+        return false;
+    for (int i = 0; i < 2 * SIDES; i++)
+        (void)fprintf(file, "v %.17g %.17g %d\n", 2.0 + cos(2.0 * pi * (i / 2) / SIDES),
+                      sin(2.0 * pi * (i / 2) / SIDES), i % 2 * 3);
+    for (int i = 0; i < SIDES; i++) {
+        const int a = 2 * i + 1, b = 2 * ((i + 1) % SIDES) + 1;
+        (void)fprintf(file, "f %d %d %d %d\n", a, b, b + 1, a + 1);
+        if (i > 0 && i < SIDES - 1)
+            (void)fprintf(file, "f 2 %d %d\n", a + 1, b + 1);
+    }
+    return kt_check_equal_int("it is written", fclose(file), 0);
+}
+
+/* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5); scaled by (1, 2, 1/2), turned about x by 90 degrees and moved. Points are
+ * compared where they are in the body. On the side normals are radial, on the lid along z: the edge stays sharp. */
+KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
+    char path[] = "/tmp/kinetree-tube-XXXXXX.obj";
+    if (!write_tube(path))
+        return;
+    const kt_scene_mesh from = {.body = "a",
+                                .file = path,
+                                .scale = {1.0, 2.0, 0.5},
+                                .at = {0.1, 0.2, 0.3},
+                                .rotation = kt_rotation_rpy(0.5 * pi, 0.0, 0.0)};
+    kt_mesh mesh = {0};
+    kt_solid solid = {.body = 1};
+    kt_error error = {0};
+    kt_check_equal_int("status", kt_mesh_load(&from, 10000, &mesh, &solid, &error), KT_OK);
+    kt_check_equal_int("triangles", mesh.triangle_count, 3 * SIDES - 2);
+    kt_check_near("half x", solid.half.x, 1.0, 1e-15);
+    kt_check_near("half y", solid.half.y, 2.0, 1e-15);
+    kt_check_near("half z", solid.half.z, 0.75, 1e-15);
+    const kt_vec3 centre = kt_vec3_make(0.1 + 2.0, 0.2 - 0.75, 0.3); /* y goes to z, z to -y */
+    kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, centre)), 0.0, 1e-15);
+    kt_worst side = kt_worst_make("normals of the side"), lid = kt_worst_make("normals of the lid"),
+             length = kt_worst_make("their length");
+    for (int i = 0; i < mesh.triangle_count; i++)
+        for (int k = 0; k < 3; k++) {
+            const kt_vec3 p = mesh.points[3 * i + k], n = mesh.normals[3 * i + k];
+            /* That of x^2 + y^2 / 4 = 1, but for the angle between facets, which the mean of two halves. */
+            const kt_vec3 radial = kt_vec3_normalize(kt_vec3_make(p.x, 0.25 * p.y, 0.0));
+            kt_worst_near(&length, kt_vec3_norm(n), 1.0, 4.0 * DBL_EPSILON, "triangle %d", i);
+            if (n.z > 0.5)
+                kt_worst_near(&lid, n.z, 1.0, 1e-15, "triangle %d", i);
+            else
+                kt_worst_near(&side, kt_vec3_dot(n, radial), 1.0, 2e-3, "triangle %d", i);
+        }
+    kt_check_worst(&length);
+    kt_check_worst(&side);
+    kt_check_worst(&lid);
+    kt_mesh_free(&mesh);
+    (void)unlink(path);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+typedef struct shown {
+    kt_scene scene;
+    kt_model *model;
+    kt_pose *poses;
+    kt_picture *picture;
+} shown;
+
+static const kt_picture *show(shown *s, const char *text, const kt_picture_options *options) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    double q[64];
+    memset(s, 0, sizeof *s);
+    bool fine = kt_scene_parse(NULL, text, strlen(text), &s->scene, NULL, NULL, &error) == KT_OK &&
+                kt_model_compile(&s->scene.description, NULL, &s->model, &error) == KT_OK &&
+                kt_data_create(s->model, &data, &error) == KT_OK;
+    s->poses = fine ? calloc((size_t)kt_model_body_count(s->model), sizeof *s->poses) : NULL;
+    if (s->poses != NULL) {
+        kt_model_initial(s->model, q, q + 32);
+        fine = kt_kinematics_update(s->model, data, q, NULL, NULL, &error) == KT_OK;
+        for (int i = 0; fine && i < kt_model_body_count(s->model); i++)
+            s->poses[i] = kt_body_pose(s->model, data, i);
+        (void)kt_picture_create(&s->scene, s->model, s->poses, options, &s->picture, &error);
+    }
+    kt_check_text("error", error.message, "");
+    kt_data_free(data);
+    return s->picture;
+}
+
+static void hide(shown *s) {
+    kt_picture_free(s->picture);
+    kt_model_free(s->model);
+    kt_scene_free(&s->scene);
+    free(s->poses);
+}
+
+KT_TEST(meshes_take_the_place_of_balls_and_rods_and_lost_ones_are_counted) {
+    char path[] = "/tmp/kinetree-tube-XXXXXX.obj", text[1500];
+    shown s;
+    if (!write_tube(path))
+        return;
+    (void)snprintf(
+        text, sizeof text,
+        "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 1, com: [9, 9, 9], joint: {type: revolute}}\n"
+        "  - {name: sensor, parent: a, mass: 1, joint: {type: fixed, at: [5, 0, 0]}}\n"
+        "  - {name: b, parent: a, mass: 1, joint: {type: revolute, at: [0, 5, 0]}}\n"
+        "meshes:\n  - {body: a, file: %s}\n  - {body: b, file: %s.none}\n  - {body: b, file: /none.dae}\n",
+        path, path);
+    const kt_picture *p = show(&s, text, NULL);
+    int of[3] = {0, 0, 0}; /* a, sensor, b */
+    for (int i = 0; p != NULL && i < p->solid_count; i++) {
+        of[p->solids[i].body - 1]++;
+        kt_check_equal_int("meshes", p->solids[i].mesh != NULL, p->solids[i].body == 1);
+    }
+    kt_check_equal_int("the mesh alone", of[0], 1);
+    kt_check_equal_int("nothing beside it", of[1], 0);
+    kt_check_above("a ball without it", of[2], 0.5);
+    if (p != NULL) {
+        kt_check_equal_int("lost", p->lost_meshes, 2);
+        kt_check_contains("why", p->lost_reason, ".none: cannot be read: No such file");
+    }
+    hide(&s);
+    (void)unlink(path);
+}
+
+/* A uniform box has the box of its inertia; a ball of radius r the cube of half edge sqrt(3/5) r. */
+KT_TEST(boxes_have_mass_and_inertia_of_the_bodies) {
+    static const char text[] =
+        "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 3, joint: {type: revolute}, shape: {type: "
+        "box, size: [0.2, 0.4, 0.6], at: [1, 2, 3],"
+        " rotation: {rpy: [0.3, 0.2, 0.1]}}}\n  - {name: b, parent: a, mass: 2, joint: {type: "
+        "revolute}, shape: {type: sphere, radius: 0.5}}\n"
+        "  - {name: c, parent: b, joint: {type: revolute}}\n  - {name: d, parent: c, mass: 1, "
+        "joint: {type: revolute}}\n";
+    const kt_picture_options boxes = {.boxes = true};
+    shown s;
+    const kt_picture *p = show(&s, text, &boxes);
+    for (int i = 0; p != NULL && i < p->solid_count; i++) {
+        const kt_solid *solid = &p->solids[i];
+        if (solid->source != KT_SOURCE_INERTIA)
+            continue;
+        kt_check_equal_int("box", solid->type, KT_SOLID_BOX);
+        const double h[3] = {solid->half.x, solid->half.y, solid->half.z}, sum = h[0] + h[1] + h[2];
+        if (solid->body == 1) {
+            kt_mat3 turn = kt_mat3_identity();
+            kt_check_equal_int("rotation",
+                               kt_rotation_evaluate(&s.scene.description.bodies[0].shape.rotation, &turn, NULL), KT_OK);
+            kt_check_near("edges", sum, 0.6, 1e-14);
+            kt_check_near("volume", h[0] * h[1] * h[2], 0.1 * 0.2 * 0.3, 1e-15);
+            kt_check_near("place", kt_vec3_norm(kt_vec3_sub(solid->pose.position, kt_vec3_make(1.0, 2.0, 3.0))), 0.0,
+                          1e-15);
+            const kt_vec3 axes[] = {solid->pose.rotation.x, solid->pose.rotation.y, solid->pose.rotation.z};
+            for (int k = 0; k < 3; k++)
+                if (h[k] > 0.25)
+                    kt_check_near("the longest edge", fabs(kt_vec3_dot(axes[k], turn.z)), 1.0, 1e-14);
+        } else if (solid->body == 2) {
+            kt_check_near("of the ball", sum, 3.0 * sqrt(0.6) * 0.5, 1e-14);
+        } else {
+            kt_check_equal_int("a point mass is seen, a body without mass is not", solid->body, 4);
+            kt_check_above("its edge", h[0], 0.0);
+        }
+    }
+    hide(&s);
+}
+
+/* Rigid parts are connected: every solid touches another one of the part, across bodies without mass. */
+KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
+    static const char text[] =
+        "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 1, com: [0, 0, 1], joint: {type: revolute}}\n"
+        "  - {name: flange, parent: a, joint: {type: fixed, at: [0, 0, 3]}}\n"
+        "  - {name: hand, parent: flange, mass: 1, com: [1, 0, 0], joint: {type: fixed, at: [2, 0, 0]}}\n";
+    shown s;
+    const kt_picture *p = show(&s, text, NULL);
+    bool reached[16] = {true};
+    for (int sweep = 0; p != NULL && sweep < 8; sweep++)
+        for (int i = 0; i < p->solid_count && i < 16; i++)
+            for (int k = 0; k < p->solid_count && reached[i]; k++) {
+                /* Ends of rods are at the surfaces of what they join. */
+                const kt_pose a = kt_pose_compose(s.poses[p->solids[i].body], p->solids[i].pose),
+                              b = kt_pose_compose(s.poses[p->solids[k].body], p->solids[k].pose);
+                for (int end = -1; end <= 1; end++) {
+                    const kt_vec3 at = kt_pose_apply(b, kt_vec3_make(0.0, 0.0, end * p->solids[k].half.z));
+                    const kt_vec3 local = kt_pose_apply(kt_pose_invert(a), at);
+                    const kt_vec3 back =
+                        kt_pose_apply(kt_pose_invert(b), kt_pose_apply(a, kt_solid_nearest(&p->solids[i], local)));
+                    reached[k] =
+                        reached[k] ||
+                        kt_vec3_norm(kt_vec3_sub(kt_solid_nearest(&p->solids[i], local), local)) < 2.0 * p->radius ||
+                        kt_vec3_norm(kt_vec3_sub(kt_solid_nearest(&p->solids[k], back), back)) < 2.0 * p->radius;
+                }
+            }
+    kt_check_above("solids", p != NULL ? p->solid_count : 0, 3.5);
+    for (int i = 0; p != NULL && i < p->solid_count && i < 16; i++)
+        kt_check_true("it is connected", reached[i]);
+    hide(&s);
+}
