@@ -61,7 +61,7 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 /* Adds a note at the first place where something was counted, if it was. */
 void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
-/* Notes that all formats have: of changed names of joints, of meshes in pictures, and of what is not known. */
+/* Notes that all formats have: of changed names of joints, and of what is not known. */
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left);
 void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown);
 
