@@ -84,6 +84,11 @@ KT_API kt_function kt_function_sum(const kt_function *parts, int part_count);
 KT_API kt_function kt_function_product(const kt_function *parts, int part_count);
 KT_API kt_function kt_function_expression(const char *text);
 
+/* out = value, first and second derivative of a function at time t. Errors: KT_ERROR_MODEL, saying what is wrong with the
+ * function; KT_ERROR_MEMORY; out is then untouched. Allocates, since it compiles the function: for programs that prepare a
+ * description. O(its size). */
+KT_API KT_CHECKED kt_status kt_function_evaluate(const kt_function *function, double t, double out[3], kt_error *error);
+
 /* Bounds of functions. */
 enum { KT_FUNCTION_DEPTH_MAX = 4 /* sums and products within one another */ };
 
@@ -191,6 +196,16 @@ typedef struct kt_shape {
     kt_vec3 axis;         /* cylinder: its axis, in the solid's axes */
 } kt_shape;
 
+/* The mass of a body as a function of time: fuel burns, a vessel leaks, a belt is loaded. kt_body.mass, .com and .inertia
+ * are those to which the inertia belongs, best those at t = 0; the centre of mass stays where it is in the body.
+ * What leaves or arrives does so at the velocity of the body; where it has another one, an effect of type thrust is the
+ * force of that. A library without Jacobians has none of this. */
+typedef struct kt_variable_mass {
+    kt_function mass;       /* kg; above 0 at all times */
+    kt_function inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, body axes, kg m^2; all not given (default): in
+                               proportion to the mass; only some: the others are 0 */
+} kt_variable_mass;
+
 /* A rigid body, and the joint that carries it. */
 typedef struct kt_body {
     const char *name;         /* [A-Za-z_][A-Za-z0-9_-]* */
@@ -204,6 +219,7 @@ typedef struct kt_body {
     kt_shape shape;           /* for pictures, and where it is asked for, for com and inertia */
     const kt_shape *shapes;   /* further ones, for pictures alone: the caller's; NULL where there are none */
     int shape_count;          /* length of shapes */
+    const kt_variable_mass *variable_mass; /* the caller's; NULL (default): the mass is constant */
     const kt_marker *markers; /* the caller's; NULL where there are none */
     int marker_count;         /* length of markers */
 } kt_body;
@@ -378,7 +394,7 @@ typedef struct kt_loop {
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */
-#define KT_EFFECT_LIST(X)                                                                                              \
+#define KT_EFFECT_PLAIN_LIST(X)                                                                                         \
     X(KT_EFFECT_SPRING, spring)                 /* between two points, with damping */                                 \
     X(KT_EFFECT_JOINT_SPRING, joint_spring)     /* in a joint, with damping */                                         \
     X(KT_EFFECT_JOINT_DAMPER, joint_damper)     /* in a joint */                                                       \
@@ -391,8 +407,11 @@ typedef struct kt_loop {
     X(KT_EFFECT_TORQUE, torque)                 /* on a body */                                                        \
     X(KT_EFFECT_DRAG, drag)                     /* against the velocity of a point */                                  \
     X(KT_EFFECT_ATTRACTION, attraction)         /* by inverse squares */                                               \
-    X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */                                        \
-    X(KT_EFFECT_EXPRESSION, expression)         /* formulas in text */
+    X(KT_EFFECT_CONTACT, contact)               /* a sphere and a half-space */
+#define KT_EFFECT_LIST(X)                                                                                              \
+    KT_EFFECT_PLAIN_LIST(X)                                                                                            \
+    X(KT_EFFECT_EXPRESSION, expression) /* formulas in text */                                                         \
+    X(KT_EFFECT_THRUST, thrust)         /* of mass that leaves or arrives */
 
 /* Types of force elements; kt_effect has the formulas. */
 typedef enum kt_effect_type {
@@ -441,6 +460,8 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
  *   servo: stiffness (target(t) - q) + damping (target'(t) - v) in a joint, never more than limit;
+ *   thrust: d(mass)/dt (t) times exhaust, a velocity in the axes of the end's body: of mass that leaves or arrives there
+ *     with that velocity, relative to the body (kt_variable_mass);
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
  *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
@@ -464,7 +485,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
 typedef struct kt_effect {
     const char *name;      /* may be NULL */
     kt_effect_type type;   /* which members are read */
-    kt_end between[2];     /* the first is: force, torque, drag: where it acts; contact: the sphere's centre, and the
+    kt_end between[2];     /* the first is: force, torque, thrust, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
     const char *joint;     /* joint_*, motor, servo, expression, custom with joint_force: the coordinate, see above */
     double stiffness;      /* spring N/m; joint_spring, joint_limit, servo N (m) per rad or m; contact N/m^exponent */
@@ -486,6 +507,8 @@ typedef struct kt_effect {
     double limit;          /* servo: largest force, N (m); default: infinite, which is none */
     kt_function value[3];  /* force, torque: components, N or N m */
     kt_frame frame;        /* force, torque: the axes of its components: the world's, or the end's */
+    kt_function mass;      /* thrust: of the body, kg; its rate alone counts */
+    kt_vec3 exhaust;       /* thrust: velocity of what leaves or arrives relative to the end, body axes, m/s */
     double linear;         /* drag: N s/m */
     double quadratic;      /* drag: N s^2/m^2 */
     double strength;       /* attraction: N m^2; negative: repulsion */

@@ -42,6 +42,12 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass(const kt_model *model, kt_data *dat
 KT_API KT_CHECKED kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const double *q, double *mass,
                                                    kt_error *error);
 
+/* Where masses are functions of time (kt_variable_mass), calls that have a time, such as kt_acceleration_evaluate, take
+ * those of that time. Calls that have none, all of this header, take those of the last such call with the same data, or
+ * of this one; at first those at t = 0. Errors: KT_ERROR_MODEL, naming the body whose mass is not above 0 at t; the time is
+ * then as before. Does nothing where masses are constant. O(bodies of variable mass). */
+KT_API KT_CHECKED kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_error *error);
+
 /* ---- factors of the mass matrix ---------------------------------------------------------------------------------- */
 
 /* M = L'DL: D diagonal, L unit lower triangular when coordinates have the order of the tree, parents first. Where M is

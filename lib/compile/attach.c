@@ -254,6 +254,8 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         r->in_body = effect->frame == KT_FRAME_BODY;
+        if (KT_HAS_VARIABLE_MASS)
+            r->exhaust = effect->exhaust;
         r->wrench = effect->wrench;
         r->joint_force = effect->joint_force;
         r->wrench_derivatives = KT_IF_JACOBIAN(effect->wrench_derivatives);
@@ -343,6 +345,8 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     status = kt_attach_count_effects(a, n, error);
     if (KT_HAS_FORMULAS && status == KT_OK)
         status = kt_attach_count_states(a, n, error);
+    if (KT_HAS_VARIABLE_MASS)
+        kt_attach_count_masses(d, n);
     if (status != KT_OK)
         return status;
     for (int i = 0; i < d->effect_count; i++)
@@ -365,6 +369,8 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     status = fill_effects(a, m, &number, &variable, &part, &text, error);
     if (KT_HAS_FORMULAS && status == KT_OK)
         status = kt_attach_fill_states(a, m, &number, &variable, &part, &text, error);
+    if (KT_HAS_VARIABLE_MASS)
+        kt_attach_fill_masses(d, m, &number);
     if (status != KT_OK) {
         kt_aligned_release(m);
         return status;

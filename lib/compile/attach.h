@@ -85,6 +85,10 @@ kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error);
 kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part,
                                 size_t *text, kt_error *error);
 
+/* The same for masses that are functions of time (variable_mass.c): counts their numbers, and fills their records. */
+void kt_attach_count_masses(const kt_description *description, kt_counts *n);
+void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number);
+
 /* Prepares what follows for links whose depth and pose are in the arrays. */
 void kt_attach_measure_links(kt_attach *a, size_t count);
 

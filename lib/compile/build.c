@@ -95,6 +95,7 @@ static void count_all(const build *b, kt_counts *n) {
         n->v += (size_t)size->nv;
         n->marker += (size_t)body->marker_count;
         n->text += strlen(body->name) + 1;
+        n->varying += KT_HAS_VARIABLE_MASS && body->variable_mass != NULL;
         n->named_joint += body->joint.name != NULL;
         n->limit += kt_joint_is_limited(&body->joint);
         n->text += body->joint.name ? strlen(body->joint.name) + 1 : 0;
@@ -411,7 +412,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         status = kt_tree_check(m, b->description, b->report, b->user, error);
     if (status == KT_OK && !b->trial &&
         (b->description->loop_count || b->description->effect_count ||
-         (KT_HAS_FORMULAS && b->description->state_count)))
+         (KT_HAS_FORMULAS && b->description->state_count) || (KT_HAS_VARIABLE_MASS && n.varying)))
         status = kt_model_attach(&b->model, b->description, b->flat, error);
     return status;
 }
@@ -456,6 +457,9 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     build b = {.description = description};
     const kt_status status = build_all(&b, options, error);
     if (status == KT_OK) {
+#if KT_HAS_VARIABLE_MASS
+        kt_masses_attach(b.model);
+#endif
         kt_model_seal(b.model);
         *model = b.model;
     } else {

@@ -161,7 +161,7 @@ static void check_scene(kt_checker *checker) {
                          "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",
                          (int)checker->description->inertia_check);
     if (!KT_HAS_FORMULAS && checker->description->state_count != 0)
-        kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
+        kt_checker_fault(checker, "type", -1, "this library has none (-Djacobian=disabled)");
 }
 
 static void check_bodies(kt_checker *checker) {
@@ -246,7 +246,7 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
 
 static void check_effect(kt_checker *checker, const kt_effect *effect) {
     kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
-    if (kt_effect_type_name(effect->type) == NULL)
+    if (effect->type != KT_EFFECT_CUSTOM && kt_effect_descriptor(effect->type) == NULL)
         kt_checker_fault(checker, "type", -1,
                          "type is %d, and there is no effect of that number; take one of kt_effect_type",
                          (int)effect->type);

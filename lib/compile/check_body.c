@@ -60,5 +60,6 @@ static void check_markers(kt_checker *checker, const kt_body *body) {
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body) {
     check_joint(checker, &body->joint);
     kt_checker_mass(checker, body);
+    kt_checker_variable_mass(checker, body);
     check_markers(checker, body);
 }

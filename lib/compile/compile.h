@@ -83,15 +83,6 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
-/* link_inertia.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
-void kt_link_load(kt_model *model, const kt_body_record *body);
-/* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
-void kt_link_add_inertia(kt_model *model, int32_t index);
-/* The part of a planar link that follows from the inertia of its link. */
-void kt_planar_link_set_inertia(kt_model *model, size_t place);
-/* Gravity along the axes of a plane. */
-void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
-
 /* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
@@ -117,5 +108,7 @@ void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
 bool kt_joint_is_limited(const kt_joint *joint);
 /* mass.c: the rules of its mass, com, inertia and shape. */
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
+/* variable_mass.c: the same for a mass that is a function of time. */
+void kt_checker_variable_mass(kt_checker *checker, const kt_body *body);
 
 #endif

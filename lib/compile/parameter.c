@@ -341,6 +341,13 @@ bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter) {
 static kt_status check_body(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_body_record *record = &m->body[parameter->item];
     kt_body body = kt_body_default();
+#if KT_HAS_VARIABLE_MASS
+    for (size_t k = 0; k < m->n.varying && parameter->kind != KT_PARAMETER_ARMATURE; k++)
+        if (m->varying[k].body == parameter->item)
+            return kt_error_set(error, KT_ERROR_MODEL, "parameter",
+                                "the mass of body '%.100s' is a function of time, and no number; change the function",
+                                m->text + record->name);
+#endif
     body.name = m->text + record->name;
     body.joint.type = (kt_joint_type)record->type;
     body.mass = parameter->kind == KT_PARAMETER_MASS ? x[0] : record->mass;
@@ -449,6 +456,9 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
     case KT_PARAMETER_ARMATURE:
         memcpy(copy->armature + copy->body[parameter->item].v, values, (size_t)parameter->count * sizeof *values);
         kt_armature_note(copy);
+#if KT_HAS_VARIABLE_MASS
+        kt_masses_attach(copy);
+#endif
         if (KT_HAS_LOOPS)
             kt_forms_choose(copy);
         break;

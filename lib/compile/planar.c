@@ -11,6 +11,7 @@
 #include "compile/planar.h"
 
 #include "compile/compile.h"
+#include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
 #include <float.h>

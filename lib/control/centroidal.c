@@ -71,6 +71,7 @@ static void write_column(const kt_dof *dof, void *context) {
 void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) {
     if (!kt_data_serve(model, data) || !matrix)
         return;
+    model = kt_model_now(model, data);
     const composite *c = compose(model, data);
     kt_vec3 center;
     (void)kt_mass_center(model, data, &center);
@@ -88,6 +89,7 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
 kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
     if (!kt_data_serve(model, data))
         return (kt_wrench){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
+    model = kt_model_now(model, data);
     kt_twist *bias = (kt_twist *)kt_links_scratch(data);
     kt_wrench sum = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     kt_vec3 center;
@@ -116,6 +118,7 @@ kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
 void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacobian) {
     if (!kt_data_serve(model, data) || !jacobian)
         return;
+    model = kt_model_now(model, data);
     const composite *c = compose(model, data);
     kt_vec3 center;
     const double mass = kt_mass_center(model, data, &center), fraction = mass > 0.0 ? 1.0 / mass : 0.0;

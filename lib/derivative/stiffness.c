@@ -51,6 +51,12 @@ bool kt_linearized_is_dense(const kt_model *model) {
 
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense) {
     const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
+#if KT_HAS_VARIABLE_MASS
+    if (memory && model->n.varying) {
+        data->mass_time[0] = t;
+        model = kt_model_of_instant(model, data);
+    }
+#endif
     if (memory)
         *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p, .dense = dense && p > 0};
     const size_t bytes = place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);

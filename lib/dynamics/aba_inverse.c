@@ -12,6 +12,7 @@ size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts 
 kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms,
                              kt_error *error) {
     const kt_input input = {.q = q};
+    model = kt_model_now(model, data);
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;

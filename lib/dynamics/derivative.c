@@ -71,6 +71,7 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
     if (KT_IS_OTHER_DATA(error, model, data) ||
         KT_IS_MISSING(error, q || !model->n.q, dtau_dq || !model->n.v, dtau_dv || !model->n.v))
         return KT_ERROR_ARGUMENT;
+    model = kt_model_now(model, data);
     const size_t square = model->n.v * model->n.v;
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
@@ -88,6 +89,7 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
 kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                       const double *q, const double *v, const double *tau, const kt_wrench *external,
                                       double *a, double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+    model = kt_model_now(model, data);
     const kernels kernel = kernels_of(model);
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);

@@ -64,6 +64,47 @@ typedef struct kt_kernels {
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 
+/* link_inertia.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
+void kt_link_load(kt_model *model, const kt_body_record *body);
+/* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
+void kt_link_add_inertia(kt_model *model, int32_t index);
+/* The part of a planar link that follows from the inertia of its link. */
+void kt_planar_link_set_inertia(kt_model *model, size_t place);
+/* Gravity along the axes of a plane. */
+void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
+
+/* ---- masses that are functions of time (variable_mass.c) ---- */
+
+/* The model with the masses of the time that data->mass_time names: built in the data, and there until the next call. Of
+ * a model of constant masses itself. */
+const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data);
+static inline const kt_model *kt_model_now(const kt_model *model, const kt_data *data) {
+#if KT_HAS_VARIABLE_MASS
+    if (model->n.varying)
+        return kt_model_of_instant(model, data);
+#endif
+    (void)data;
+    return model;
+}
+
+/* Makes a model whose masses vary evaluate the one of the instant: its `forward` and `kernels`, which are complete, are
+ * replaced. Of others nothing. */
+void kt_masses_attach(kt_model *model);
+
+/* Refuses masses that are not above 0 at t, or inertias that are not finite, naming the body. */
+KT_CHECKED kt_status kt_masses_check(const kt_model *model, double t, kt_error *error);
+
+/* What the change of masses adds to the energy at fixed q and v, W: the partial derivative of T + V by time. */
+double kt_masses_power(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
+
+/* Adds to the wrenches on bodies those whose joint forces are -(dM/dt a + dh/dt) at t. Errors: as kt_links_update. */
+KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, double t, const double *q,
+                                         const double *v, const double *a, kt_wrench *wrenches, kt_error *error);
+
+/* Refuses a model of variable masses with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. */
+KT_INNER KT_CHECKED kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what,
+                                               kt_error *error);
+
 /* Brings links, groups and kernels of a model in step with its armatures (model->armature); planar links have been
  * filled. O(links). */
 void kt_armature_note(kt_model *model);

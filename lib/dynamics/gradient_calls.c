@@ -7,6 +7,7 @@ kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const doubl
                                const kt_wrench *external, unsigned choice, const double *w, kt_gradient_link *links,
                                const kt_gradient *out, kt_error *error) {
     const bool weightless = choice & KT_GRADIENT_WEIGHTLESS;
+    model = kt_model_now(model, data);
     if (model->sweep == KT_SWEEP_PLANAR && choice & KT_GRADIENT_POSED) {
         kt_planar_gradient_link *flat = (kt_planar_gradient_link *)(void *)links;
         KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, v, a, external, weightless, w, flat, out));
@@ -21,6 +22,7 @@ kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const doubl
 kt_status kt_tree_respond(const kt_model *model, kt_data *data, const double *q, void *memory, double *x,
                           kt_error *error) {
     kt_inverse_terms terms;
+    model = kt_model_now(model, data);
     if (model->sweep == KT_SWEEP_PLANAR) {
         size_t failed;
         KT_BY_ISA(model->isa, failed =, kt_planar_respond, (model, data, q, x, x));

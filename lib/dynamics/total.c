@@ -20,6 +20,7 @@ static kt_vec3 apply_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
 double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
     if (!kt_data_serve(model, data))
         return (double)NAN;
+    model = kt_model_now(model, data);
     double twice = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
@@ -34,6 +35,7 @@ double kt_kinetic_energy(const kt_model *model, const kt_data *data) {
 double kt_potential_energy(const kt_model *model, const kt_data *data) {
     if (!kt_data_serve(model, data))
         return (double)NAN;
+    model = kt_model_now(model, data);
     const kt_vec3 g = kt_v4_vec3(model->gravity);
     double energy = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
@@ -48,6 +50,7 @@ double kt_potential_energy(const kt_model *model, const kt_data *data) {
 kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
     if (!kt_data_serve(model, data))
         return (kt_wrench){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
+    model = kt_model_now(model, data);
     kt_wrench total = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     for (int i = 1; i < (int)model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
@@ -64,6 +67,7 @@ kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
 double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center) {
     if (!kt_data_serve(model, data) || !center)
         return (double)NAN;
+    model = kt_model_now(model, data);
     kt_vec3 moment = {0.0, 0.0, 0.0};
     double mass = 0.0;
     for (int i = 1; i < (int)model->n.body; i++) {
@@ -118,6 +122,7 @@ static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int 
 /* Works in data->wrench: a body's sum, once complete with all that it carries, is replaced by its joint's reaction. */
 const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
                                          const kt_wrench *external) {
+    model = kt_model_now(model, data);
     kt_wrench *sum = data->wrench;
     const int count = (int)model->n.body;
     memset(&sum[0], 0, sizeof sum[0]);

@@ -198,6 +198,13 @@ static inline void kt_effect_curve_derivatives(const kt_curve *curve, const doub
 kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
                                         double t);
 
+/* The types that this library has; the others have no kind and no descriptor. */
+#ifdef KT_NO_JACOBIAN
+#define KT_EFFECT_KIND_LIST(X) KT_EFFECT_PLAIN_LIST(X)
+#else
+#define KT_EFFECT_KIND_LIST(X) KT_EFFECT_LIST(X)
+#endif
+
 extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
 
 /* A caller's own effect has callbacks in place of wrench and joint_force (custom.c). */

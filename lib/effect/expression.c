@@ -11,7 +11,6 @@
 
 #include "model/formula.h"
 
-#ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_formula_names names = kt_formula_names_of(checker->description, effect);
     const bool on_body = effect->end_count == 1;
@@ -40,13 +39,6 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     if (!any || (!on_body && effect->formula[0] == NULL))
         kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
 }
-
-#else
-static void check(kt_checker *checker, const kt_effect *effect) {
-    (void)effect;
-    kt_checker_fault(checker, "type", -1, "this library has no formulas (-Djacobian=disabled)");
-}
-#endif
 
 static kt_energetics energetics(const kt_effect_record *effect) {
     (void)effect;
@@ -115,7 +107,6 @@ const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-#ifndef KT_NO_JACOBIAN
     {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint or loop, or `NAME[k]`, in which it acts; or"),
      KT_WORDS("none"), .needed = false},
     {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
@@ -126,7 +117,6 @@ static const kt_key keys[] = {
      KT_WORDS("f: a formula; on a body a list of three, N"), KT_WORDS("none"), .needed = false},
     {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", KT_WORDS("on a body: a list of three formulas"),
      KT_WORDS("none"), .needed = false},
-#endif
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
      KT_WORDS("on a body: `world` or `body`, whose axes they are along"), "world", .needed = false},
 };

@@ -3,12 +3,12 @@
 #include "model/switching.h"
 
 #define KT_EFFECT_EXTERN(id, name) extern const kt_descriptor kt_effect_##name##_descriptor;
-KT_EFFECT_LIST(KT_EFFECT_EXTERN)
+KT_EFFECT_KIND_LIST(KT_EFFECT_EXTERN)
 #undef KT_EFFECT_EXTERN
 
 const kt_descriptor *kt_effect_descriptor(kt_effect_type type) {
 #define KT_EFFECT_ENTRY(id, name) [id] = &kt_effect_##name##_descriptor,
-    static const kt_descriptor *const descriptors[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(KT_EFFECT_ENTRY)};
+    static const kt_descriptor *const descriptors[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_KIND_LIST(KT_EFFECT_ENTRY)};
 #undef KT_EFFECT_ENTRY
     return (unsigned)type < KT_EFFECT_TYPE_COUNT ? descriptors[type] : NULL;
 }
@@ -41,7 +41,8 @@ bool kt_effect_has_initial_length(const kt_effect *effect) {
 kt_energetics kt_model_energetics(const kt_model *model) {
     if (!model)
         return KT_ENERGY_CONSERVED;
-    kt_energetics worst = model->driven ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
+    const bool supplied = model->driven || (KT_HAS_VARIABLE_MASS && model->n.varying > 0);
+    kt_energetics worst = supplied ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         const kt_energetics one = kt_effect_kind_of(effect->type)->energetics(effect);

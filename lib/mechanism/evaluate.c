@@ -3,6 +3,8 @@
 
 #include "dynamics/dynamics.h"
 
+#include <string.h>
+
 kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
                             kt_error *error) {
     const kt_input input = {.q = q, .v = v, .external = external};
@@ -28,10 +30,23 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
 }
 
 #ifndef KT_NO_JACOBIAN
+/* Points *external at the same wrenches and those of masses that change (dynamics/variable_mass.c). */
+static kt_status add_mass_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                const double *a, const kt_wrench **external, kt_error *error) {
+    if (*external)
+        memcpy(data->mass_wrench, *external, model->n.body * sizeof **external);
+    else
+        memset(data->mass_wrench, 0, model->n.body * sizeof **external);
+    *external = data->mass_wrench;
+    return kt_masses_add_rates(model, data, t, q, v, a, data->mass_wrench, error);
+}
+
 kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, double t, const double *q,
                                           const double *v, const double *tau, const kt_wrench *external,
                                           const double *a, double *da_dt, kt_error *error) {
     kt_status status = kt_effects_apply_rising(model, data, t, q, v, &tau, &external, error);
+    if (status == KT_OK && model->n.varying)
+        status = add_mass_rates(model, data, t, q, v, a, &external, error);
     if (status == KT_OK)
         status = model->forward(model, data, t, q, v, tau, external, da_dt, error);
     for (size_t i = 0; i < model->n.v && status == KT_OK; i++)

@@ -7,7 +7,8 @@
  * On the manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t: only loops that change with time do
  * work, and without any nothing is computed. If there are some, v . (M a + h - tau') is evaluated by inverse dynamics:
  * it needs no multipliers, so that it does not depend on how the loops were solved, is not affected by redundant
- * equations, and passes smoothly through singular positions, as a does.
+ * equations, and passes smoothly through singular positions, as a does. What leaves or joins a body of variable mass takes
+ * energy along (dynamics/variable_mass.c).
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -75,6 +76,10 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     if (status != KT_OK)
         return status;
     sum.supplied += loops;
+#if KT_HAS_VARIABLE_MASS
+    if (model->n.varying)
+        sum.supplied += kt_masses_power(model, data, t, q, v);
+#endif
     if (tau)
         sum.supplied += dot(tau, v, model->n.v);
     if (external)

@@ -24,6 +24,7 @@ typedef struct kt_counts {
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t dense;      /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
+    size_t varying; /* bodies whose mass is a function of time */
     size_t front; /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
@@ -57,6 +58,26 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
  * are added at the end. */
 #define KT_ANGLES(count) ((count) + 7)
+
+/* Arrays of models and data that have bodies of variable mass; others, and libraries without, have none. */
+#if KT_HAS_VARIABLE_MASS
+#define KT_MODEL_MASS_FIELDS(X) X(kt_mass_record, varying, n->varying, "bodies whose mass is a function of time")
+#define KT_DATA_MASS_FIELDS(X)                                                                                         \
+    X(double, mass_time, kt_where(n->varying, 1), "time that masses are of where a call has none, an input")           \
+    X(kt_model, instant, kt_where(n->varying, 1), "the model with the masses of an instant")                           \
+    X(char, instant_links, kt_where(n->varying, kt_links_bytes(n)), "its links, and those at rest behind them")        \
+    X(kt_planar_link, instant_planar, kt_where(n->varying, n->planar), "its planar links")                             \
+    X(kt_body_record, instant_body, kt_where(n->varying, n->body), "its bodies")                                       \
+    X(kt_wrench, mass_wrench, kt_where(n->varying, n->body), "wrenches on bodies, and what masses add by time")
+#else
+#define KT_MODEL_MASS_FIELDS(X)
+#define KT_DATA_MASS_FIELDS(X)
+#endif
+
+/* Bytes of the links of a model and of the array behind them. */
+static inline size_t kt_links_bytes(const kt_counts *n) {
+    return kt_arena_round(n->link * sizeof(kt_link)) + kt_arena_round(n->rest * sizeof(kt_link_rest));
+}
 
 /* Every array of a model: type, name, count, meaning. One list declares, measures and lays out. */
 #define KT_MODEL_FIELDS(X)                                                                                             \
@@ -104,6 +125,7 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
     X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
     X(kt_effect_record, state, KT_OWN_STATES(n), "rates of own states: formulas, as those of an effect in a joint")    \
+    KT_MODEL_MASS_FIELDS(X)                                                                                            \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -123,6 +145,9 @@ struct kt_model {
     kt_isa isa;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
+#if KT_HAS_VARIABLE_MASS
+    kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
+#endif
     const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
     kt_metric metric;
     kt_structure structure;
@@ -146,6 +171,19 @@ struct kt_model {
     uint64_t set;             /* of those that are on in this one */
     uint64_t shape;           /* of the data that belong to it: a hash of their lengths */
 };
+
+/* The functions of time of all bodies of variable mass: their number, and the k-th. */
+static inline size_t kt_mass_curve_count(const kt_model *model) {
+    return KT_HAS_VARIABLE_MASS ? KT_MASS_CURVES * model->n.varying : 0;
+}
+static inline const kt_curve *kt_mass_curve(const kt_model *model, size_t k) {
+#if KT_HAS_VARIABLE_MASS
+    return &model->varying[k / KT_MASS_CURVES].curve[k % KT_MASS_CURVES];
+#else
+    (void)model, (void)k;
+    return NULL;
+#endif
+}
 
 /* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
  * memory to its arrays, and its number of bytes. */
@@ -278,6 +316,7 @@ typedef struct kt_front_count {
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
     X(double, x, 2 * KT_OWN_STATES(n), "own states, an input (kt_own_states); their rates before they are committed")  \
+    KT_DATA_MASS_FIELDS(X)                                                                                             \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
     X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \

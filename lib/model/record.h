@@ -27,6 +27,13 @@
 /* Of a loop or an effect that is compiled: whether it is off in this model. */
 #define KT_IS_OFF(item) (KT_HAS_SWITCHES && (item)->switching == KT_SWITCHED_OFF)
 
+/* Whether masses may be functions of time. A library without Jacobians, which is meant to be small, has none. */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_VARIABLE_MASS 0
+#else
+#define KT_HAS_VARIABLE_MASS 1
+#endif
+
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
     kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */
@@ -95,7 +102,18 @@ typedef struct kt_body_record {
     uint32_t name;       /* offset in the model's text */
     uint32_t joint_name; /* likewise; equal to `name` where the joint has none of its own */
     bool fixed; /* to the world: no degree of freedom between (lib/study/absolute.c: by the joints of the tree) */
+    bool beside_variable; /* a body on its link has a variable mass, perhaps this one */
 } kt_body_record;
+
+/* Functions of a body whose mass is one. */
+enum { KT_MASS_CURVES = 7 };
+
+/* A body whose mass is a function of time; its record has the mass to which its inertia belongs. */
+typedef struct kt_mass_record {
+    int32_t body;
+    bool has_moments; /* its inertia is given; otherwise it is in proportion to the mass */
+    kt_curve curve[KT_MASS_CURVES]; /* the mass, and xx, yy, zz, xy, xz, yz */
+} kt_mass_record;
 
 typedef struct kt_marker_record {
     kt_vec3 at;
@@ -258,7 +276,8 @@ typedef struct kt_effect_record {
     double stiffnesses[6], dampings[6]; /* bushing */
     size_t formula[6];                /* expression: where the terms of each begin in model->number, from 1; 0: none */
     int32_t variable, variable_count; /* expression: in model->variable */
-    kt_curve curve[3];                /* motor, servo, joint_spring: one; force, torque: the components */
+    kt_curve curve[3];                /* motor, servo, joint_spring, thrust: one; force, torque: the components */
+    kt_vec3 exhaust;                  /* thrust */
     bool in_body;                     /* force, torque: components in the end's axes */
 #if KT_HAS_SWITCHES
     bool hard; /* joint_limit, contact: loops are in its place */

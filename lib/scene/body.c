@@ -6,9 +6,66 @@
 
 /* ---- mass properties: they depend on one another ----------------------------------------------------------------- */
 
+static bool is_of_name(char c) {
+    return c != '\0' && strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_", c) != NULL;
+}
+
+/* Whether a node is a function of time, and no number: a mapping, or a formula in which t stands. */
+static bool is_function(const kt_node *node) {
+    if (node->kind != KT_NODE_TEXT)
+        return node->kind == KT_NODE_MAP;
+    for (const char *at = strchr(node->of.text, 't'); at != NULL && node->of.text[0] != '='; at = strchr(at + 1, 't'))
+        if ((at == node->of.text || !is_of_name(at[-1])) && !is_of_name(at[1]))
+            return true;
+    return false;
+}
+
+/* The variable mass of a body, made where it has none. */
+static kt_variable_mass *variable_of(kt_reader *r, kt_body *body) {
+    kt_variable_mass *made = kt_pool_take(&r->keep, 1, sizeof *made);
+    if (made == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return NULL;
+    }
+    *made = body->variable_mass != NULL ? *body->variable_mass : (kt_variable_mass){.mass.type = KT_FUNCTION_NONE};
+    body->variable_mass = made;
+    return made;
+}
+
+/* Reads a function of time, and its value at t = 0. */
+static bool read_dated(kt_reader *r, const kt_scope *scope, kt_node *node, kt_function *function, double *first) {
+    double value[3];
+    kt_error error = {0};
+    if (!kt_read_function(r, scope, node, KT_QUANTITY_NUMBER, function))
+        return false;
+    if (kt_function_evaluate(function, 0.0, value, &error) != KT_OK)
+        return kt_fault_at(r, error.code, scope, node, "%s", error.message);
+    *first = value[0];
+    return true;
+}
+
+static bool read_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_body *body = object;
+    if (!is_function(node))
+        return kt_kind_number.read(r, scope, node, field, object);
+    kt_variable_mass *variable = variable_of(r, body);
+    if (variable == NULL || !read_dated(r, scope, node, &variable->mass, &body->mass))
+        return false;
+    return body->mass > 0.0 || kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                                           "the mass is %g at t = 0; it must be above 0 at all times", body->mass);
+}
+
+static void write_mass(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_body *body = object;
+    if (body->variable_mass != NULL)
+        kt_write_function(e, &body->variable_mass->mass);
+    else
+        kt_kind_number.write(e, field, object, standard);
+}
+
 static bool same_mass(const kt_field *field, const void *object, const void *standard) {
     const kt_body *body = object;
-    return !body->com_of_shape && !body->inertia_of_shape && kt_number_same(field, object, standard);
+    return body->variable_mass == NULL && !body->com_of_shape && !body->inertia_of_shape && kt_number_same(field, object, standard);
 }
 
 /* Whether `mass` and `shape` are both written, so that a com or an inertia that is not written would be the shape's. */
@@ -23,20 +80,55 @@ static bool same_com(const kt_field *field, const void *object, const void *stan
     return body->com_of_shape || (!shape_has_mass(body, standard) && kt_kind_vector.same(field, object, standard));
 }
 
+static bool read_inertias(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body, double values[6]) {
+    kt_variable_mass *variable = variable_of(r, body);
+    bool good = variable != NULL;
+    int k = 0;
+    for (kt_node *item = node->of.first; item != NULL && variable != NULL; item = item->next, k++) {
+        const kt_scope here = {.outer = scope, .index = k};
+        good = read_dated(r, &here, item, &variable->inertia[k], &values[k]) && good;
+    }
+    return good;
+}
+
 static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     double values[6] = {0.0};
+    bool varies = false;
     if (node->kind != KT_NODE_LIST || (node->count != 3 && node->count != 6))
         return kt_fault_expected(r, scope, node, "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]");
-    if (!kt_read_numbers(r, scope, node, (int)node->count, KT_QUANTITY_NUMBER, NULL, values))
+    for (const kt_node *item = node->of.first; item != NULL; item = item->next)
+        varies |= is_function(item);
+    if (!(varies ? read_inertias(r, scope, node, object, values)
+                 : kt_read_numbers(r, scope, node, (int)node->count, KT_QUANTITY_NUMBER, NULL, values)))
         return false;
     kt_sym3 *inertia = kt_field_in(object, field);
     *inertia = kt_sym3_make(values[0], values[1], values[2], values[3], values[4], values[5]);
     return true;
 }
 
+static bool has_moments(const kt_variable_mass *variable) {
+    for (int k = 0; k < 6; k++)
+        if (variable->inertia[k].type != KT_FUNCTION_NONE)
+            return true;
+    return false;
+}
+
+static void write_inertias(kt_emitter *e, const kt_variable_mass *variable) {
+    const kt_function zero = kt_function_constant(0.0);
+    kt_emit_list(e, true);
+    for (int k = 0; k < 6; k++)
+        kt_write_function(e, variable->inertia[k].type != KT_FUNCTION_NONE ? &variable->inertia[k] : &zero);
+    kt_emit_end(e);
+}
+
 static void write_inertia(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     static const double zero[3] = {0.0, 0.0, 0.0};
+    const kt_variable_mass *variable = ((const kt_body *)object)->variable_mass;
+    if (variable != NULL && has_moments(variable)) {
+        write_inertias(e, variable);
+        return;
+    }
     const kt_sym3 *i = kt_field_of(object, field);
     const double values[] = {i->xx, i->yy, i->zz, i->xy, i->xz, i->yz};
     kt_emit_numbers(e, values, kt_same_bits(values + 3, zero, sizeof zero) ? 3 : 6);
@@ -51,6 +143,19 @@ static bool same_inertia(const kt_field *field, const void *object, const void *
 
 /* Compared by same_inertia. */
 static const kt_kind kind_inertia = {.read = read_inertia, .write = write_inertia};
+static const kt_kind kind_mass = {.read = read_mass, .write = write_mass};
+
+/* What leaves or arrives has a velocity: it becomes an effect of type thrust once all is read (kt_exhausts_add). */
+static bool read_exhaust(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_vec3 velocity;
+    (void)field, (void)object;
+    return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &velocity);
+}
+static bool never_written(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)object, (void)standard;
+    return true;
+}
+static const kt_kind kind_exhaust = {.read = read_exhaust, .same = never_written};
 
 /* ---- other keys -------------------------------------------------------------------------------------------------- */
 
@@ -208,9 +313,10 @@ static const kt_field fields[] = {
     {.key = "name", .kind = &kt_kind_name, AT(name), .flags = KT_FIELD_REQUIRED},
     {.key = "parent", .kind = &kt_kind_name, AT(parent), .same = same_parent},
     {.key = "joint", .kind = &kt_kind_map, AT(joint), .detail = &kt_joint_table, .same = same_joint},
-    {.key = "mass", .kind = &kt_kind_number, AT(mass), .same = same_mass},
+    {.key = "mass", .kind = &kind_mass, AT(mass), .same = same_mass},
     {.key = "com", .kind = &kt_kind_vector, AT(com), .same = same_com},
     {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
+    {.key = "exhaust", .kind = &kind_exhaust},
     {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &shape_table, .same = same_shape},
     {.key = "shapes", .kind = &kind_shapes},
     {.key = "markers", .kind = &kind_markers},
@@ -238,6 +344,11 @@ static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
     if (!kt_table_read(r, &scope, node, &body_table, body))
         return;
     settle_shapes(r, &scope, node, body);
+    if (body->variable_mass != NULL && body->variable_mass->mass.type == KT_FUNCTION_NONE) {
+        kt_variable_mass *variable = variable_of(r, body); /* inertias alone vary */
+        if (variable != NULL)
+            variable->mass = kt_function_constant(body->mass);
+    }
     if (body->parent != NULL && strcmp(body->parent, "world") == 0)
         body->parent = NULL;
     if (kt_node_find(node, "mass") != NULL && kt_node_find(node, "shape") != NULL) {
@@ -303,3 +414,61 @@ static bool same_bodies(const kt_field *field, const void *object, const void *s
 }
 
 const kt_kind kt_kind_bodies = {read_bodies, write_bodies, same_bodies};
+
+/* ---- what leaves bodies ------------------------------------------------------------------------------------------ */
+
+/* The thrust of a body's exhaust, at its centre of mass. */
+static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_body *body, kt_effect *thrust) {
+    static const char suffix[] = "-exhaust";
+    const size_t length = strlen(body->name);
+    char *name = kt_pool_take(&r->keep, length + sizeof suffix, 1);
+    kt_end end = kt_end_default();
+    kt_sym3 inertia;
+    if (name == NULL)
+        return kt_reader_out_of_memory(r);
+    if (body->variable_mass == NULL)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           "the mass is constant, so nothing leaves or arrives; give `mass` as a function of time");
+    memcpy(name, body->name, length);
+    memcpy(name + length, suffix, sizeof suffix);
+    *thrust = kt_effect_default();
+    if (!kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &thrust->exhaust) ||
+        kt_body_inertia(body, &end.at, &inertia, NULL) != KT_OK) /* the fault of the body is told by its check */
+        return false;
+    end.body = body->name;
+    thrust->name = name;
+    thrust->type = KT_EFFECT_THRUST;
+    thrust->between[0] = end;
+    thrust->mass = body->variable_mass->mass;
+    return true;
+}
+
+void kt_exhausts_add(kt_reader *r, kt_description *d) {
+    int count = 0, added = d->effect_count;
+    for (int i = 0; i < d->body_count; i++)
+        count += kt_node_find(r->body_nodes[i], "exhaust") != NULL && d->bodies[i].name != NULL;
+    if (count == 0)
+        return;
+    const size_t all = (size_t)d->effect_count + (size_t)count;
+    kt_effect *effects = kt_pool_take(&r->keep, all, sizeof *effects);
+    kt_node **nodes = kt_pool_take(&r->scratch, all, sizeof *nodes);
+    if (effects == NULL || nodes == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    for (int i = 0; i < d->effect_count; i++) {
+        effects[i] = d->effects[i];
+        nodes[i] = r->effect_nodes[i];
+    }
+    for (int i = 0; i < d->body_count; i++) {
+        kt_node *node = kt_node_find(r->body_nodes[i], "exhaust");
+        const kt_scope body = kt_item_scope("body", "bodies", i, r->body_nodes[i]);
+        const kt_scope here = {.outer = &body, .key = "exhaust"};
+        if (node == NULL || d->bodies[i].name == NULL || !make_thrust(r, &here, node, &d->bodies[i], &effects[added]))
+            continue;
+        nodes[added++] = r->body_nodes[i];
+    }
+    d->effects = effects;
+    d->effect_count = added;
+    r->effect_nodes = nodes;
+}

@@ -18,6 +18,9 @@ extern const kt_table kt_output_table; /* of a kt_scene */
 bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
                    int *count);
 
+/* Adds the effects that `exhaust` of bodies stands for, once bodies and effects have been read. */
+void kt_exhausts_add(kt_reader *r, kt_description *description);
+
 /* The indices of a body and of its marker, once the bodies are read; -1 where there is none. O(1) on average. */
 int kt_find_body(const kt_reader *r, const char *name);
 /* The body that a joint carries, likewise. */

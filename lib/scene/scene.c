@@ -215,6 +215,8 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)
+        kt_exhausts_add(r, &scene->description);
+    if (!r->out_of_memory)
         kt_check_description(r, &scene->description);
     if (!r->out_of_memory && r->fault_count == 0 && mark_scene(r, path, scene))
         kt_parameters_finish(r, path, options, scene);

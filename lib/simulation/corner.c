@@ -56,6 +56,8 @@ static corner next_corner(const kt_simulation *simulation, double t) {
     }
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         meet_curve(&first, t, &model->time_part[i], model->number, 0);
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        meet_curve(&first, t, kt_mass_curve(model, k), model->number, 1); /* powers have the rates in them */
     if (simulation->corners.own != NULL)
         meet(&first, t, simulation->corners.own(simulation->user, t), true);
     return first;
@@ -73,6 +75,9 @@ bool kt_simulation_has_corners(const kt_model *model) {
             kt_curve_has_corners(&effect->curve[1]) || kt_curve_has_corners(&effect->curve[2]))
             return true;
     }
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        if (kt_curve_has_corners(kt_mass_curve(model, k)))
+            return true;
     return false;
 }
 
@@ -83,6 +88,8 @@ double kt_simulation_longest_step(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
         for (int k = 0; k < 3; k++)
             longest = fmin(longest, kt_curve_longest_step(&model->effect[i].curve[k], model->number));
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        longest = fmin(longest, kt_curve_longest_step(kt_mass_curve(model, k), model->number));
     return longest;
 }
 
@@ -106,6 +113,8 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     for (size_t i = 0; i < model->n.effect; i++)
         for (int k = 0; k < 3; k++)
             least = shortest_piece(&model->effect[i].curve[k], model->number, duration, least);
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        least = shortest_piece(kt_mass_curve(model, k), model->number, duration, least);
     return least;
 }
 
@@ -226,6 +235,8 @@ kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t,
             missed = is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !missed; i++)
         missed = is_missed(simulation, &model->time_part[i], t, &a, &b);
+    for (size_t k = 0; k < kt_mass_curve_count(model) && !missed; k++)
+        missed = is_missed(simulation, kt_mass_curve(model, k), t, &a, &b);
     if (!missed)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_STEP, "functions of time",

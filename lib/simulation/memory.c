@@ -1,6 +1,7 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
 #include "integrator/integrator.h"
+#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
@@ -41,6 +42,11 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
         status = kt_own_states_refuse(model, "transformation",
                                       "no other formulation carries them; integrate in tree coordinates", error);
+#if KT_HAS_VARIABLE_MASS
+    if (status == KT_OK && settings->options.transformation != NULL)
+        status = kt_masses_refuse(model, "transformation",
+                                  "no other formulation knows that; integrate in tree coordinates", error);
+#endif
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))

@@ -51,7 +51,9 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
-    kt_status status;
+    kt_status status = kt_simulation_date_masses(simulation, t, error);
+    if (status != KT_OK)
+        return status;
     if ((simulation->record & KT_RECORD_REACTIONS) != 0) {
         status = kt_simulation_react(simulation, t, simulation->y, error);
         record->reactions = simulation->reaction;

@@ -328,6 +328,16 @@ static inline void kt_simulation_use_states(const kt_simulation *simulation, con
         memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
 }
 
+/* Lets queries of the simulation's data answer for masses as they are at t, where they vary. */
+static inline kt_status kt_simulation_date_masses(const kt_simulation *simulation, double t, kt_error *error) {
+#if KT_HAS_VARIABLE_MASS
+    if (simulation->model->n.varying > 0)
+        return kt_masses_update(simulation->model, simulation->data, t, error);
+#endif
+    (void)simulation, (void)t, (void)error;
+    return KT_OK;
+}
+
 static inline void kt_simulation_put_works(const kt_simulation *simulation, const kt_work *work, double *y) {
     y[simulation->size.work] = work->dissipated;
     y[simulation->size.work + 1] = work->supplied;

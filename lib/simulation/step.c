@@ -385,7 +385,9 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
     const double *v = y + simulation->size.nq, t = kt_integrator_time(simulation->integrator);
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    const kt_status status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
+    kt_status status = kt_simulation_date_masses(simulation, t, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
     if (status == KT_OK)
         *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
                                          .potential = kt_potential_energy(model, simulation->data) +

@@ -12,6 +12,7 @@
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "joint/joint.h"
+#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "model/relative.h"
 
@@ -365,6 +366,9 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
     if (status == KT_OK)
         status = kt_own_states_refuse(model, "formulation",
                                       "absolute coordinates do not carry them; use formulation: tree", error);
+    if (status == KT_OK)
+        status = kt_masses_refuse(model, "formulation",
+                                  "absolute coordinates do not know that; use formulation: tree", error);
     if (status != KT_OK)
         return status;
     const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];

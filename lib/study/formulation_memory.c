@@ -1,5 +1,6 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
 #include "linear/lapack.h"
+#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "study/formulation.h"
 
@@ -84,6 +85,9 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
         return KT_ERROR_ARGUMENT;
     kt_status status = kt_own_states_refuse(model, "kt_constraint_formulation_init",
                                             "only the engine's own equations of motion know them", error);
+    if (status == KT_OK)
+        status = kt_masses_refuse(model, "kt_constraint_formulation_init",
+                                  "only the engine's own equations of motion know that", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)

@@ -1,5 +1,5 @@
 /* Inertias of links: those of their bodies, in space and in their planes; and gravity in planes. */
-#include "compile/compile.h"
+#include "dynamics/dynamics.h"
 
 static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 

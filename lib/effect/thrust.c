@@ -1,0 +1,64 @@
+/* Thrust of mass that leaves a body, or arrives, with a velocity u relative to it, fixed in its axes: f = m'(t) u
+ * [MSD H 3.1], u against the motion and m' < 0 for a rocket. That the body's own mass is m(t) is said with the body
+ * (dynamics/variable_mass.c); supplied = f . v.
+ */
+#include "effect/effect.h"
+
+static kt_triple force_of(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t) {
+    double mass[3];
+    kt_curve_evaluate(&effect->curve[0], numbers, t, mass);
+    const kt_triple force = {mass[1] * effect->exhaust.x, mass[1] * effect->exhaust.y, mass[1] * effect->exhaust.z};
+    return kt_columns_apply(end->axes, force);
+}
+
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+    const kt_triple f = force_of(effect, numbers, end, t);
+    wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = f};
+    if (balance)
+        *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
+}
+
+#if KT_HAS_EFFECT_JACOBIAN
+/* It turns with the body: df = theta x f. */
+static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                           kt_effect_jacobian *jacobian) {
+    const kt_vec3 force = force_of(effect, numbers, end, t);
+    *jacobian = (kt_effect_jacobian){.force = force};
+    jacobian->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(force));
+}
+
+static void write_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                  double t, kt_wrench *wrench) {
+    double mass[3];
+    kt_effect_curve_derivatives(&effect->curve[0], numbers, t, mass);
+    wrench[0] = (kt_wrench){.force = kt_mat3_apply(end->axes, kt_vec3_scale(mass[2], effect->exhaust))};
+}
+#endif
+
+const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = kt_effect_energetics_of_curves,
+                                                    .wrench = evaluate_wrench,
+                                                    .jacobian = KT_IF_JACOBIAN(write_jacobian),
+                                                    .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
+                                                    .derivatives = 1};
+
+#if KT_DESCRIBES
+static const kt_key keys[] = {
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point"), .needed = true},
+    {"mass", KT_KEY_FUNCTION, KT_EFFECT_AT(mass), "kg", KT_WORDS("m(t), the mass of the body; its rate alone counts"),
+     .needed = true},
+    {"exhaust", KT_KEY_VECTOR, KT_EFFECT_AT(exhaust), "m/s",
+     KT_WORDS("u, the velocity of what leaves or arrives relative to the point, body axes"), .needed = true},
+};
+const kt_descriptor kt_effect_thrust_descriptor = {
+    .name = "thrust",
+    .help = KT_WORDS("thrust of mass that leaves or arrives"),
+    .formula = KT_WORDS("force = m'(t) u"),
+    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - type: thrust\n"
+                                        "    at: box\n"
+                                        "    mass: {ramp: {from: 1, to: 0.5, start: 0, end: 2}}\n"
+                                        "    exhaust: [0, 0, -200]\n"),
+    KT_DESCRIPTOR_KEYS,
+    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
+};
+#endif
