@@ -542,11 +542,22 @@ def expression(p, loop):
     p.text((226, 34), "f(t, u, ...)", "i", "start")
 
 
+def thrust(p, loop):
+    p.path([(150, 40), (250, 40), (284, 72), (250, 104), (150, 104)], "b2", True)
+    p.path([(150, 52), (132, 40), (132, 104), (150, 92)], "b2", True)
+    for y in (54, 72, 90):
+        p.arrow((126, y), (44, y), "n")
+    p.text((60, 38), "u, − m'(t)", "i", "start")
+    p.dot((200, 72))
+    p.arrow((200, 72), (300, 72), "f")
+    p.text((272, 128), "m'(t) u", "i f")
+
+
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
          inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
 EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
-           attraction, contact, expression]
+           attraction, contact, expression, thrust]
 FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}
 
 

@@ -19,8 +19,8 @@
  *
  *     M da/dt = d(tau)/dt - sum over bodies of the wrench that m' and J' need in place of m and J.
  */
-#include "dynamics/dynamics.h"
 #include "base/copy.h"
+#include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 
 #include <stdio.h>
@@ -49,8 +49,8 @@ static content content_at(const kt_model *model, const kt_mass_record *r, double
         return (content){m[order], scale(m[order] / body->mass, body->inertia)};
     for (int k = 0; k < 6; k++)
         kt_curve_evaluate(&r->curve[1 + k], model->number, t, j[k]);
-    return (content){m[order], kt_sym3_make(j[0][order], j[1][order], j[2][order], j[3][order], j[4][order],
-                                            j[5][order])};
+    return (content){m[order],
+                     kt_sym3_make(j[0][order], j[1][order], j[2][order], j[3][order], j[4][order], j[5][order])};
 }
 
 static const kt_kernels *steady_kernels(const kt_model *model) {
@@ -121,9 +121,8 @@ kt_status kt_masses_check(const kt_model *model, double t, kt_error *error) {
 static kt_status forward_at(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     const kt_status status = kt_masses_update(model, data, t, error);
-    return status == KT_OK
-               ? model->steady(kt_model_of_instant(model, data), data, t, q, v, tau, external, a, error)
-               : status;
+    return status == KT_OK ? model->steady(kt_model_of_instant(model, data), data, t, q, v, tau, external, a, error)
+                           : status;
 }
 
 static size_t forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
@@ -239,7 +238,8 @@ kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_er
 kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
 #if KT_HAS_VARIABLE_MASS
     if (model->n.varying)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where, "the mass of body '%.60s' is a function of time, and %s",
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                            "the mass of body '%.60s' is a function of time, and %s",
                             kt_body_name(model, model->varying[0].body), what);
 #endif
     (void)model, (void)where, (void)what, (void)error;

@@ -25,6 +25,7 @@ static const kt_wrench *load(const kt_model *model, kt_data *data, double t, con
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!KT_HAS_LOOPS || !model->n.group)
         return external;
+    model = kt_model_now(model, data);
     if (external)
         memcpy(data->loaded, external, model->n.body * sizeof *external);
     else

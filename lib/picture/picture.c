@@ -246,10 +246,19 @@ static int coordinate_of(maker *m, int effect) {
     return p->joint_count + p->coordinate_count++;
 }
 
+/* Thrust is against what leaves, and along what arrives. */
+static kt_vec3 thrust_direction(const kt_effect *effect) {
+    double mass[3];
+    const bool arrives = kt_function_evaluate(&effect->mass, 0.0, mass, NULL) == KT_OK && mass[1] > 0.0;
+    return kt_vec3_scale(arrives ? 1.0 : -1.0, effect->exhaust);
+}
+
 static kt_vec3 direction_of(const kt_effect *effect) {
-    const kt_vec3 value = kt_vec3_make(typical_value(&effect->value[0]), typical_value(&effect->value[1]),
-                                       typical_value(&effect->value[2]));
-    const bool is_load = effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE;
+    const bool thrusts = effect->type == KT_EFFECT_THRUST;
+    const kt_vec3 value = thrusts ? thrust_direction(effect)
+                                  : kt_vec3_make(typical_value(&effect->value[0]), typical_value(&effect->value[1]),
+                                                 typical_value(&effect->value[2]));
+    const bool is_load = thrusts || effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE;
     return is_load && kt_vec3_dot(value, value) > 0.0 ? kt_vec3_normalize(value) : kt_vec3_make(0.0, 0.0, 0.0);
 }
 
@@ -270,7 +279,7 @@ static void list_effects(maker *m) {
                                      .has_stiffness = effect->stiffness > 0.0,
                                      .has_damping = effect->damping > 0.0,
                                      .direction = direction_of(effect),
-                                     .is_carried = effect->frame == KT_FRAME_BODY,
+                                     .is_carried = effect->frame == KT_FRAME_BODY || effect->type == KT_EFFECT_THRUST,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
             shown->ends[k] = frame_of(m, &effect->between[k], is_contact && k == 1 ? effect->axis : none);

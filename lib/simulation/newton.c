@@ -519,10 +519,13 @@ static bool autonomous(void *user) {
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
         if (reads_time(model, &model->state[i]))
             return false;
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        if (!kt_curve_rests(kt_mass_curve(model, k)))
+            return false;
     return !model->driven;
 }
 
-/* Exact where effects alone depend on time. Targets of loops, and a caller's own effects that give no derivatives, have
+/* Exact where effects and masses alone depend on time. Targets of loops, and a caller's own effects that give no derivatives, have
  * no such derivative. */
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;

@@ -32,6 +32,9 @@ static kt_effect_record draw_effect(kt_random *random, int type, int ends) {
     }
     for (int k = 0; k < 3; k++)
         effect.curve[k] = (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = kt_random_normal(random)};
+    if (type == KT_EFFECT_THRUST) /* a function that changes */
+        effect.curve[0] = (kt_curve){.type = KT_FUNCTION_SINE, .a = 2.0, .b = 1.0, .c = 3.0};
+    effect.exhaust = draw_vector(random, 1.0);
     return effect;
 }
 
@@ -91,7 +94,7 @@ KT_TEST(slopes_of_effects_between_ends_in_closed_form_are_those_of_dual_numbers)
     } types[] = {
         {KT_EFFECT_SPRING, 2, "spring"},   {KT_EFFECT_BUSHING, 2, "bushing"}, {KT_EFFECT_ATTRACTION, 2, "attraction"},
         {KT_EFFECT_CONTACT, 2, "contact"}, {KT_EFFECT_FORCE, 1, "force"},     {KT_EFFECT_TORQUE, 1, "torque"},
-        {KT_EFFECT_DRAG, 1, "drag"}};
+        {KT_EFFECT_DRAG, 1, "drag"},       {KT_EFFECT_THRUST, 1, "thrust"}};
     kt_random random = kt_random_of_test();
     for (size_t k = 0; k < sizeof types / sizeof *types; k++) {
         kt_worst error = kt_worst_make(types[k].name);

@@ -15,7 +15,7 @@ KT_TEST(types_have_the_names_of_the_scene_format) {
         "rolling",   "knife_edge", "rates",       "homokinetic", "surface",  "curve"};
     static const char *const effects[] = {"spring",  "joint_spring", "joint_damper", "joint_friction", "joint_limit",
                                           "bushing", "motor",        "servo",        "force",          "torque",
-                                          "drag",    "attraction",   "contact",      "expression"};
+                                          "drag",    "attraction",   "contact",      "expression",     "thrust"};
     kt_check_equal_int("joints", sizeof joints / sizeof *joints, KT_JOINT_TYPE_COUNT);
     kt_check_equal_int("shapes", sizeof shapes / sizeof *shapes, KT_SHAPE_TYPE_COUNT);
     kt_check_equal_int("effects", sizeof effects / sizeof *effects, KT_EFFECT_TYPE_COUNT);

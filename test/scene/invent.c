@@ -416,6 +416,11 @@ static void invent_on_one(inventor *v, kt_effect *effect, int i) {
         effect->quadratic = not_negative(v);
         return;
     }
+    if (effect->type == KT_EFFECT_THRUST) {
+        effect->mass = function(v, v->out->numbers[INVENT_LOOPS + i], false);
+        effect->exhaust = kt_vec3_make(any(v), any(v), any(v));
+        return;
+    }
     for (int k = 0; k < 3; k++)
         effect->value[k] =
             k == 1 ? function(v, v->out->numbers[INVENT_LOOPS + i], false) : kt_function_constant(any(v));
@@ -455,6 +460,7 @@ static void invent_effect(inventor *v, int i) {
     case KT_EFFECT_FORCE:
     case KT_EFFECT_TORQUE:
     case KT_EFFECT_DRAG:
+    case KT_EFFECT_THRUST:
         invent_on_one(v, effect, i);
         break;
     case KT_EFFECT_EXPRESSION:

@@ -164,7 +164,7 @@ static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
     const kt_vec3 d = kt_camera_point(&sheet->drawing->camera, world);
     const kt_spot at = kt_sheet_place(sheet, frame.position);
     const kt_colour colour = kt_sheet_faded(sheet, sheet->palette->series[1]);
-    if (effect->type == KT_EFFECT_FORCE && hypot(d.x, d.y) > 0.2)
+    if (effect->type != KT_EFFECT_TORQUE && hypot(d.x, d.y) > 0.2)
         kt_paint_arrow(sheet, (kt_spot){at.x - 46.0 * d.x, at.y + 46.0 * d.y}, at, 2.0, colour);
     else if (effect->type == KT_EFFECT_TORQUE && fabs(d.z) > 0.5)
         paint_arc(sheet, at, d.z > 0.0 ? 1.0 : -1.0, colour);
@@ -176,7 +176,8 @@ void kt_paint_effects(const kt_sheet *sheet) {
         const kt_picture_effect *effect = &p->effects[i];
         if (effect->type == KT_EFFECT_SPRING || effect->type == KT_EFFECT_ATTRACTION)
             paint_link(sheet, effect);
-        else if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE)
+        else if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE ||
+                 effect->type == KT_EFFECT_THRUST)
             paint_load(sheet, effect);
         else if (effect->type == KT_EFFECT_BUSHING && sheet->drawing->is_diagram)
             paint_bushing(sheet, kt_sheet_frame(sheet, &effect->ends[0]));

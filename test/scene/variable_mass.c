@@ -1,0 +1,474 @@
+/* Masses that are functions of time: closed forms, and mechanisms of every kind against the same ones of constant masses. */
+#include "check.h"
+#include "collect.h"
+
+#include "kinetree/analysis.h"
+#include "kinetree/batch.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool fine(const char *what, kt_status status, const kt_error *e) {
+    if (status != KT_OK)
+        kt_note("%s: %s", e->where, e->message);
+    return status == KT_OK || kt_check_true(what, false);
+}
+
+/* The first and the last record of a run. */
+typedef struct ending {
+    double q[16], v[16], energy[2];
+    kt_work work;
+    int nq, nv;
+} ending;
+
+static int keep_ends(const kt_record *record, void *user) {
+    ending *last = user;
+    memcpy(last->q, record->q, (size_t)last->nq * sizeof *last->q);
+    memcpy(last->v, record->v, (size_t)last->nv * sizeof *last->v);
+    last->energy[record->index > 0] = record->kinetic + record->potential;
+    last->work = record->work;
+    return 0;
+}
+
+/* Runs a scene to its end, with a balance of energies. */
+static kt_status run_text(const char *text, const char *method, double step, double tolerance, ending *last,
+                          kt_error *error) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    if (!kt_parse_right(text, &scene))
+        return KT_ERROR_SCENE;
+    scene.run.integrator = method;
+    scene.run.step = step;
+    scene.run.relative = scene.run.absolute = tolerance;
+    scene.run.interval = scene.run.duration;
+    options.record = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
+    kt_status status = kt_model_compile(&scene.description, NULL, &model, error);
+    last->nq = kt_model_nq(model);
+    last->nv = kt_model_nv(model);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &scene.run, &options, &simulation, error);
+    if (status == KT_OK)
+        status = kt_simulation_run(simulation, keep_ends, last, error);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return status;
+}
+
+static void check_balance(const ending *last, double bound) {
+    const double supplied = last->work.supplied - last->work.dissipated, size = fabs(last->work.supplied);
+    kt_check_near("energy gained over what was supplied", (last->energy[1] - last->energy[0]) / size, supplied / size,
+                  bound);
+}
+
+/* ---- closed forms ------------------------------------------------------------------------------------------------ */
+
+/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t, by mass that falls evenly and along a sine, by explicit
+ * and implicit methods, of which Rosenbrock's has the derivative by time among its terms. */
+KT_TEST(rocket_keeps_tsiolkovskys_equation) {
+    static const struct {
+        const char *mass, *method;
+        double end, step, bound, balance;
+    } runs[] = {
+        {"{polynomial: [10, -2.5]}", "dopri5", 2.0, 0.0, 1e-10, 1e-10},
+        {"{ramp: {from: 10, to: 2, start: 0, end: 2}}", "dop853", 2.0, 0.0, 1e-10, 1e-10},
+        {"10/(1 + t)^2", "radau5", 10.0 / 9.0, 0.05, 1e-8, 1e-7},
+        {"10/(1 + t)^2", "rodas5p", 10.0 / 9.0, 0.02, 1e-9, 1e-7},
+        {"10/(1 + t)^2", "rk4", 10.0 / 9.0, 1e-2, 1e-8, 1e-8},
+    };
+    for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
+        char text[512];
+        ending last = {.nq = 0};
+        kt_error e = {0};
+        snprintf(
+            text, sizeof text,
+            "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+            "  - {name: rocket, joint: {type: prismatic, axis: z}, mass: %s, com: [0, 0, 1], exhaust: [0, 0, -900]}\n"
+            "simulate: {duration: 2}\n",
+            runs[i].mass);
+        if (!fine("run", run_text(text, runs[i].method, runs[i].step, 1e-10, &last, &e), &e))
+            continue;
+        const double v = 900.0 * log(10.0 / (i == 0 ? 5.0 : runs[i].end)) - 2.0 * 9.81;
+        kt_check_near(runs[i].method, last.v[0] / v, 1.0, runs[i].bound);
+        check_balance(&last, runs[i].balance);
+    }
+}
+
+/* A chain of 1 m and 2 kg slides over the edge of a table without friction, 0.1 m of it hanging at first: l x'' = g x, so
+ * x = x0 cosh(sqrt(g / l) t). Its two parts are bodies whose masses change hands at the edge at the velocity that both
+ * have. */
+KT_TEST(chain_slides_off_its_table) {
+    static const char text[] = "kinetree: 1\nparameters: {k: =sqrt(9.81)}\ngravity: [0, 0, -9.81]\nbodies:\n"
+                               "  - {name: lying, joint: {type: prismatic, axis: x}, mass: \"2*(1 - 0.1*cosh(k*t))\"}\n"
+                               "  - {name: hanging, joint: {type: prismatic, axis: -z}, mass: \"2*0.1*cosh(k*t)\"}\n"
+                               "loops:\n  - {name: edge, type: coupling, coefficients: {lying: 1, hanging: -1}}\n"
+                               "simulate: {duration: 0.8}\n";
+    ending last = {.nq = 0};
+    kt_error e = {0};
+    if (!fine("run", run_text(text, "dopri5", 0.0, 1e-12, &last, &e), &e))
+        return;
+    const double k = sqrt(9.81);
+    kt_check_near("x, m", last.q[1], 0.1 * (cosh(0.8 * k) - 1.0), 1e-11);
+    kt_check_near("v, m/s", last.v[0], 0.1 * k * sinh(0.8 * k), 1e-11);
+}
+
+/* ---- equations integrated beside --------------------------------------------------------------------------------- */
+
+/* Classical Runge-Kutta steps of y' = f(t, y). */
+static void integrate(void (*f)(double t, const double *y, double *rate), int n, double *y, double end, int steps) {
+    const double h = end / steps;
+    for (int i = 0; i < steps; i++) {
+        double k[4][6], z[6];
+        const double c[] = {0.0, 0.5, 0.5, 1.0};
+        for (int s = 0; s < 4; s++) {
+            for (int j = 0; j < n; j++)
+                z[j] = y[j] + (s > 0 ? c[s] * h * k[s - 1][j] : 0.0);
+            f((i + c[s]) * h, z, k[s]);
+        }
+        for (int j = 0; j < n; j++)
+            y[j] += h / 6.0 * (k[0][j] + 2.0 * k[1][j] + 2.0 * k[2][j] + k[3][j]);
+    }
+}
+
+/* A rod of 1 kg and 1 m with a vessel at its end that leaks from 3 kg to 1 kg: water that drips leaves at the velocity of
+ * the vessel, and takes no force. */
+static void leaking(double t, const double *y, double *rate) {
+    const double m = 3.0 - 0.5 * t;
+    rate[0] = y[1];
+    rate[1] = -9.81 * (0.5 + m) * sin(y[0]) / (1.0 / 3.0 + m);
+}
+
+KT_TEST(leaking_pendulum_swings_as_its_equation_says) {
+    static const char text[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: rod, joint: {type: revolute, axis: y, position: 1.2}, mass: 1, shape: {type: rod, to: [0, 0, "
+        "-1]}}\n"
+        "  - {name: vessel, parent: rod, joint: {type: fixed, at: [0, 0, -1]}, mass: {polynomial: [3, -0.5]}}\n"
+        "simulate: {duration: 4}\n";
+    ending last = {.nq = 0};
+    double y[2] = {1.2, 0.0};
+    kt_error e = {0};
+    integrate(leaking, 2, y, 4.0, 40000);
+    if (!fine("run", run_text(text, "dop853", 0.0, 1e-13, &last, &e), &e))
+        return;
+    kt_check_near("angle", last.q[0], y[0], 1e-11);
+    kt_check_near("rate", last.v[0], y[1], 1e-11);
+    check_balance(&last, 1e-12);
+    /* by a method that needs the derivative by time */
+    if (fine("run", run_text(text, "rodas5p", 0.02, 1e-13, &last, &e), &e))
+        kt_check_near("angle by rodas5p", last.q[0], y[0], 1e-9);
+}
+
+/* Free, with moments of inertia that are given: (J w)' less what leaves, J w' + w x J w = 0. */
+static void tumbling(double t, const double *w, double *rate) {
+    const double j[] = {2.0 - 0.3 * t, 3.0 - 0.2 * t, 4.0 - 0.4 * t};
+    for (int k = 0; k < 3; k++) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        rate[k] = (j[a] - j[b]) * w[a] * w[b] / j[k];
+    }
+}
+
+KT_TEST(given_moments_turn_by_eulers_equations) {
+    static const char text[] =
+        "kinetree: 1\nbodies:\n  - {name: body, joint: {type: free, velocity: {angular: [1, 2, 0.5]}}, mass: 5 - t,\n"
+        "     inertia: [{polynomial: [2, -0.3]}, {polynomial: [3, -0.2]}, 4 - 0.4*t]}\n"
+        "simulate: {duration: 3}\n";
+    ending last = {.nq = 0};
+    double w[3] = {1.0, 2.0, 0.5};
+    kt_error e = {0};
+    integrate(tumbling, 3, w, 3.0, 30000);
+    if (!fine("run", run_text(text, "dop853", 0.0, 1e-13, &last, &e), &e))
+        return;
+    for (int k = 0; k < 3; k++)
+        kt_check_near("angular velocity", last.v[3 + k], w[k], 1e-11);
+    check_balance(&last, 1e-12);
+}
+
+/* ---- mechanisms of an instant ------------------------------------------------------------------------------------ */
+
+/* With two masses left open. */
+static const char *const mechanisms[] = {
+    /* a tree in space, a body fixed on another one, a rotor */
+    "gravity: [1, 2, -9.81]\nbodies:\n"
+    "  - {name: a, joint: {type: spherical}, mass: @, com: [0.1, 0.2, -0.3], inertia: [2, 3, 4, 0.1, 0.2, -0.1]}\n"
+    "  - {name: b, parent: a, joint: {type: fixed, at: [0.3, 0, 0.1]}, mass: 0.7, com: [0, 0.1, 0], "
+    "inertia: [1, 1, 1]}\n"
+    "  - {name: c, parent: b, joint: {type: universal, at: [0.5, 0.1, 0], armature: 0.3}, mass: @, com: [0.4, 0, 0.1], "
+    "inertia: [1, 1.2, 1.4]}\n",
+    /* a tree in a plane */
+    "gravity: [0, -9.81, 0]\nbodies:\n"
+    "  - {name: a, joint: {type: revolute}, mass: @, shape: {type: rod, to: [1, 0, 0], radius: 0.1}}\n"
+    "  - {name: b, parent: a, joint: {type: prismatic, axis: x, at: [1, 0, 0]}, mass: @, com: [0.1, 0.1, 0], "
+    "inertia: [1, 1, 1]}\n",
+    /* a four-bar */
+    "gravity: [0, -9.81, 0]\nbodies:\n"
+    "  - {name: a, joint: {type: revolute, position: 1.2, velocity: 2}, mass: @, shape: {type: rod, to: [1, 0, 0]}}\n"
+    "  - {name: b, parent: a, joint: {type: revolute, at: [1, 0, 0], position: -0.9}, mass: @, "
+    "shape: {type: rod, to: [2, 0, 0]}, markers: {tip: [2, 0, 0]}}\n"
+    "  - {name: c, joint: {type: revolute, at: [2.5, 0, 0], position: 1.6}, mass: 1, shape: {type: rod, to: [1.5, 0, "
+    "0]}, "
+    "markers: {tip: [1.5, 0, 0]}}\n"
+    "loops:\n  - {name: pin, type: revolute, between: [b.tip, c.tip]}\n",
+    /* a loop in space */
+    "gravity: [1, 2, -9.81]\nbodies:\n"
+    "  - {name: a, joint: {type: spherical, velocity: [1, 2, 3]}, mass: @, com: [0.5, 0, 0], inertia: [1, 2, 2], "
+    "markers: {tip: [1, 0, 0]}}\n"
+    "  - {name: b, joint: {type: free, position: {position: [1, 0.2, 0]}}, mass: @, com: [0, 0.1, 0.2], "
+    "inertia: [1, 1.1, 1.2]}\n"
+    "loops:\n  - {name: hold, type: universal, between: [a.tip, b]}\n"};
+enum { MECHANISMS = sizeof mechanisms / sizeof *mechanisms };
+
+typedef struct instance {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+} instance;
+
+static bool open_instance(instance *i, int mechanism, const char *first, const char *second) {
+    char text[2048] = "kinetree: 1\n";
+    const char *from = mechanisms[mechanism];
+    kt_error e = {0};
+    *i = (instance){.model = NULL};
+    for (int k = 0; k < 2; k++) {
+        const int before = (int)strcspn(from, "@");
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%.*s%s", before, from, k ? second : first);
+        from += before + 1;
+    }
+    snprintf(text + strlen(text), sizeof text - strlen(text), "%s", from);
+    return kt_parse_right(text, &i->scene) &&
+           fine("compiled", kt_model_compile(&i->scene.description, NULL, &i->model, &e), &e) &&
+           fine("data", kt_data_create(i->model, &i->data, &e), &e);
+}
+
+static void close_instance(instance *i) {
+    kt_data_free(i->data);
+    kt_model_free(i->model);
+    kt_scene_free(&i->scene);
+}
+
+static double mass_a(double t) { return 2.0 + sin(3.0 * t); }
+static double mass_b(double t) { return 4.0 - t; }
+
+/* The variable one, and the one whose masses are constant. */
+static bool open_pair(instance *varies, instance *rests, int mechanism, double t) {
+    char first[40], second[40];
+    snprintf(first, sizeof first, "%.17g", mass_a(t));
+    snprintf(second, sizeof second, "%.17g", mass_b(t));
+    const bool opened = open_instance(varies, mechanism, "2 + sin(3*t)", "4 - t");
+    return open_instance(rests, mechanism, first, second) && opened;
+}
+
+enum { MOST = 12 };
+
+/* A state near the start that closes the loops. */
+static bool draw_state(kt_random *random, const instance *i, double t, double *q, double *v) {
+    double turn[MOST];
+    kt_error e = {0};
+    kt_model_initial(i->model, q, v);
+    for (int k = 0; k < kt_model_nv(i->model); k++) {
+        turn[k] = 0.2 * kt_random_normal(random);
+        v[k] += kt_random_normal(random);
+    }
+    kt_position_add(i->model, q, turn, q);
+    return fine("assembled", kt_state_assemble(i->model, i->data, t, q, v, &e), &e);
+}
+
+/* Inertias in proportion: those of the constant one are made so by a parameter, where they are given by numbers. */
+static void proportion(instance *rests, const instance *varies, double t) {
+    static const char *const names[] = {"a", "b", "c"};
+    kt_error e = {0};
+    for (int b = 0; b < rests->scene.description.body_count; b++) {
+        const kt_body *from = &varies->scene.description.bodies[b];
+        if (!from->variable_mass)
+            continue;
+        double mass[3];
+        kt_vec3 com;
+        kt_sym3 j;
+        if (!fine("function", kt_function_evaluate(&from->variable_mass->mass, t, mass, &e), &e) ||
+            !fine("inertia", kt_body_inertia(from, &com, &j, &e), &e))
+            return;
+        const double s = mass[0] / from->mass, x[6] = {s * j.xx, s * j.yy, s * j.zz, s * j.xy, s * j.xz, s * j.yz};
+        char name[40];
+        kt_parameter parameter;
+        snprintf(name, sizeof name, "%s.inertia", names[b]);
+        (void)(fine("found", kt_parameter_find(rests->model, name, &parameter, &e), &e) &&
+               fine("set", kt_parameter_set(rests->model, &parameter, x, &e), &e));
+    }
+}
+
+KT_TEST(evaluations_are_those_of_the_masses_of_the_instant) {
+    kt_random random = kt_random_of_test();
+    static unsigned char memory[1 << 20];
+    for (int m = 0; m < MECHANISMS; m++) {
+        kt_worst worst = kt_worst_make("mechanism");
+        for (int n = 0; n < 20; n++) {
+            const double t = kt_random_uniform(&random, 0.0, 2.0);
+            instance varies, rests;
+            double q[16], v[MOST], a[2][MOST], tau[2][MOST], mass[2][MOST * MOST], energy[2][2];
+            kt_wrench joint[2][4], loop[2][1];
+            kt_error e = {0};
+            kt_model *copy = NULL;
+            if (!open_pair(&varies, &rests, m, t) || !draw_state(&random, &varies, t, q, v))
+                return;
+            kt_model *compiled = rests.model;
+            void *at = memory + (64 - (size_t)memory % 64) % 64;
+            if (!fine("copy", kt_model_copy(compiled, at, sizeof memory - 64, &copy, &e), &e))
+                return;
+            rests.model = copy;
+            proportion(&rests, &varies, t);
+            const int nv = kt_model_nv(copy);
+            const instance *both[] = {&varies, &rests};
+            for (int i = 0; i < 2; i++) { /* at first without a call that has a time but the one that sets it */
+                const instance *x = both[i];
+                if (!fine("date", kt_masses_update(x->model, x->data, t, &e), &e) ||
+                    !fine("mass", kt_dynamics_mass(x->model, x->data, q, mass[i], &e), &e) ||
+                    !fine("a", kt_acceleration_evaluate(x->model, x->data, t, q, v, NULL, NULL, a[i], &e), &e) ||
+                    !fine("reactions",
+                          kt_reaction_evaluate(x->model, x->data, t, q, v, NULL, NULL, joint[i], loop[i], &e), &e) ||
+                    !fine("inverse", kt_dynamics_inverse(x->model, x->data, q, v, a[0], NULL, tau[i], &e), &e) ||
+                    !fine("kinematics", kt_kinematics_update(x->model, x->data, q, v, NULL, &e), &e))
+                    return;
+                energy[i][0] = kt_kinetic_energy(x->model, x->data);
+                energy[i][1] = kt_potential_energy(x->model, x->data);
+            }
+            for (int k = 0; k < nv; k++) {
+                kt_worst_near(&worst, a[0][k], a[1][k], 1e-12 * (1.0 + fabs(a[1][k])), "acceleration %d", k);
+                kt_worst_near(&worst, tau[0][k], tau[1][k], 1e-11, "joint force %d", k);
+            }
+            for (int k = 0; k < nv * nv; k++)
+                kt_worst_near(&worst, mass[0][k], mass[1][k], 1e-12, "mass %d", k);
+            for (int k = 0; k < 2; k++)
+                kt_worst_near(&worst, energy[0][k], energy[1][k], 1e-11, "energy %d", k);
+            for (int b = 1; b < kt_model_body_count(copy); b++)
+                kt_worst_near(&worst, kt_vec3_norm(kt_vec3_sub(joint[0][b].force, joint[1][b].force)), 0.0, 1e-10,
+                              "reaction %d", b);
+            rests.model = compiled;
+            close_instance(&varies);
+            close_instance(&rests);
+        }
+        kt_check_worst(&worst);
+    }
+}
+
+/* Derivatives against differences of accelerations. */
+KT_TEST(derivatives_are_those_of_accelerations) {
+    kt_random random = kt_random_of_test();
+    static double work[1 << 16];
+    for (int m = 0; m < 2; m++) { /* trees: their coordinates are free */
+        instance varies;
+        double q[16], v[MOST], dq[MOST * MOST], dv[MOST * MOST];
+        const double t = 0.7, h = 1e-5;
+        kt_error e = {0};
+        kt_worst worst = kt_worst_make("derivative");
+        if (!open_instance(&varies, m, "2 + sin(3*t)", "4 - t") || !draw_state(&random, &varies, t, q, v))
+            return;
+        const int nv = kt_model_nv(varies.model);
+        void *at = (char *)work + (64 - (size_t)work % 64) % 64;
+        if (!fine("derivatives",
+                  kt_acceleration_derivatives(varies.model, varies.data, at, sizeof work - 64, t, q, v, NULL, NULL, dq,
+                                              dv, NULL, &e),
+                  &e))
+            return;
+        for (int j = 0; j < nv; j++) {
+            double near[2][2][MOST];
+            for (int side = 0; side < 2; side++) {
+                double moved[16], w[MOST], step[MOST] = {0.0};
+                step[j] = side ? -h : h;
+                kt_position_add(varies.model, q, step, moved);
+                memcpy(w, v, sizeof w);
+                w[j] += step[j];
+                if (!fine(
+                        "by q",
+                        kt_acceleration_evaluate(varies.model, varies.data, t, moved, v, NULL, NULL, near[0][side], &e),
+                        &e) ||
+                    !fine("by v",
+                          kt_acceleration_evaluate(varies.model, varies.data, t, q, w, NULL, NULL, near[1][side], &e),
+                          &e))
+                    return;
+            }
+            for (int i = 0; i < nv; i++) {
+                kt_worst_near(&worst, dq[j * nv + i], (near[0][0][i] - near[0][1][i]) / (2.0 * h), 1e-7, "q %d %d", i,
+                              j);
+                kt_worst_near(&worst, dv[j * nv + i], (near[1][0][i] - near[1][1][i]) / (2.0 * h), 1e-7, "v %d %d", i,
+                              j);
+            }
+        }
+        kt_check_worst(&worst);
+        close_instance(&varies);
+    }
+}
+
+/* ---- what is refused --------------------------------------------------------------------------------------------- */
+
+#define ONE "kinetree: 1\nbodies:\n  - {name: body, joint: {type: prismatic}, "
+
+KT_TEST(masses_that_end_are_told_with_body_and_time) {
+    ending last = {.nq = 0};
+    kt_error e = {0};
+    const kt_status status =
+        run_text(ONE "mass: {polynomial: [1, -1]}}\nsimulate: {duration: 2}\n", "rk4", 0.01, 1e-9, &last, &e);
+    kt_check_equal_int("status", status, KT_ERROR_MODEL);
+    kt_check_contains("where", e.where, "body 'body', t = 1");
+    kt_check_contains("mend", e.message, "must stay above 0");
+}
+
+KT_TEST(what_makes_no_sense_is_a_fault_of_the_file) {
+    static const char *const wrong[][2] = {
+        {ONE "mass: 2, exhaust: [0, 0, 1]}\n", "the mass is constant"},
+        {ONE "mass: {polynomial: [0, 1]}}\n", "the mass is 0 at t = 0"},
+        {ONE "mass: {ramp: {from: 1, to: -1, start: 0, end: 1}}}\n", "it must stay greater than 0"},
+        {ONE "mass: 2 - t, inertia: [1, 2]}\n", "expected [Ixx"},
+        {ONE "mass: {polynomial: [1, 1]}, exhaust: 3}\n", "expected"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        static kt_collected faults;
+        kt_scene scene;
+        if (kt_check_true("refused", kt_collect_parse(&faults, wrong[i][0], &scene) != KT_OK))
+            kt_check_contains("words", faults.text, wrong[i][1]);
+    }
+}
+
+KT_TEST(what_does_not_know_them_refuses_them) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_batch *batch = NULL;
+    kt_error e = {0};
+    static double memory[1 << 14];
+    kt_batch_options options = kt_batch_options_default();
+    if (!kt_parse_right(ONE "mass: 2 - t}\n", &scene) ||
+        !fine("compiled", kt_model_compile(&scene.description, NULL, &model, &e), &e))
+        return;
+    options.states = 2;
+    kt_check_equal_int("a batch", kt_batch_init(model, &options, memory, sizeof memory, &batch, &e),
+                       KT_ERROR_UNSUPPORTED);
+    kt_check_contains("words", e.message, "the mass of body 'body' is a function of time");
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(scenes_with_them_are_written_and_read_again) {
+    kt_scene scene, again;
+    if (!kt_parse_right(
+            ONE "mass: {ramp: {from: 3, to: 1, start: 0, end: 2}}, inertia: [1, 2 - t, 2], exhaust: [0, 0, -7]}\n",
+            &scene))
+        return;
+    char *text = kt_write_text(&scene);
+    if (text && kt_parse_right(text, &again)) {
+        const kt_body *body = &again.description.bodies[0];
+        kt_check_true("its mass is variable", body->variable_mass != NULL && body->variable_mass->mass.to == 1.0);
+        kt_check_text("its inertia", body->variable_mass ? body->variable_mass->inertia[1].text : "", "2 - t");
+        kt_check_equal_int("thrust", again.description.effects[0].type, KT_EFFECT_THRUST);
+        kt_check_text("name", again.description.effects[0].name, "body-exhaust");
+        kt_check_near("exhaust", again.description.effects[0].exhaust.z, -7.0, 0.0);
+        kt_scene_free(&again);
+    }
+    free(text);
+    kt_scene_free(&scene);
+}
