@@ -251,7 +251,11 @@ class Header:
         text = self.take(lambda text: not text.endswith("\\"))
         name = re.match(r"#define (\w+)", text)[1]
         if name.endswith("_LIST"):
-            self.lists[name] = re.findall(r"X\((.*?)\)\s*(?:(/\*.*?\*/)\s*)?\\?$", text, flags=re.M)
+            self.lists[name] = []
+            for part in text.split("\n")[1:]: # of another list, or a value
+                within = re.match(r"\s*(\w+_LIST)\(X\)", part)
+                self.lists[name] += (self.lists[within[1]] if within else
+                                     re.findall(r"X\((.*?)\)\s*(?:(/\*.*?\*/)\s*)?\\?$", part))
             text = re.sub(r"/\*.*?\*/", lambda found: " " * len(found[0]), text)
         self.emit(text + (" " + self.likeness(known).replace("**", "**<") if known else ""), self.at - start)
         return known or name

@@ -208,20 +208,20 @@ typedef struct kt_variable_mass {
 
 /* A rigid body, and the joint that carries it. */
 typedef struct kt_body {
-    const char *name;         /* [A-Za-z_][A-Za-z0-9_-]* */
-    const char *parent;       /* name of a body; NULL or "world": the world */
-    kt_joint joint;           /* on the parent */
-    double mass;              /* kg */
-    kt_vec3 com;              /* centre of mass, body frame, m */
-    kt_sym3 inertia;          /* about the com, body axes, kg m^2 */
-    bool com_of_shape;        /* take the com from the shape and `mass`, and ignore `com` */
-    bool inertia_of_shape;    /* take the inertia from the shape and `mass`, and ignore `inertia` */
-    kt_shape shape;           /* for pictures, and where it is asked for, for com and inertia */
-    const kt_shape *shapes;   /* further ones, for pictures alone: the caller's; NULL where there are none */
-    int shape_count;          /* length of shapes */
+    const char *name;       /* [A-Za-z_][A-Za-z0-9_-]* */
+    const char *parent;     /* name of a body; NULL or "world": the world */
+    kt_joint joint;         /* on the parent */
+    double mass;            /* kg */
+    kt_vec3 com;            /* centre of mass, body frame, m */
+    kt_sym3 inertia;        /* about the com, body axes, kg m^2 */
+    bool com_of_shape;      /* take the com from the shape and `mass`, and ignore `com` */
+    bool inertia_of_shape;  /* take the inertia from the shape and `mass`, and ignore `inertia` */
+    kt_shape shape;         /* for pictures, and where it is asked for, for com and inertia */
+    const kt_shape *shapes; /* further ones, for pictures alone: the caller's; NULL where there are none */
+    int shape_count;        /* length of shapes */
     const kt_variable_mass *variable_mass; /* the caller's; NULL (default): the mass is constant */
-    const kt_marker *markers; /* the caller's; NULL where there are none */
-    int marker_count;         /* length of markers */
+    const kt_marker *markers;              /* the caller's; NULL where there are none */
+    int marker_count;                      /* length of markers */
 } kt_body;
 
 /* ---- loops and effects ------------------------------------------------------------------------------------------- */
@@ -394,7 +394,7 @@ typedef struct kt_loop {
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */
-#define KT_EFFECT_PLAIN_LIST(X)                                                                                         \
+#define KT_EFFECT_PLAIN_LIST(X)                                                                                        \
     X(KT_EFFECT_SPRING, spring)                 /* between two points, with damping */                                 \
     X(KT_EFFECT_JOINT_SPRING, joint_spring)     /* in a joint, with damping */                                         \
     X(KT_EFFECT_JOINT_DAMPER, joint_damper)     /* in a joint */                                                       \
@@ -483,9 +483,10 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  * before a loop of the same name. A library without Jacobians has no effects in loops. "N (m)" below: N m, or N where the
  * coordinate is a length. */
 typedef struct kt_effect {
-    const char *name;      /* may be NULL */
-    kt_effect_type type;   /* which members are read */
-    kt_end between[2];     /* the first is: force, torque, thrust, drag: where it acts; contact: the sphere's centre, and the
+    const char *name;    /* may be NULL */
+    kt_effect_type type; /* which members are read */
+    kt_end
+        between[2]; /* the first is: force, torque, thrust, drag: where it acts; contact: the sphere's centre, and the
                               second a frame in the plane */
     const char *joint;     /* joint_*, motor, servo, expression, custom with joint_force: the coordinate, see above */
     double stiffness;      /* spring N/m; joint_spring, joint_limit, servo N (m) per rad or m; contact N/m^exponent */
