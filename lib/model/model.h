@@ -25,7 +25,7 @@ typedef struct kt_counts {
     size_t dense;      /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
     size_t varying; /* bodies whose mass is a function of time */
-    size_t front; /* links of groups, if any group is large enough for fronts */
+    size_t front;   /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
     size_t rest;        /* room for those that are rotated at rest, and screws */

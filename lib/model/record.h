@@ -111,7 +111,7 @@ enum { KT_MASS_CURVES = 7 };
 /* A body whose mass is a function of time; its record has the mass to which its inertia belongs. */
 typedef struct kt_mass_record {
     int32_t body;
-    bool has_moments; /* its inertia is given; otherwise it is in proportion to the mass */
+    bool has_moments;               /* its inertia is given; otherwise it is in proportion to the mass */
     kt_curve curve[KT_MASS_CURVES]; /* the mass, and xx, yy, zz, xy, xz, yz */
 } kt_mass_record;
 

@@ -65,7 +65,8 @@ static void write_mass(kt_emitter *e, const kt_field *field, const void *object,
 
 static bool same_mass(const kt_field *field, const void *object, const void *standard) {
     const kt_body *body = object;
-    return body->variable_mass == NULL && !body->com_of_shape && !body->inertia_of_shape && kt_number_same(field, object, standard);
+    return body->variable_mass == NULL && !body->com_of_shape && !body->inertia_of_shape &&
+           kt_number_same(field, object, standard);
 }
 
 /* Whether `mass` and `shape` are both written, so that a com or an inertia that is not written would be the shape's. */

@@ -3,9 +3,9 @@
  * method. */
 #include "base/copy.h"
 #include "closure/project.h"
+#include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "joint/joint.h"
-#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
@@ -71,9 +71,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
     kt_status status = kt_own_states_refuse(
         model, "step", "derivatives of a step would leave them out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
-        status = kt_masses_refuse(model, "step",
-                                  "derivatives of a step would leave that out; integrate neighbouring motions instead",
-                                  error);
+        status = kt_masses_refuse(
+            model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
         status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)

@@ -1,7 +1,7 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
-#include "integrator/integrator.h"
 #include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "simulation/contact.h"

@@ -10,9 +10,9 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/compile.h"
+#include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "joint/joint.h"
-#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "model/relative.h"
 
@@ -367,8 +367,8 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         status = kt_own_states_refuse(model, "formulation",
                                       "absolute coordinates do not carry them; use formulation: tree", error);
     if (status == KT_OK)
-        status = kt_masses_refuse(model, "formulation",
-                                  "absolute coordinates do not know that; use formulation: tree", error);
+        status = kt_masses_refuse(model, "formulation", "absolute coordinates do not know that; use formulation: tree",
+                                  error);
     if (status != KT_OK)
         return status;
     const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];

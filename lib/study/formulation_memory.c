@@ -1,6 +1,6 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
-#include "linear/lapack.h"
 #include "dynamics/dynamics.h"
+#include "linear/lapack.h"
 #include "mechanism/evaluate.h"
 #include "study/formulation.h"
 
