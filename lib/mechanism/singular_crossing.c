@@ -26,7 +26,9 @@
  * The difference of the two interpolations does not see a bend between the inner states: they all lie on the branches
  * outside it. The closed state does: if its acceleration differs from the interpolated one by more than both errors
  * explain (by d v^2 / s^3 against c v^2 / s^3: the same factor d / c all along), the path bends, and the direct one
- * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken.
+ * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken. Where s is below the
+ * root of ROUNDING the steps that close a state, c / s, are longer than s, and the closed state may be any: a motion that
+ * misses by more than rounding does not come so near.
  *
  * What an error e of an acceleration matters is told (kt_data_crossings) by how far it leads off while the motion is
  * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s. A motion
@@ -339,7 +341,7 @@ static size_t choose(crossing *c, bool lost) {
     size_t failed = 0;
     c->closed = data->scratch_v + 4 * kt_lanes8(model->n.v);
     c->open = c->rounding = (double)INFINITY;
-    if (!lost)
+    if (s > sqrt(ROUNDING))
         measure_direct(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);

@@ -7,7 +7,8 @@
 Every family is a linkage with a singular position on its way, whose lengths are off by d: at d = 0 the motion meets the position, otherwise
 its path bends next to it, within some sqrt(d), and a method that looks across the bend gains or loses energy. A run must do one of these:
   .  keep the total energy, or where effects do work the account of energy: to 1e-7 J (LIMIT) at a tolerance of 1e-11; at the default tolerance,
-     which by itself lets some 1e-7 to 2e-6 J go in 10 s at d = 0.1, to 1e-7 of the largest kinetic energy, if that is above 1 J (if it was
+     which by itself lets some 1e-7 to 2e-6 J go in 10 s at d = 0.1, to 1e-7 of the largest kinetic energy or of the works that the account
+     adds up, if these are above 1 J (the scale of kt_energy_watch; if it was
      never near a singular position, it is the tolerance that costs more: then it is to keep 1e-7 J at 1e-11); with fixed steps, whose error
      is the caller's choice, to the 1e-3 of the energy from which on the watch of energies must speak
   t  say in a warning of the summary what is not sure: with adaptive steps that positions closer than rounding decide the way, and that only at
@@ -400,7 +401,8 @@ def run(program, family, d, options, duration, keep, patience):
     header, *rows = [line.split(",") for line in done.stdout.splitlines()]
     kinetic = max(float(row[header.index("energy.kinetic")]) for row in rows)
     fixed = "--step" in options
-    limit = FIXED_LIMIT * kinetic if fixed else LIMIT if "--tolerance" in options else LIMIT * max(1.0, kinetic)
+    works = max(abs(found["balance"][of]) for of in ("supplied", "dissipated"))
+    limit = FIXED_LIMIT * kinetic if fixed else LIMIT if "--tolerance" in options else LIMIT * max(1.0, kinetic, works)
     if drift <= limit:
         return Result(".", d, drift, "", steps, cpu)
     told = [w for w in map(str, found["warnings"]) if any(t in w for t in (TOLD_FIXED if fixed else TOLD))]

@@ -24,6 +24,9 @@
 
 enum { DISTANCES = 12 };
 
+/* Of those that meet a position, one at whose closed state, 2e-11 of a direction from there, rounding is anything. */
+enum { DIFFICULT = 5611 };
+
 /* The exactly closed state nearest to the rounded one: its acceleration. */
 static bool nearest_acceleration(const quad_mechanism *m, const near_state *n, quad *a) {
     quad q[QUAD_NQ], v[QUAD_NV];
@@ -101,7 +104,9 @@ KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
     kt_worst worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
     singular s = {.seed = 0};
     int told = 0;
-    for (int i = 0; i < near_mechanisms(); i++) {
+    for (int i = 0; i <= near_mechanisms(); i++) {
+        if (i == near_mechanisms())
+            s.seed = DIFFICULT - 1;
         near_next(&s);
         const quad_mechanism m = near_off_by(&s, 0.0);
         library l;
