@@ -47,6 +47,18 @@ KT_API void kt_frame_jacobian_derivative(const kt_model *model, const kt_data *d
 KT_API void kt_frame_twist_derivative(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
                                       kt_twist_frame frame, double *derivative);
 
+/* Of a marker, by its index on its body (kt_marker_find): its pose in the world, and the same quantities of its origin;
+ * KT_TWIST_BODY is then along the axes of the marker. Needs and cost as above; a body or a marker that there is not
+ * gives NaN, and leaves matrices as they are. */
+KT_API kt_pose kt_marker_pose(const kt_model *model, const kt_data *data, int body, int marker);
+KT_API void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
+                               double *jacobian);
+KT_API kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame);
+KT_API void kt_marker_jacobian_derivative(const kt_model *model, const kt_data *data, int body, int marker,
+                                          kt_twist_frame frame, double *derivative);
+KT_API void kt_marker_twist_derivative(const kt_model *model, const kt_data *data, int body, int marker,
+                                       kt_twist_frame frame, double *derivative);
+
 /* ---- about the centre of mass ------------------------------------------------------------------------------------ */
 
 /* The Jacobian of the centre of mass of kt_mass_center: 3 x nv, world axes; zeros if there is no mass. Needs

@@ -161,10 +161,11 @@ typedef struct kt_joint {
  * of four zeros never is. 0 for a fixed joint, or one of a type that does not exist. O(1). */
 KT_API unsigned kt_joint_given(const kt_joint *joint);
 
-/* A named point of a body. */
+/* A named frame of a body. A struct of zeros with a name is one at the body's origin, along its axes. */
 typedef struct kt_marker {
-    const char *name; /* as a body's; the only one of its name on its body */
-    kt_vec3 at;       /* body frame, m */
+    const char *name;     /* as a body's; the only one of its name on its body */
+    kt_vec3 at;           /* its origin, body frame, m */
+    kt_rotation rotation; /* its axes, against the body frame */
 } kt_marker;
 
 /* Types of shapes. X(type, name in scene files) */
@@ -226,12 +227,12 @@ typedef struct kt_body {
 
 /* ---- loops and effects ------------------------------------------------------------------------------------------- */
 
-/* A frame on a body: at a marker, or at `at` in the body frame, turned by `rotation` against the body frame. */
+/* A frame on a body: a marker's, or one at `at` along the axes of the body; turned by `rotation` against it. */
 typedef struct kt_end {
     const char *body;     /* NULL or "world": the world */
     const char *marker;   /* NULL: `at` counts */
     kt_vec3 at;           /* body frame, m */
-    kt_rotation rotation; /* of the end's frame against the body frame */
+    kt_rotation rotation; /* of the end's frame against the marker's, or without one the body's */
 } kt_end;
 
 /* Types of loops. X(type, name in scene files) */

@@ -164,11 +164,12 @@ KT_API kt_coordinates kt_body_coordinates(const kt_model *model, int body);
  * 0 <= v - kt_body_coordinates(...).v < nv; -1 unless 0 <= v < kt_model_nv. O(log bodies). */
 KT_API int kt_body_of_velocity(const kt_model *model, int v);
 
-/* Markers of a body, in the order of the description: how many, their names and places (body frame, m); the index of
- * one, -1 where there is none of that name. */
+/* Markers of a body, in the order of the description: how many, their names, origins (m) and axes, both in the body
+ * frame; the index of one, -1 where there is none of that name. kt_marker_pose (control.h) has them in the world. */
 KT_API int kt_marker_count(const kt_model *model, int body);
 KT_API const char *kt_marker_name(const kt_model *model, int body, int marker);
 KT_API kt_vec3 kt_marker_at(const kt_model *model, int body, int marker);
+KT_API kt_mat3 kt_marker_rotation(const kt_model *model, int body, int marker);
 KT_API int kt_marker_find(const kt_model *model, int body, const char *name);
 
 /* Writes the initial state as the description gives it: q (nq), v (nv), either of which may be NULL. Its loops may be

@@ -27,12 +27,18 @@ static int body_named(const kt_model *m, const char *name) { return name ? kt_bo
 static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
                            kt_error *error) {
     *body = body_named(m, end->body);
-    *link = m->body[*body].link;
-    kt_pose local;
-    local.position = end->marker ? kt_marker_at(m, *body, kt_marker_find(m, *body, end->marker)) : end->at;
-    const kt_status status = kt_rotation_evaluate(&end->rotation, &local.rotation, error);
-    if (status == KT_OK)
-        *frame = kt_pose_compose(m->body[*body].in_link, local);
+    const kt_body_record *b = &m->body[*body];
+    const kt_pose *on[] = {&b->in_link, &b->in_link}; /* what the end is on, and what this is on */
+    const int count = end->marker ? 2 : 1;
+    *link = b->link;
+    frame->position = end->at;
+    if (end->marker) {
+        on[0] = &m->marker[b->marker + kt_marker_find(m, *body, end->marker)].frame;
+        frame->position = (kt_vec3){0.0, 0.0, 0.0};
+    }
+    const kt_status status = kt_rotation_evaluate(&end->rotation, &frame->rotation, error);
+    for (int k = 0; k < count && status == KT_OK; k++)
+        *frame = kt_pose_compose(*on[k], *frame);
     return status;
 }
 

@@ -172,7 +172,8 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
     m->body[0].name = keep_text(m, &text, "world");
     m->name = keep_text(m, &text, d->name ? d->name : "");
-    for (int i = 0; i < d->body_count; i++) {
+    kt_status status = KT_OK;
+    for (int i = 0; i < d->body_count && status == KT_OK; i++) {
         const kt_body *body = &d->bodies[b->order[i]];
         const int self = i + 1, up = parent_index(b, b->order[i]);
         kt_body_record *r = &m->body[self];
@@ -182,11 +183,9 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         r->v = v;
         q += kt_joint_sizes[r->type].nq;
         v += kt_joint_sizes[r->type].nv;
-        kt_status status = kt_body_inertia(body, &r->com, &r->inertia, error);
+        status = kt_body_inertia(body, &r->com, &r->inertia, error);
         if (status == KT_OK)
             status = kt_rotation_evaluate(&body->joint.rotation, &r->joint.rotation, error);
-        if (status != KT_OK)
-            return status;
         r->joint.position = body->joint.at;
         keep_initial(m, &body->joint, r);
         keep_given(m, &body->joint, r);
@@ -198,12 +197,14 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         r->joint_name = body->joint.name ? keep_text(m, &text, body->joint.name) : r->name;
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
-        for (int k = 0; k < body->marker_count; k++) {
+        for (int k = 0; k < body->marker_count && status == KT_OK; k++) {
             kt_marker_record *mark = &m->marker[marker++];
-            *mark = (kt_marker_record){.at = body->markers[k].at, .name = keep_text(m, &text, body->markers[k].name)};
+            mark->frame.position = body->markers[k].at;
+            mark->name = keep_text(m, &text, body->markers[k].name);
+            status = kt_rotation_evaluate(&body->markers[k].rotation, &mark->frame.rotation, error);
         }
     }
-    return KT_OK;
+    return status;
 }
 
 static bool is_same(kt_mat3 a, kt_mat3 b) {

@@ -37,23 +37,23 @@ static void check_markers(kt_checker *checker, const kt_body *body) {
         kt_checker_fault(checker, "markers", -1, "markers is NULL, and marker_count is %d", body->marker_count);
     for (int i = 0; i < kt_checker_marker_count(body) && !kt_checker_is_done(checker); i++) {
         const kt_marker *marker = &body->markers[i];
-        const bool has_name = marker->name != NULL && marker->name[0] != '\0';
-        if (!has_name)
+        const char *name = marker->name != NULL ? marker->name : "";
+        const kt_name_text quoted = kt_name_quote(name);
+        const int first = kt_names_find(&checker->names, checker->index, name);
+        if (name[0] == '\0')
             kt_checker_fault(checker, "markers", i, "markers[%d] has no name; give it one", i);
-        else if (!kt_name_is_valid(marker->name))
+        else if (!kt_name_is_valid(name))
             kt_checker_fault(
                 checker, "markers", i,
                 "marker name %s is not valid; begin with a letter or _, go on with letters, digits, _ and -",
-                kt_name_quote(marker->name).text);
-        else if (kt_names_find(&checker->names, checker->index, marker->name) != i)
+                quoted.text);
+        else if (first != i)
             kt_checker_fault(checker, "markers", i, "marker %s stands twice, first as markers[%d]; choose another name",
-                             kt_name_quote(marker->name).text,
-                             kt_names_find(&checker->names, checker->index, marker->name));
-        if (kt_number_is_fine(marker->at.x) && kt_number_is_fine(marker->at.y) && kt_number_is_fine(marker->at.z))
-            continue;
+                             quoted.text, first);
         char suffix[KT_NAME_TEXT_SIZE + 8];
-        snprintf(suffix, sizeof suffix, " %s", has_name ? kt_name_quote(marker->name).text : "");
+        snprintf(suffix, sizeof suffix, " %s", name[0] != '\0' ? quoted.text : "");
         kt_checker_vector(checker, "markers", i, suffix, marker->at);
+        kt_checker_rotation(checker, "markers", i, suffix, &marker->rotation);
     }
 }
 

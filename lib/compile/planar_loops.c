@@ -63,12 +63,18 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
 
 /* ---- loops in their planes --------------------------------------------------------------------------------------- */
 
-/* The point of an end, in its body's frame. */
-static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b) {
-    if (!end->marker)
-        return end->at;
-    const int marker = kt_names_find(o->names, b->source, end->marker);
-    return marker < 0 ? end->at : o->description->bodies[b->source].markers[marker].at;
+/* The frame of an end in its body's. Returns false if a rotation cannot be evaluated. */
+static bool frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b, kt_pose *frame) {
+    kt_error ignored; /* such a rotation is refused when loops are attached */
+    kt_mat3 on = kt_mat3_identity();
+    const int index = end->marker ? kt_names_find(o->names, b->source, end->marker) : -1;
+    const kt_marker *marker = index < 0 ? NULL : &o->description->bodies[b->source].markers[index];
+    frame->position = marker ? marker->at : end->at;
+    if (kt_rotation_evaluate(&end->rotation, &frame->rotation, &ignored) != KT_OK ||
+        (marker && kt_rotation_evaluate(&marker->rotation, &on, &ignored) != KT_OK))
+        return false;
+    frame->rotation = kt_mat3_multiply(on, frame->rotation);
+    return true;
 }
 
 /* Finds the pose of an end in the plane's basis at q = 0: its axes, and its height along n (in position.z); adds its
@@ -76,10 +82,9 @@ static kt_vec3 point_of(const kt_ordered *o, const kt_end *end, const kt_body_pl
 static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_body_plane *b, const kt_plane *plane,
                     kt_pose *pose, double *reach) {
     const kt_end *end = &loop->between[k];
-    const kt_vec3 at = point_of(o, end, b);
-    kt_error ignored; /* a rotation that cannot be evaluated is refused when loops are attached */
-    if (kt_rotation_evaluate(&end->rotation, &pose->rotation, &ignored) != KT_OK)
+    if (!frame_of(o, end, b, pose))
         return false;
+    const kt_vec3 at = pose->position;
     kt_attach_align_axis(pose, kt_loop_axis(loop, k));
     const bool ground = b->tree == GROUND;
     const kt_mat3 basis = ground ? kt_mat3_multiply(kt_mat3_transpose(b->rest), plane->basis) : b->basis;

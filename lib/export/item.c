@@ -133,10 +133,14 @@ bool kt_export_solid(kt_export *x, kt_shape *shape) {
     return true;
 }
 
-kt_vec3 kt_export_point(const kt_export *x, const kt_end *end) {
+kt_pose kt_export_end(const kt_export *x, const kt_end *end) {
     const int body = end->marker != NULL && end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
-    for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++)
-        if (strcmp(x->d->bodies[body].markers[i].name, end->marker) == 0)
-            return x->d->bodies[body].markers[i].at;
-    return end->at;
+    const kt_pose own = {.position = end->at, .rotation = kt_export_matrix(&end->rotation)};
+    for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++) {
+        const kt_marker *marker = &x->d->bodies[body].markers[i];
+        if (strcmp(marker->name, end->marker) == 0)
+            return (kt_pose){.position = marker->at,
+                             .rotation = kt_mat3_multiply(kt_export_matrix(&marker->rotation), own.rotation)};
+    }
+    return own;
 }

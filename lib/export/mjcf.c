@@ -122,8 +122,9 @@ static void write_ends(kt_export *x, int body) {
             if ((end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1) != body)
                 continue;
             fprintf(x->stream, "<site name=\"%s__%d\"", loop->name, k + 1);
-            kt_export_vector(x, "pos", kt_export_point(x, end));
-            write_quat(x, kt_export_matrix(&end->rotation));
+            const kt_pose frame = kt_export_end(x, end);
+            kt_export_vector(x, "pos", frame.position);
+            write_quat(x, frame.rotation);
             fputs("/>", x->stream);
         }
     }
@@ -147,6 +148,7 @@ static void begin_body(kt_export *x, int i, int depth) {
         fprintf(x->stream, "<site name=\"%s%s%s\"", is_first ? "" : body->name, is_first ? "" : "__",
                 body->markers[k].name);
         kt_export_vector(x, "pos", body->markers[k].at);
+        write_quat(x, kt_export_matrix(&body->markers[k].rotation));
         fputs("/>", x->stream);
     }
     write_ends(x, i);

@@ -68,7 +68,7 @@ void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia);
 bool kt_export_solid(kt_export *x, kt_shape *shape);
 
 /* The point of an end, in its body's frame. */
-kt_vec3 kt_export_point(const kt_export *x, const kt_end *end);
+kt_pose kt_export_end(const kt_export *x, const kt_end *end);
 
 /* A number with as many digits as its bits need. */
 enum { KT_EXPORT_NUMBER = 32 };

@@ -327,7 +327,8 @@ static void make_markers(kt_mjcf *m) {
             (void)kt_reader_out_of_memory(m->r);
             return;
         }
-        *marker = (kt_marker){.name = copy, .at = site->pose.position};
+        *marker = (kt_marker){
+            .name = copy, .at = site->pose.position, .rotation = kt_rotation_of_matrix(site->pose.rotation)};
     }
 }
 

@@ -99,7 +99,14 @@ const char *kt_marker_name(const kt_model *model, int body, int marker) {
 kt_vec3 kt_marker_at(const kt_model *model, int body, int marker) {
     if (!model || !KT_IS_INDEX(body, model->n.body) || !KT_IS_INDEX(marker, model->body[body].marker_count))
         return kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
-    return model->marker[model->body[body].marker + marker].at;
+    return model->marker[model->body[body].marker + marker].frame.position;
+}
+
+kt_mat3 kt_marker_rotation(const kt_model *model, int body, int marker) {
+    const kt_vec3 none = kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
+    if (!model || !KT_IS_INDEX(body, model->n.body) || !KT_IS_INDEX(marker, model->body[body].marker_count))
+        return (kt_mat3){none, none, none};
+    return model->marker[model->body[body].marker + marker].frame.rotation;
 }
 
 int kt_marker_find(const kt_model *model, int body, const char *name) {

@@ -116,7 +116,7 @@ typedef struct kt_mass_record {
 } kt_mass_record;
 
 typedef struct kt_marker_record {
-    kt_vec3 at;
+    kt_pose frame; /* in the body's */
     uint32_t name;
 } kt_marker_record;
 

@@ -78,7 +78,10 @@ static kt_body_frame frame_of(const maker *m, const kt_end *end, kt_vec3 axis) {
     frame.body = frame.body > 0 ? frame.body : 0;
     const int marker = end->marker != NULL ? kt_marker_find(m->model, frame.body, end->marker) : -1;
     frame.pose.position = marker >= 0 ? kt_marker_at(m->model, frame.body, marker) : end->at;
-    frame.pose.rotation = frame_along(kt_solid_rotation(&end->rotation), axis);
+    kt_mat3 turned = kt_solid_rotation(&end->rotation);
+    if (marker >= 0)
+        turned = kt_mat3_multiply(kt_marker_rotation(m->model, frame.body, marker), turned);
+    frame.pose.rotation = frame_along(turned, axis);
     return frame;
 }
 

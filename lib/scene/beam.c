@@ -488,18 +488,27 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_beam *b, kt_
     kt_end end = kt_end_default();
     if (b->from != NULL && !kt_read_end(r, scope, b->from, &end))
         return false;
-    const kt_node *at = b->from != NULL && b->from->kind == KT_NODE_MAP ? kt_node_find(b->from, "at") : NULL;
+    const bool is_map = b->from != NULL && b->from->kind == KT_NODE_MAP;
+    const kt_node *at = is_map ? kt_node_find(b->from, "at") : NULL;
+    const kt_node *turned = is_map ? kt_node_find(b->from, "rotation") : NULL;
     if (end.marker != NULL) {
         at = find_marker(r, end.body != NULL ? end.body : "world", end.marker);
         if (at == NULL)
             return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' has no marker '%s'",
                                end.body != NULL ? end.body : "world", end.marker);
     }
+    if (at != NULL && at->kind == KT_NODE_MAP) {
+        const kt_node *on = kt_node_find(at, "rotation");
+        at = kt_node_find(at, "at");
+        if (on != NULL && turned != NULL)
+            return kt_fault_at(
+                r, KT_ERROR_SCENE, scope, b->from,
+                "marker '%s' has a rotation, and the beam another one against it; give one that has both", end.marker);
+        turned = on != NULL ? on : turned;
+    }
     words[0] = (kt_replacement){"__parent__", NULL, end.body != NULL ? end.body : "world"};
     words[1] = (kt_replacement){"__at__", at, NULL};
-    words[2] = (kt_replacement){
-        "__rotation__", b->from != NULL && b->from->kind == KT_NODE_MAP ? kt_node_find(b->from, "rotation") : NULL,
-        NULL};
+    words[2] = (kt_replacement){"__rotation__", turned, NULL};
     words[3] = (kt_replacement){"__from__", b->from, b->from == NULL ? "world" : NULL};
     words[4] = (kt_replacement){"__to__", b->to, NULL};
     return true;

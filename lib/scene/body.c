@@ -181,6 +181,34 @@ static bool same_joint(const kt_field *field, const void *object, const void *st
            kt_same_bits(&joint->at, &rest->at, sizeof joint->at) && kt_same_rotation(&joint->rotation, &rest->rotation);
 }
 
+static const kt_field marker_fields[] = {
+    {.key = "at", .kind = &kt_kind_vector, .offset = offsetof(kt_marker, at)},
+    {.key = "rotation", .kind = &kt_kind_rotation, .offset = offsetof(kt_marker, rotation)},
+};
+static const kt_table marker_table = {.fields = marker_fields, .count = KT_COUNT_OF(marker_fields)};
+
+/* A point, or a frame: tip: [1, 0, 0], tool: {at: [1, 0, 0], rotation: ROTATION}. */
+static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
+    return node->kind == KT_NODE_MAP ? kt_table_read(r, scope, node, &marker_table, marker)
+                                     : kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &marker->at);
+}
+
+static void write_marker(kt_emitter *e, const kt_marker *marker) {
+    static const kt_marker standard = {.name = NULL};
+    const double at[] = {marker->at.x, marker->at.y, marker->at.z};
+    kt_emit_name(e, marker->name);
+    if (kt_same_rotation(&marker->rotation, &standard.rotation)) {
+        kt_emit_numbers(e, at, 3);
+        return;
+    }
+    kt_emit_map(e, true);
+    kt_emit_key(e, "at");
+    kt_emit_numbers(e, at, 3);
+    kt_emit_key(e, "rotation");
+    kt_write_rotation(e, &marker->rotation);
+    kt_emit_end(e);
+}
+
 /* Names used twice are left to kt_description_check. */
 static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
@@ -195,7 +223,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
         const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
         good = kt_read_name(r, scope, key, "a marker's name", &markers[i].name) && good;
-        good = kt_read_vector(r, &here, key->next, KT_QUANTITY_NUMBER, &markers[i].at) && good;
+        good = read_marker(r, &here, key->next, &markers[i]) && good;
     }
     body->markers = markers;
     body->marker_count = i;
@@ -207,12 +235,8 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
     (void)standard;
     const kt_body *body = object;
     kt_emit_map(e, false);
-    for (int i = 0; i < body->marker_count; i++) {
-        const kt_vec3 at = body->markers[i].at;
-        const double values[] = {at.x, at.y, at.z};
-        kt_emit_name(e, body->markers[i].name);
-        kt_emit_numbers(e, values, 3);
-    }
+    for (int i = 0; i < body->marker_count; i++)
+        write_marker(e, &body->markers[i]);
     kt_emit_end(e);
 }
 

@@ -84,11 +84,14 @@ static kt_status fix_thread(const restart *r, kt_loop *loop, kt_error *error) {
         return status;
     const int body = end->body != NULL ? kt_body_find(r->model, end->body) : 0;
     const int marker = end->marker != NULL ? kt_marker_find(r->model, body, end->marker) : -1;
+    if (marker >= 0)
+        turn = kt_mat3_multiply(kt_marker_rotation(r->model, body, marker), turn);
     const kt_vec3 axis = kt_mat3_apply(turn, kt_vec3_normalize(loop->axis)); /* in the body's frame */
     const kt_vec3 apart = kt_mat3_apply_transposed(kt_body_pose(r->model, r->data, body).rotation,
                                                    kt_vec3_sub(end_point(r, &end[1]), end_point(r, end)));
     if (marker >= 0)
         end->at = kt_marker_at(r->model, body, marker);
+    end->rotation = marker >= 0 ? kt_rotation_matrix(turn) : end->rotation;
     end->marker = NULL;
     end->at = kt_vec3_add(end->at, kt_vec3_scale(kt_vec3_dot(axis, apart), axis));
     return KT_OK;

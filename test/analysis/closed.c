@@ -181,7 +181,7 @@ KT_TEST(cart_and_pole_have_the_matrices_of_the_textbook) {
     const double big = 2.0, m = 0.3, len = 0.6, b = 0.7, g = 9.81;
     linkage l;
     small s = {0};
-    const kt_marker tip = {"tip", {0.0, len, 0.0}};
+    const kt_marker tip = {.name = "tip", .at = {0.0, len, 0.0}};
     linkage_begin(&l);
     kt_body *cart = linkage_bar(&l, "cart", NULL, none, kt_vec3_make(big, 0.0, 0.0), 0.5, 0.0);
     cart->joint.type = KT_JOINT_PRISMATIC;

@@ -49,7 +49,7 @@ static bool open_stand(stand *d) {
     d->effects[1].torque = (kt_function){.type = KT_FUNCTION_CONSTANT, .value = 0.5};
     d->l.description.effects = d->effects;
     d->l.description.effect_count = 2;
-    d->marker = (kt_marker){"middle", kt_vec3_make(1.0, 0.0, 0.0)};
+    d->marker = (kt_marker){.name = "middle", .at = kt_vec3_make(1.0, 0.0, 0.0)};
     d->l.body[1].markers = &d->marker;
     d->l.body[1].marker_count = 1;
     if (!linkage_build(&d->l, 0.0))

@@ -35,11 +35,11 @@ static void fill_bodies(mechanism *m) {
     m->bodies[SCREW] = body_of("screw", NULL, KT_JOINT_SCREW);
     m->bodies[BASE] = body_of("base", NULL, KT_JOINT_FIXED);
     m->bodies[SCREW].joint.pitch = 0.01;
-    m->tips[0] = (kt_marker){"tip", {1.0, 0.0, 0.0}};
-    m->tips[1] = (kt_marker){"heel", {-1.0, 0.0, 0.0}};
+    m->tips[0] = (kt_marker){.name = "tip", .at = {1.0, 0.0, 0.0}};
+    m->tips[1] = (kt_marker){.name = "heel", .at = {-1.0, 0.0, 0.0}};
     m->bodies[CRANK].markers = m->tips;
     m->bodies[CRANK].marker_count = 2;
-    m->end[0] = (kt_marker){"end", {0.5, 0.0, 0.0}};
+    m->end[0] = (kt_marker){.name = "end", .at = {0.5, 0.0, 0.0}};
     m->bodies[ROCKER].markers = m->end;
     m->bodies[ROCKER].marker_count = 1;
     m->bodies[BALL].shape.type = KT_SHAPE_SPHERE;

@@ -224,3 +224,78 @@ KT_TEST(twist_derivative_is_that_of_differences_and_both_give_the_bias) {
     kt_check_worst(&error);
     kt_check_worst(&bias);
 }
+
+/* Into the axes S of a marker, of a twist in those of its body. */
+static kt_twist turned(kt_twist twist, kt_mat3 axes, kt_twist_frame frame) {
+    if (frame == KT_TWIST_BODY) {
+        twist.angular = kt_mat3_apply_transposed(axes, twist.angular);
+        twist.linear = kt_mat3_apply_transposed(axes, twist.linear);
+    }
+    return twist;
+}
+
+/* Markers of random trees are turned by the Euler vector that is their place (tree.c). */
+static void check_marker(const kt_tree *tree, const kt_tree_state *s, const kt_oracle_body *bodies, int b,
+                         kt_worst error[3]) {
+    static double jacobian[ROWS * KT_TREE_NV], change[ROWS * KT_TREE_NV];
+    const int body = kt_body_find(tree->model, tree->body[b].name), m = kt_marker_find(tree->model, body, "tip");
+    const kt_vec3 at = tree->body[b].markers[0].at;
+    const kt_mat3 own = kt_matrix_from_euler_vector(at), axes = axes_of(&bodies[body]);
+    const kt_pose pose = kt_marker_pose(tree->model, tree->data, body, m);
+    const kt_mat3 expected = kt_mat3_multiply(axes, own);
+    const kt_vec3 place = kt_vec3_add(vector(bodies[body].p), kt_mat3_apply(axes, at));
+    for (int i = 0; i < 9; i++)
+        kt_worst_near(&error[0], (&pose.rotation.x.x)[i], (&expected.x.x)[i], 4e-15, "body %d entry %d", b, i);
+    for (int i = 0; i < 3; i++)
+        kt_worst_near(&error[0], (&pose.position.x)[i], (&place.x)[i], 2e-14, "body %d place %d", b, i);
+    for (int f = 0; f < 3; f++) {
+        double product[ROWS];
+        const kt_twist twist = turned(twist_of(&bodies[body], at, frames[f]), own, frames[f]);
+        const kt_twist bias = turned(kt_frame_bias(tree->model, tree->data, body, at, frames[f]), own, frames[f]);
+        const kt_twist its = kt_marker_bias(tree->model, tree->data, body, m, frames[f]);
+        kt_marker_jacobian(tree->model, tree->data, body, m, frames[f], jacobian);
+        multiply(tree, jacobian, s->v, product);
+        compare(&error[1], product, (const double *)&twist, 4e-14, 0, b, f);
+        compare(&error[2], (const double *)&its, (const double *)&bias, 4e-14, 0, b, f);
+        kt_marker_jacobian_derivative(tree->model, tree->data, body, m, frames[f], change);
+        multiply(tree, change, s->v, product);
+        compare(&error[2], product, (const double *)&bias, 4e-14, 1, b, f);
+        kt_marker_twist_derivative(tree->model, tree->data, body, m, frames[f], change);
+        multiply(tree, change, s->v, product);
+        compare(&error[2], product, (const double *)&bias, 4e-14, 2, b, f);
+    }
+}
+
+KT_TEST(markers_have_the_quantities_of_their_frames) {
+    kt_random random = kt_random_of_test();
+    kt_worst error[3] = {kt_worst_make("pose of a marker"), kt_worst_make("J v in its axes"),
+                         kt_worst_make("J' v in its axes")};
+    for (int n = 0; n < TREES; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_oracle_body bodies[KT_TREE_SLOTS];
+        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
+            return;
+        kt_oracle_motion(&tree, s.q, s.v, NULL, bodies);
+        for (int b = 0; b + 1 < tree.count; b++)
+            check_marker(&tree, &s, bodies, b, error);
+        kt_tree_free(&tree);
+    }
+    for (int k = 0; k < 3; k++)
+        kt_check_worst(&error[k]);
+}
+
+KT_TEST(marker_that_there_is_not_gives_nan) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    double one = 5.0;
+    if (!along_grow(&tree, 0, &random, &s) || !kt_tree_kinematics(&tree, &s))
+        return;
+    kt_check_true("pose", isnan(kt_marker_pose(tree.model, tree.data, 1, 1).position.x));
+    kt_check_true("rotation", isnan(kt_marker_rotation(tree.model, 1, 1).x.x));
+    kt_check_true("bias", isnan(kt_marker_bias(tree.model, tree.data, 1, -1, KT_TWIST_BODY).linear.x));
+    kt_marker_jacobian(tree.model, tree.data, 1, 1, KT_TWIST_BODY, &one);
+    kt_check_near("untouched", one, 5.0, 0.0);
+    kt_tree_free(&tree);
+}

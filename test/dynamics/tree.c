@@ -204,7 +204,8 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
         body->mass = kt_random_uniform(random, 0.2, 3.0);
         body->com = kt_tree_vector(random, -0.5, 0.5);
         body->inertia = kt_tree_inertia(random, body->mass, 1.0);
-        tree->marker[i] = (kt_marker){.name = "tip", .at = kt_tree_vector(random, -1.0, 1.0)};
+        const kt_vec3 at = kt_tree_vector(random, -1.0, 1.0);
+        tree->marker[i] = (kt_marker){.name = "tip", .at = at, .rotation = kt_rotation_vector(at)};
         body->markers = &tree->marker[i];
         body->marker_count = 1;
     }

@@ -198,7 +198,7 @@ static void describe(kt_description *d, int which) {
     static kt_body body[4];
     static kt_loop loop[2];
     static kt_effect effect[3];
-    static kt_marker marker = {"tip", {0.1, 0.2, 0.3}};
+    static kt_marker marker = {.name = "tip", .at = {0.1, 0.2, 0.3}};
     static const char *const names[] = {"a", "b", "c", "d"};
     *d = kt_description_default();
     d->gravity = kt_vec3_make(0.0, -9.81, 0.0);

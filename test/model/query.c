@@ -7,7 +7,8 @@
 
 /* A cart with a pendulum; the pendulum is described first. */
 static bool make(kt_tree *tree) {
-    static const kt_marker markers[2] = {{"tip", {0.0, -1.0, 0.0}}, {"heel", {0.0, 0.25, 0.0}}};
+    static const kt_marker markers[2] = {{.name = "tip", .at = {0.0, -1.0, 0.0}},
+                                         {.name = "heel", .at = {0.0, 0.25, 0.0}}};
     memset(tree, 0, sizeof *tree);
     kt_body *pendulum = &tree->body[0], *cart = &tree->body[1];
     *pendulum = *cart = kt_body_default();
@@ -200,7 +201,7 @@ KT_TEST(name_gravity_and_level_are_kept) {
 KT_TEST(a_thousand_names_are_kept_apart) {
     static kt_body bodies[1000];
     static char names[1000][16];
-    static kt_marker markers[2] = {{"b7", {0.0, 0.0, 0.0}}, {"b8", {1.0, 0.0, 0.0}}};
+    static kt_marker markers[2] = {{.name = "b7", .at = {0.0, 0.0, 0.0}}, {.name = "b8", .at = {1.0, 0.0, 0.0}}};
     kt_description d = kt_description_default();
     kt_error e = {0};
     kt_model *m;

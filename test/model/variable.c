@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-static const kt_marker markers[] = {{"tip", {1.0, 0.0, 0.0}}, {"tip-2", {2.0, 0.0, 0.0}}};
+static const kt_marker markers[] = {{.name = "tip", .at = {1.0, 0.0, 0.0}}, {.name = "tip-2", .at = {2.0, 0.0, 0.0}}};
 
 static kt_description describe(kt_body bodies[3]) {
     static const struct {

@@ -107,6 +107,9 @@ static bool body_differs(const char *where, const kt_body *a, const kt_body *b) 
     for (int i = 0; i < a->marker_count; i++) {
         TEXT(markers[i].name);
         BITS(markers[i].at);
+        snprintf(part, sizeof part, "%s.markers[%d]", where, i);
+        if (rotation_differs(part, &a->markers[i].rotation, &b->markers[i].rotation))
+            return true;
     }
     snprintf(part, sizeof part, "%s.joint", where);
     if (joint_differs(part, &a->joint, &b->joint))

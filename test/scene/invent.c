@@ -174,8 +174,11 @@ static void invent_body(inventor *v, int i) {
         body->inertia = inertia(v);
     body->marker_count = pick(v, INVENT_MARKERS + 1);
     body->markers = body->marker_count > 0 ? v->out->markers[i] : NULL;
-    for (int k = 0; k < body->marker_count; k++)
-        v->out->markers[i][k] = (kt_marker){marker_names[k], vector(v)};
+    for (int k = 0; k < body->marker_count; k++) {
+        v->out->markers[i][k] = (kt_marker){.name = marker_names[k], .at = vector(v)};
+        if (chance(v))
+            v->out->markers[i][k].rotation = rotation(v);
+    }
 }
 
 /* ---- loops and effects ------------------------------------------------------------------------------------------- */

@@ -36,7 +36,7 @@ KT_TEST(markers_count_in_the_length_scale) {
     const double without = kt_accuracy_get(b.study)->length;
     kt_check_equal_int("unit", kt_accuracy_get(b.study)->unit, KT_ACCURACY_MIXED);
     kt_accuracy_free(b.study);
-    b.marker = (kt_marker){"far", kt_vec3_make(0.0, -5.0, 0.0)};
+    b.marker = (kt_marker){.name = "far", .at = kt_vec3_make(0.0, -5.0, 0.0)};
     b.body.markers = &b.marker;
     b.body.marker_count = 1;
     if (!kt_check_equal_int("study", create(&b), KT_OK))

@@ -34,10 +34,13 @@ static kt_vec3 point_of(const kt_model *model, const kt_data *data, const kt_end
 
 static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt_effect *effect) {
     const kt_end *plane = &effect->between[1];
+    const int body = body_of(model, plane);
     kt_mat3 turn = kt_mat3_identity();
     if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
         return kt_vec3_make(0.0, 0.0, 0.0); /* not reached: the description has been checked */
-    return kt_mat3_apply(kt_body_pose(model, data, body_of(model, plane)).rotation,
+    if (plane->marker != NULL)
+        turn = kt_mat3_multiply(kt_marker_rotation(model, body, kt_marker_find(model, body, plane->marker)), turn);
+    return kt_mat3_apply(kt_body_pose(model, data, body).rotation,
                          kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
 }
 

@@ -206,7 +206,7 @@ static int write_scene(kt_maker *maker, const char *title) {
     long count = maker->settings.links;
     for (long i = 0; i < count; i++)
         make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->settings.branching) : i - 1);
-    maker->tip = (kt_marker){"tip", end_of(maker->kind, maker->lengths[count - 1])};
+    maker->tip = (kt_marker){.name = "tip", .at = end_of(maker->kind, maker->lengths[count - 1])};
     maker->bodies[count - 1].markers = &maker->tip;
     maker->bodies[count - 1].marker_count = 1;
     scene.description.name = title;

@@ -52,7 +52,9 @@ static const family families[] = {
      joint, joint_standard, 0, KT_JOINT_TYPE_COUNT, true},
     {"loop", "Loops",
      "Constraints that the tree of joints cannot carry. Every loop has a `name`. An end is `BODY.MARKER`, `BODY` (its\n"
-     "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`).\n",
+     "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`, against whose axes R "
+     "then\n"
+     "turns).\n",
      loop, loop_standard, 0, KT_LOOP_TYPE_COUNT, true},
     {"effect", "Effects",
      "What acts on bodies and joints besides gravity. An effect may have a `name`. A joint that an effect acts in has "

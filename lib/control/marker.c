@@ -1,0 +1,62 @@
+/* Frames of markers: those of their bodies, turned by a constant rotation S, so that with KT_TWIST_BODY every quantity y
+ * in the body's axes becomes S'y in the marker's. */
+#include "control/control.h"
+
+static const kt_marker_record *marker_of(const kt_model *model, int body, int marker) {
+    if (!model || !KT_IS_INDEX(body, model->n.body) || !KT_IS_INDEX(marker, model->body[body].marker_count))
+        return NULL;
+    return &model->marker[model->body[body].marker + marker];
+}
+
+/* The columns of a 6 x nv matrix into the marker's axes. */
+static void turn_columns(const kt_model *model, const kt_marker_record *m, kt_twist_frame frame, double *matrix) {
+    for (size_t k = 0; k < 2 * model->n.v && frame == KT_TWIST_BODY; k++) {
+        double *part = matrix + 3 * k;
+        const kt_vec3 y = kt_mat3_apply_transposed(m->frame.rotation, kt_vec3_make(part[0], part[1], part[2]));
+        part[0] = y.x, part[1] = y.y, part[2] = y.z;
+    }
+}
+
+kt_pose kt_marker_pose(const kt_model *model, const kt_data *data, int body, int marker) {
+    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_pose pose = kt_body_pose(model, data, m ? body : -1);
+    return m ? kt_pose_compose(pose, m->frame) : pose;
+}
+
+void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
+                        double *jacobian) {
+    const kt_marker_record *m = marker_of(model, body, marker);
+    if (!m || !kt_data_serve(model, data) || !jacobian)
+        return;
+    kt_frame_jacobian(model, data, body, m->frame.position, frame, jacobian);
+    turn_columns(model, m, frame, jacobian);
+}
+
+kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame) {
+    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_vec3 origin = {0.0, 0.0, 0.0};
+    kt_twist bias = kt_frame_bias(model, data, m ? body : -1, m ? m->frame.position : origin, frame);
+    if (m && frame == KT_TWIST_BODY) {
+        bias.angular = kt_mat3_apply_transposed(m->frame.rotation, bias.angular);
+        bias.linear = kt_mat3_apply_transposed(m->frame.rotation, bias.linear);
+    }
+    return bias;
+}
+
+void kt_marker_jacobian_derivative(const kt_model *model, const kt_data *data, int body, int marker,
+                                   kt_twist_frame frame, double *derivative) {
+    const kt_marker_record *m = marker_of(model, body, marker);
+    if (!m || !kt_data_serve(model, data) || !derivative)
+        return;
+    kt_frame_jacobian_derivative(model, data, body, m->frame.position, frame, derivative);
+    turn_columns(model, m, frame, derivative);
+}
+
+void kt_marker_twist_derivative(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
+                                double *derivative) {
+    const kt_marker_record *m = marker_of(model, body, marker);
+    if (!m || !kt_data_serve(model, data) || !derivative)
+        return;
+    kt_frame_twist_derivative(model, data, body, m->frame.position, frame, derivative);
+    turn_columns(model, m, frame, derivative);
+}
