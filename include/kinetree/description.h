@@ -454,7 +454,8 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
 /* A force element; only the members of its type are read. types.md has the keys that stand for them.
  *   spring: pulls its ends together with stiffness (distance - length) + damping (rate of the distance);
  *   joint_spring: -stiffness (q - rest(t)) - damping v in a joint; joint_damper: -damping v;
- *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v;
+ *   joint_friction: -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v; with `stick`
+ *     the sign of v in place of tanh, and rest at rest;
  *   joint_limit: nothing between lower and upper; beyond, stiffness times the excess back, and damping that grows from
  *     zero with it, so that the force is continuous and never pulls back; with a restitution hard stops;
  *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
@@ -529,6 +530,8 @@ typedef struct kt_effect {
     kt_corner_callback *corner; /* custom: when its force has corners; NULL: never */
     void *user;                 /* custom: handed to the callback; must outlive the model */
     kt_switching switching;     /* as of a loop */
+    bool stick; /* joint_friction: it sticks: at rest it is a constraint, until the force on it exceeds breakaway
+                             (or coulomb), and then it slips, with the sign of the speed (not smoothed); default: false */
     double restitution;   /* joint_limit, contact: it is hard, and gives back this part of the speed, 0 to 1; default:
                              infinite, which is none: it is elastic. Hard ones are loops that bound a side (kt_loop.side),
                              named after the effect, or its joint or body */

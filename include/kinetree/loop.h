@@ -23,6 +23,8 @@ KT_API const char *kt_loop_name(const kt_model *model, int loop);
 KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
 /* The side that a loop bounds, of a hard stop or contact, too; KT_SIDE_NONE of one that holds, or of none. O(1). */
 KT_API kt_side kt_loop_side(const kt_model *model, int loop);
+/* Whether a loop is that of friction that sticks (kt_effect.stick); false of one that is none. O(1). */
+KT_API bool kt_loop_is_stick(const kt_model *model, int loop);
 
 /* The index of the loop of that name; -1: none. O(loops). */
 KT_API int kt_loop_find(const kt_model *model, const char *name);

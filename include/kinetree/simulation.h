@@ -435,7 +435,8 @@ KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const
 
 /* ---- hard contacts ----------------------------------------------------------------------------------------------- */
 
-/* What hard stops, contacts and slack ropes (kt_loop.side, a restitution of kt_effect) have done since the start. Each is an
+/* What hard stops, contacts and slack ropes (kt_loop.side, a restitution of kt_effect), and friction that sticks, have done
+ * since the start. Each is an
  * event of the name of its loop (kt_simulation_event_count), before those that are added: that it closes, and that its
  * reaction ends. In between it is a loop that is switched on (kt_simulation_model, kt_switch_set). */
 typedef struct kt_contact_counts {
@@ -443,6 +444,8 @@ typedef struct kt_contact_counts {
     uint64_t impacts;  /* faster than rest_velocity */
     uint64_t closings; /* it became a constraint */
     uint64_t openings; /* it ceased to be one */
+    uint64_t sticks;   /* friction that sticks came to rest */
+    uint64_t slips;    /* and began to slip */
     uint64_t reduced;  /* impacts at which Newton's rule would have let the energy grow: restitutions were made less */
     uint64_t pivots;   /* of complementarity problems; at most 50 for each contact that touches */
     double dissipated; /* by impacts, J */

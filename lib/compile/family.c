@@ -16,8 +16,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Hard stops and contacts (hard.c) are off in all models. */
+/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and that
+ * of the effect, which says that it slips backwards; while the loop is on the effect is off. */
 static kt_switching switching_of(const kt_effect *effect) {
+    if (kt_effect_sticks(effect))
+        return KT_SWITCHED_OFF;
     return kt_effect_is_hard(effect) ? KT_ALWAYS_ON : effect->switching;
 }
 
@@ -100,6 +103,29 @@ static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from
                      : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
 }
 
+/* Whether switch k is of a loop of friction that sticks. */
+static bool is_stick(const compilation *c, int k) {
+    const int32_t loop = c->item[k].loop;
+    const int effect = loop >= 0 && c->loops[loop].type == KT_LOOP_RATES ? c->loops[loop].equation_count - 1 : -1;
+    return effect >= 0 && effect < c->description.effect_count && kt_effect_sticks(&c->effects[effect]);
+}
+
+/* Of such a switch: the effect is off while its loop is on; in the model it knows in which direction it slips. */
+static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
+    if (!is_stick(c, k))
+        return;
+    const int32_t loop = c->item[k].loop, effect = c->loops[loop].equation_count - 1;
+    bool backwards = false;
+    for (int j = 0; j < c->count; j++)
+        backwards = backwards || (c->item[j].effect == effect && (set >> j & 1));
+    c->effects[effect].switching = set >> k & 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
+    for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
+        if (model->effect[i].source == effect)
+            model->effect[i].direction = backwards ? -1.0 : 1.0;
+    if (model)
+        model->loop[loop].friction = effect + 1;
+}
+
 static kt_status compile_set(compilation *c, const kt_model_options *options, kt_compile_call *compile, uint64_t set,
                              kt_error *error) {
     kt_error from = {.code = KT_OK};
@@ -110,7 +136,11 @@ static kt_status compile_set(compilation *c, const kt_model_options *options, kt
         else
             c->effects[c->item[k].effect].switching = switching;
     }
+    for (int k = 0; k < c->count; k++)
+        set_stick(c, k, set, NULL);
     const kt_status status = compile(&c->description, options, &c->model[set], &from);
+    for (int k = 0; status == KT_OK && k < c->count; k++)
+        set_stick(c, k, set, c->model[set]);
     return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
 }
 

@@ -3,7 +3,9 @@
  *     joint_limit    q - lower >= 0, q - upper <= 0            couplings of one joint
  *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
  *
- * Such a loop is switched: it is in a model while it is closed. The effect itself is off in all models, and keeps its index.
+ *     joint_friction q' = 0, that sticks                     rates of one joint
+ *
+ * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
  */
 #include "compile/compile.h"
 
@@ -29,6 +31,8 @@ static bool bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || k
 
 /* How many loops a hard effect is. */
 static int loops_of(const kt_effect *effect) {
+    if (kt_effect_sticks(effect))
+        return 1;
     if (!kt_effect_is_hard(effect))
         return 0;
     return effect->type == KT_EFFECT_CONTACT ? 1 : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
@@ -76,6 +80,19 @@ static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side 
     loop->term_count = 1;
     loop->offset = at;
     loop->side = side;
+}
+
+/* The loop of friction that sticks: no rate. Its effect, from 1, is in a member that rates do not read (family.c). */
+static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
+    kt_term *term = &p->term[p->made];
+    kt_loop *loop = add_loop(p, effect, effect->joint, ".stick");
+    *term = (kt_term){.joint = effect->joint, .coefficient = 1.0};
+    loop->type = KT_LOOP_RATES;
+    loop->terms = term;
+    loop->term_count = 1;
+    loop->switching = KT_SWITCHED_OFF;
+    loop->equation_count = index + 1;
+    loop->restitution = 0.0;
 }
 
 /* The point of an end, in its body's frame. */
@@ -126,6 +143,8 @@ static kt_status expand(const kt_description *d, kt_description *to, void **memo
             p.loop[i].side = kt_loop_is_rope(&p.loop[i]) ? KT_SIDE_BELOW : p.loop[i].side;
     for (size_t i = 0; status == KT_OK && i < effects; i++) {
         kt_effect *effect = &p.effect[i];
+        if (kt_effect_sticks(effect))
+            add_stick(&p, effect, (int)i);
         if (!kt_effect_is_hard(effect))
             continue;
         effect->switching = KT_SWITCHED_OFF;

@@ -133,6 +133,11 @@ static inline bool kt_effect_is_hard(const kt_effect *effect) {
 }
 /* Checks which of both it is, and what only the one or the other has; `stop`: what it is in words. */
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
+/* Of friction that sticks: a constraint while it does (compile/hard.c). */
+static inline bool kt_effect_sticks(const kt_effect *effect) {
+    return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
+}
+void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
 
 #if KT_HAS_SWITCHES
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE

@@ -31,3 +31,16 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
                          "a hard %s closes and opens by itself, and is not switched; take an elastic one (stiffness)",
                          what);
 }
+
+void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
+    if (effect->joint != NULL)
+        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    if (!(effect->coulomb > 0.0))
+        kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give what slips, or leave `stick` out");
+    if (effect->smoothing != kt_effect_default().smoothing)
+        kt_checker_fault(checker, "smoothing", -1,
+                         "friction that sticks is not smoothed; leave `smoothing` or `stick` out");
+    if (effect->switching != KT_ALWAYS_ON)
+        kt_checker_fault(checker, "switching", -1,
+                         "friction that sticks is switched by itself; leave `stick` or the other out");
+}

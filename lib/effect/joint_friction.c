@@ -5,10 +5,17 @@
  * The force is smooth (no events), a function of the speed alone; the price is that nothing rests: under a load f < S
  * the joint creeps, at v0 artanh(f / S) where v0 << vs. At rest it is a damper of S / v0, and this is what limits the
  * steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors against dry friction are proportional to v0.
+ *
+ * With `stick` it is dry: the sign of v is that of the slip, which changes at events, and at rest it is a constraint
+ * (simulation/contact.c).
  */
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
+    if (KT_HAS_SWITCHES && effect->stick)
+        kt_effect_check_stick(checker, effect);
+    else if (KT_HAS_SWITCHES && effect->stribeck == 0.0)
+        kt_checker_fault(checker, "stribeck", -1, "stribeck is 0; it must be greater than 0");
     if (kt_number_is_fine(effect->coulomb) && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
         kt_checker_fault(
             checker, "static", -1,
@@ -16,14 +23,31 @@ static void check(kt_checker *checker, const kt_effect *effect) {
             effect->breakaway, effect->coulomb);
 }
 
+/* Where it sticks static friction may end with the first motion. */
+#if KT_HAS_SWITCHES
+#define HAS_CURVE(effect) ((effect)->stribeck > 0.0)
+#define STRIBECK_RANGE KT_RANGE_NOT_NEGATIVE
+#else
+#define HAS_CURVE(effect) true
+#define STRIBECK_RANGE KT_RANGE_POSITIVE
+#endif
+
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
                               kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     kt_real dry = effect->coulomb;
-    if (effect->breakaway > effect->coulomb) {
+    if (effect->breakaway > effect->coulomb && HAS_CURVE(effect)) {
         const kt_real ratio = v / effect->stribeck;
         dry += (effect->breakaway - effect->coulomb) * kt_exp(-ratio * ratio);
     }
+#if KT_HAS_SWITCHES
+    if (effect->direction != 0.0) { /* it slips, and this is the sign of v, which may have just become zero */
+        const kt_real slipping = -effect->direction * dry - effect->viscous * v;
+        if (balance)
+            *balance = (kt_effect_power){.dissipated = -slipping * v};
+        return slipping;
+    }
+#endif
     const kt_real force = -dry * kt_tanh(v / effect->smoothing) - effect->viscous * v;
     if (balance)
         *balance = (kt_effect_power){.dissipated = -force * v};
@@ -39,9 +63,12 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                            double derivative[2]) {
     (void)numbers, (void)q, (void)t;
-    const double sign = tanh(v / effect->smoothing);
+    double sign = tanh(v / effect->smoothing);
+#if KT_HAS_SWITCHES
+    sign = effect->direction != 0.0 ? effect->direction : sign;
+#endif
     double dry = effect->coulomb, change = 0.0;
-    if (effect->breakaway > effect->coulomb) {
+    if (effect->breakaway > effect->coulomb && HAS_CURVE(effect)) {
         const double ratio = v / effect->stribeck, more = (effect->breakaway - effect->coulomb) * exp(-ratio * ratio);
         dry += more;
         change = -2.0 * more * ratio / effect->stribeck;
@@ -65,9 +92,14 @@ static const kt_key keys[] = {
     {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", KT_WORDS("S, friction at rest, not less than coulomb"),
      "that of `coulomb`", .range = KT_RANGE_NOT_NEGATIVE},
     {"stribeck", KT_KEY_NUMBER, KT_EFFECT_AT(stribeck), "rad/s|m/s",
-     KT_WORDS("vs, the speed over which static friction falls to coulomb"), .range = KT_RANGE_POSITIVE},
+     KT_WORDS("vs, the speed over which static friction falls to coulomb"), .range = STRIBECK_RANGE},
     {"smoothing", KT_KEY_NUMBER, KT_EFFECT_AT(smoothing), "rad/s|m/s",
      KT_WORDS("v0, the speed over which the force changes its sign"), .range = KT_RANGE_POSITIVE},
+#if KT_HAS_SWITCHES
+    {"stick", KT_KEY_FLAG, KT_EFFECT_AT(stick), "",
+     KT_WORDS("true: it sticks at rest, up to S, and slips by the sign of the speed (with vs = 0 at C from the start)"),
+     .needed = false},
+#endif
 };
 const kt_descriptor kt_effect_joint_friction_descriptor = {
     .name = "joint_friction",

@@ -38,6 +38,16 @@ bool kt_effect_has_initial_length(const kt_effect *effect) {
     return effect->initial_length && kt_descriptor_reads(kt_effect_descriptor(effect->type), KT_EFFECT_AT(length));
 }
 
+#if KT_HAS_SWITCHES
+/* Whether an effect is friction that sticks. */
+static bool is_stick(const kt_model *model, int source) {
+    for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
+        if (model->effect[i].source == source)
+            return model->effect[i].direction != 0.0;
+    return false;
+}
+#endif
+
 kt_energetics kt_model_energetics(const kt_model *model) {
     if (!model)
         return KT_ENERGY_CONSERVED;
@@ -51,7 +61,8 @@ kt_energetics kt_model_energetics(const kt_model *model) {
 #if KT_HAS_SWITCHES
     /* Loops that are switched on take energy; what effects store comes and goes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
-        const kt_energetics one = model->family->item[k].loop >= 0 ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
+        const bool takes = model->family->item[k].loop >= 0 || is_stick(model, model->family->item[k].effect);
+        const kt_energetics one = takes ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }
     if (model->family && kt_family_model(model->family, kt_family_sets(model->family) - 1)->driven)

@@ -71,6 +71,15 @@ kt_side kt_loop_side(const kt_model *model, int loop) {
     return KT_SIDE_NONE;
 }
 
+bool kt_loop_is_stick(const kt_model *model, int loop) {
+#if KT_HAS_SWITCHES
+    if (model && KT_IS_INDEX(loop, model->n.loop))
+        return model->loop[loop].friction > 0;
+#endif
+    (void)model, (void)loop;
+    return false;
+}
+
 kt_loop_type kt_loop_type_of(const kt_model *model, int loop) {
     return model && KT_IS_INDEX(loop, model->n.loop) ? (kt_loop_type)model->loop[loop].type : KT_LOOP_TYPE_COUNT;
 }

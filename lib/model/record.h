@@ -154,6 +154,7 @@ typedef struct kt_loop_record {
 #if KT_HAS_SWITCHES
     int32_t side;                      /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
+    int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
 #endif
 } kt_loop_record;
 
@@ -280,7 +281,8 @@ typedef struct kt_effect_record {
     kt_vec3 exhaust;                  /* thrust */
     bool in_body;                     /* force, torque: components in the end's axes */
 #if KT_HAS_SWITCHES
-    bool hard; /* joint_limit, contact: loops are in its place */
+    bool hard;        /* joint_limit, contact: loops are in its place */
+    double direction; /* joint_friction that sticks: 1 or -1, in which it slips; 0: it is smoothed */
 #endif
     kt_relative_record relative;
 } kt_effect_record;

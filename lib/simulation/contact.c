@@ -13,6 +13,11 @@
  * - Those with u+ = 0 are closed from now on whose reaction presses: with w the accelerations of their gaps without it,
  *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
  *
+ * Friction of a joint that sticks (kt_effect.stick) is of the same kind: it slips, and its rate is watched, in the direction
+ * in which it does; or it sticks, a constraint, and what is left of its limit S, S - |lambda|. It has no impulse, and at rest
+ *       -S <= lambda <= S,   a = 0 within,   a >= 0 where lambda = -S,   a <= 0 where lambda = S
+ * which with z1 = lambda + S and z2 = max(-a, 0) are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
+ *
  * Both are linear complementarity problems with a matrix that is positive semidefinite (linear/lemke.h). Where reactions
  * are not unique (four legs of a table) Lemke's basic solution leaves the redundant ones open.
  *
@@ -36,13 +41,18 @@
 static const double touching = 1e-11, deep = 1e-6;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double rounding = 1e-11;
+/* Friction slower than this has come to rest, m/s or rad/s. */
+static const double resting = 1e-9;
 enum { HALVINGS = 10 };
 
 typedef struct kt_contact {
     kt_simulation *simulation;
     int loop, index;
-    uint64_t bit;
-    double sign; /* of the residual where the contact is open */
+    uint64_t bit;  /* its loop is on */
+    double sign;   /* of the residual where the contact is open; 1 of friction */
+    int effect;    /* friction: the effect; of contacts -1 */
+    uint64_t back; /* friction: it slips backwards */
+    int v;         /* friction: its rate */
 } kt_contact;
 
 /* Every array: type, name, count, meaning. n contacts, of which m touch. */
@@ -67,13 +77,14 @@ typedef struct contact_sizes {
 } contact_sizes;
 
 struct kt_contacts {
-    int n, touching;
-    uint64_t mask;       /* the switches of all: contact_mask */
-    double time;         /* of the values; NaN: none */
-    uint64_t set;        /* likewise */
-    size_t inverse_size; /* bytes of inverse_memory */
-    const kt_model *all; /* all are closed: of the equations */
-    kt_data *data;       /* of `all` */
+    int n, sides;          /* in all; of these, the first ones bound a side, and the others are friction */
+    int touching, meeting; /* in the list; of these, the first ones bound a side */
+    uint64_t mask;         /* the switches of all: contact_mask */
+    double time;           /* of the values; NaN: none */
+    uint64_t set;          /* likewise */
+    size_t inverse_size;   /* bytes of inverse_memory */
+    const kt_model *all;   /* all are closed: of the equations */
+    kt_data *data;         /* of `all` */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 
@@ -81,10 +92,12 @@ KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const contact_si
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
+static bool is_watched(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE || loop->friction > 0; }
+
 size_t kt_contacts_of(const kt_model *model) {
     size_t count = 0;
     for (size_t i = 0; i < model->n.loop; i++)
-        count += model->loop[i].side != KT_SIDE_NONE;
+        count += is_watched(&model->loop[i]);
     return count;
 }
 
@@ -116,6 +129,22 @@ static void take_all(struct kt_contacts *c, const kt_model *model) {
     c->all = all;
 }
 
+/* The largest force of friction at rest. */
+static double limit_of(const kt_model *model, const kt_contact *contact) {
+    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
+    return fmax(effect->coulomb, effect->breakaway);
+}
+
+/* Its force where slip begins. */
+static double slip_of(const kt_model *model, const kt_contact *contact) {
+    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
+    return effect->stribeck > 0.0 ? limit_of(model, contact) : effect->coulomb;
+}
+
+static double direction_of(const kt_model *model, const kt_contact *contact) {
+    return (model->set & contact->back) != 0 ? -1.0 : 1.0;
+}
+
 static int row_of(const kt_model *model, const kt_contact *contact) { return model->loop[contact->loop].equation; }
 
 /* The gaps of all contacts, the rates, drifts and Jacobian of their equations. */
@@ -137,8 +166,16 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         status = find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && (model->set & c->mask) != 0)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
-    for (int k = 0; status == KT_OK && k < c->n; k++)
-        c->value[k] = is_closed(model, &c->item[k]) ? c->item[k].sign * c->row[row_of(model, &c->item[k])] : c->gap[k];
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        const bool closed = is_closed(model, contact);
+        const double reaction = closed ? contact->sign * c->row[row_of(model, contact)] : 0.0;
+        if (k < c->sides)
+            c->value[k] = closed ? reaction : c->gap[k];
+        else
+            c->value[k] =
+                closed ? limit_of(model, contact) - fabs(reaction) : direction_of(model, contact) * at->v[contact->v];
+    }
     return status;
 }
 
@@ -207,13 +244,13 @@ static double along(const struct kt_contacts *c, int k, const double *x, const d
     return sum;
 }
 
-/* Lists the contacts that touch; an error for one that is deep. */
+/* Lists the contacts that touch, and all friction; an error for one that is deep. */
 static kt_status find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double scale = fmax(1.0, c->all->length);
     char where[KT_WHERE_SIZE];
     c->touching = 0;
-    for (int k = 0; k < c->n; k++) {
+    for (int k = 0; k < c->sides; k++) {
         if (c->gap[k] < -deep * scale) {
             snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
             return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
@@ -224,6 +261,9 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
         if (c->gap[k] <= touching * scale || is_closed(simulation->model, &c->item[k]))
             c->list[c->touching++] = k;
     }
+    c->meeting = c->touching;
+    for (int k = c->sides; k < c->n; k++)
+        c->list[c->touching++] = k;
     return KT_OK;
 }
 
@@ -272,12 +312,16 @@ static void add_impulses(int m, const double *W, const double *p, const double *
 }
 
 /* Impulses by Newton's rule. u becomes u+, and v the velocities behind; *lost: the kinetic energy that is dissipated. */
-static kt_status strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+static kt_status strike(kt_simulation *simulation, double t, const double *response, double *u, double *lost,
                         kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_memory *memory = &simulation->memory;
-    const int m = c->touching;
+    const int m = c->meeting;
     double e[KT_SWITCH_MAX], q[KT_SWITCH_MAX], p[KT_SWITCH_MAX], after[KT_SWITCH_MAX];
+    double W[KT_SWITCH_MAX * KT_SWITCH_MAX]; /* without friction */
+    for (int i = 0; i < m; i++)
+        for (int k = 0; k < m; k++)
+            W[i * m + k] = response[i * c->touching + k];
     for (int i = 0; i < m; i++)
         e[i] = -u[i] > loop_of(simulation, i)->rest_velocity ? loop_of(simulation, i)->restitution : 0.0;
     for (int halving = 0;; halving++) {
@@ -310,46 +354,114 @@ static kt_status strike(kt_simulation *simulation, double t, const double *W, do
     return KT_OK;
 }
 
-/* Of those that touch and do not part the ones whose reactions press: *on, a bit each. */
-static kt_status press(kt_simulation *simulation, const kt_model *open, double t, const double *y, const double *W,
-                       const double *u, uint64_t leaving, uint64_t *on, kt_error *error) {
+/* The set in which all contacts are open, and friction slips as the velocities say; where it rests, forwards. */
+static uint64_t slipping_set(const struct kt_contacts *c, const kt_model *model) {
+    uint64_t set = model->set & ~c->mask;
+    for (int k = c->sides; k < c->n; k++)
+        if (c->v[c->item[k].v] < -resting)
+            set |= c->item[k].back;
+    return set;
+}
+
+/* The problem of reactions: n rows of contacts and friction at rest, then one for each friction. */
+typedef struct reactions {
+    int at[KT_SWITCH_MAX], n, sides; /* in the list; of these, contacts */
+    double limit[KT_SWITCH_MAX];     /* of friction; 0 of contacts */
+    double slip[KT_SWITCH_MAX];      /* likewise, where slip begins */
+    double free[KT_SWITCH_MAX];      /* accelerations without all of them */
+    double z[KT_LEMKE_MAX];
+} reactions;
+
+/* Those that can have a reaction, with the accelerations that they leave. */
+static void list_reactions(kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
+                           reactions *r) {
+    const struct kt_contacts *c = simulation->contacts;
+    double size;
+    *r = (reactions){.n = 0};
+    for (int i = 0; i < c->touching; i++) {
+        const kt_contact *contact = &c->item[c->list[i]];
+        const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
+        (void)along(c, i, c->v, c->rate, &size);
+        if (is_side && u[i] > fmax(1e-3 * loop_of(simulation, i)->rest_velocity, rounding * size))
+            continue;
+        if (!is_side && fabs(c->v[contact->v]) > resting)
+            continue;
+        const double free = along(c, i, c->a, c->drift, &size);
+        if (is_side && leaves && free >= -1e3 * rounding * size)
+            continue;
+        r->slip[r->n] = is_side ? 0.0 : slip_of(simulation->model, contact);
+        r->limit[r->n] = is_side ? 0.0 : limit_of(simulation->model, contact);
+        r->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
+        r->at[r->n++] = i;
+        r->sides += is_side;
+    }
+    /* At rest the model has friction that slips forwards. */
+    for (int i = 0; i < r->n; i++)
+        for (int k = r->sides; k < r->n; k++)
+            r->free[i] += W[r->at[i] * c->touching + r->at[k]] * r->slip[k];
+}
+
+/* w = W lambda + free, lambda = z1 - S, and for friction the rows of z2. */
+static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t *pivots) {
+    const int friction = r->n - r->sides, rows = r->n + friction;
+    double M[KT_LEMKE_MAX * KT_LEMKE_MAX] = {0.0}, q[KT_LEMKE_MAX];
+    for (int i = 0; i < r->n; i++) {
+        q[i] = r->free[i];
+        for (int k = 0; k < r->n; k++) {
+            M[i * rows + k] = W[r->at[i] * stride + r->at[k]];
+            q[i] -= M[i * rows + k] * r->limit[k];
+        }
+    }
+    for (int k = r->sides; k < r->n; k++) {
+        M[k * rows + k + friction] = 1.0;
+        M[(k + friction) * rows + k] = -1.0;
+        q[k + friction] = 2.0 * r->limit[k];
+    }
+    return kt_lemke_solve(rows, M, q, r->z, pivots);
+}
+
+/* Of those that touch and do not part the ones whose reactions press, and what friction does: bits of the set. */
+static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
+                       uint64_t leaving, uint64_t *on, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const int m = c->touching;
-    double matrix[KT_SWITCH_MAX * KT_SWITCH_MAX], w[KT_SWITCH_MAX], lambda[KT_SWITCH_MAX], size = 0.0;
-    int at[KT_SWITCH_MAX], n = 0;
-    *on = 0;
+    const kt_model *slipping = kt_model_switched(simulation->model, slipping_set(c, simulation->model));
+    reactions r;
+    kt_data_adapt(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
-    kt_status status = kt_acceleration_evaluate(open, simulation->data, t, y, c->v, simulation->tau,
+    kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
                                                 simulation->external, c->a, error);
     if (status == KT_OK)
         status = find_equations(c, simulation->model, t, y, c->v, true, error);
-    for (int i = 0; status == KT_OK && i < m; i++) {
-        (void)along(c, i, c->v, c->rate, &size);
-        if (u[i] > fmax(1e-3 * loop_of(simulation, i)->rest_velocity, rounding * size))
-            continue;
-        const double free = along(c, i, c->a, c->drift, &size);
-        const bool leaves = (leaving & c->item[c->list[i]].bit) != 0;
-        if (free >= -rounding * size * (leaves ? 1e3 : 1.0) && leaves)
-            continue;
-        w[n] = fabs(free) <= rounding * size ? 0.0 : free;
-        at[n++] = i;
-    }
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k < n; k++)
-            matrix[i * n + k] = W[at[i] * m + at[k]];
-    if (status == KT_OK && !kt_lemke_solve(n, matrix, w, lambda, &simulation->memory.contacts.pivots))
+    if (status != KT_OK)
+        return status;
+    list_reactions(simulation, W, u, leaving, &r);
+    if (!solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots))
         return refuse_wedge(simulation, t, "reactions", error);
-    for (int i = 0; status == KT_OK && i < n; i++)
-        if (lambda[i] > 0.0)
-            *on |= c->item[c->list[at[i]]].bit;
-    return status;
+    *on = slipping->set & c->mask;
+    for (int i = 0; i < r.n; i++) {
+        const kt_contact *contact = &c->item[c->list[r.at[i]]];
+        const double most = 2.0 * r.limit[i], z = r.z[i];
+        if (i < r.sides) {
+            *on |= z > 0.0 ? contact->bit : 0;
+            continue;
+        }
+        /* One whose limit is reached slips, against the force that is its limit. */
+        const double edge = (leaving & contact->bit) != 0 ? 1e-6 * most : 0.0;
+        *on |= z > edge && z < most - edge ? contact->bit : z >= most - edge ? contact->back : 0;
+    }
+    return KT_OK;
 }
 
-static uint64_t count_bits(uint64_t bits) {
-    uint64_t count = 0;
-    for (; bits != 0; bits &= bits - 1)
-        count++;
-    return count;
+static void count_changes(kt_simulation *simulation, uint64_t before, uint64_t after) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    for (int k = 0; k < c->n; k++) {
+        const bool was = (before & c->item[k].bit) != 0, is = (after & c->item[k].bit) != 0;
+        counts->closings += k < c->sides && is && !was;
+        counts->openings += k < c->sides && was && !is;
+        counts->sticks += k >= c->sides && is && !was;
+        counts->slips += k >= c->sides && was && !is;
+    }
 }
 
 /* Takes the model with the contacts that are on, and the state behind the impulses. */
@@ -389,8 +501,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     }
     simulation->memory.set = set;
     simulation->memory.contacts.dissipated += lost;
-    simulation->memory.contacts.closings += count_bits(on & ~before_set);
-    simulation->memory.contacts.openings += count_bits(before_set & ~on);
+    count_changes(simulation, before_set, on);
     return KT_OK;
 }
 
@@ -416,17 +527,41 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         u[i] = along(c, i, c->v, c->rate, &size);
         if (fabs(u[i]) <= rounding * size)
             u[i] = 0.0;
-        closes = closes || u[i] < 0.0;
+        closes = closes || (i < c->meeting && u[i] < 0.0);
     }
     if (status == KT_OK && closes)
         status = strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK)
-        status = press(simulation, open, t, y, W, u, leaving, &on, error);
+        status = press(simulation, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
     return status == KT_OK ? settle(simulation, on, lost, error) : status;
 }
 
 static const kt_contact_calls calls = {.open = open_all, .resolve = resolve};
+
+/* The contacts, and behind them friction. */
+static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
+    const kt_model *model = simulation->model;
+    int k = 0;
+    for (int friction = 0; friction < 2; friction++) {
+        for (size_t i = 0; i < model->n.loop; i++) {
+            const kt_loop_record *loop = &model->loop[i];
+            if (!is_watched(loop) || (loop->friction > 0) != (friction > 0))
+                continue;
+            const int effect = loop->friction - 1, back = kt_effect_switch(model, effect);
+            c->item[k] = (kt_contact){.simulation = simulation,
+                                      .loop = (int)i,
+                                      .index = k,
+                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
+                                      .sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0,
+                                      .effect = effect,
+                                      .back = friction ? (uint64_t)1 << back : 0};
+            c->mask |= c->item[k].bit | c->item[k].back;
+            k++;
+        }
+        c->sides = friction ? c->sides : k;
+    }
+}
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
@@ -439,17 +574,10 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->time = (double)NAN;
     c->mask = 0;
     simulation->contacts = c;
-    for (size_t i = 0, k = 0; i < model->n.loop; i++)
-        if (model->loop[i].side != KT_SIDE_NONE) {
-            c->item[k] = (kt_contact){.simulation = simulation,
-                                      .loop = (int)i,
-                                      .index = (int)k,
-                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
-                                      .sign = model->loop[i].side == KT_SIDE_ABOVE ? 1.0 : -1.0};
-            c->mask |= c->item[k].bit;
-            k++;
-        }
+    list_items(simulation, c);
     c->all = kt_model_switched(model, model->set | c->mask);
+    for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
+        c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),

@@ -97,7 +97,8 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     const kt_model *model = kt_simulation_model(outcome->simulation);
     json_t *switched = json_object();
     for (int k = 0; k < kt_switch_count(model); k++)
-        json_object_set_new(switched, kt_switch_name(model, k), json_boolean(kt_switch_set(model) >> k & 1));
+        if (kt_switch_name(model, k)[0] != '\0')
+            json_object_set_new(switched, kt_switch_name(model, k), json_boolean(kt_switch_set(model) >> k & 1));
     if (kt_switch_count(model) > 0)
         json_object_set(root, "switched", switched);
     json_decref(switched);
@@ -115,6 +116,8 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "impacts", json_integer((json_int_t)seen.impacts));
     json_object_set_new(contacts, "closings", json_integer((json_int_t)seen.closings));
     json_object_set_new(contacts, "openings", json_integer((json_int_t)seen.openings));
+    json_object_set_new(contacts, "sticks", json_integer((json_int_t)seen.sticks));
+    json_object_set_new(contacts, "slips", json_integer((json_int_t)seen.slips));
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
     if (seen.count > 0)
@@ -299,9 +302,12 @@ static void say_file(const char *what, const char *path) {
 static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     if (seen.count > 0)
-        fprintf(stderr, "  %llu impact%s dissipate %g J; contacts closed %llu times, opened %llu times\n",
+        fprintf(stderr,
+                "  %llu impact%s dissipate %g J; contacts close %llu times, open %llu; joints stick %llu times, slip "
+                "%llu\n",
                 (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.dissipated,
-                (unsigned long long)seen.closings, (unsigned long long)seen.openings);
+                (unsigned long long)seen.closings, (unsigned long long)seen.openings, (unsigned long long)seen.sticks,
+                (unsigned long long)seen.slips);
 }
 
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {

@@ -30,12 +30,13 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
 void kt_say_open_contacts(const kt_model *model) {
     int count = 0, first = 0;
     for (int i = kt_loop_count(model) - 1; i >= 0; i--)
-        if (kt_loop_side(model, i) != KT_SIDE_NONE) {
+        if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i)) {
             count++;
             first = i;
         }
     if (count > 0)
-        kt_say("'%s'%s: hard stops, contacts and slack ropes are open here; `run` closes them",
+        kt_say("'%s'%s: hard stops, contacts and slack ropes are open here, and friction that sticks slips forwards; "
+               "`run` closes them",
                kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
 }
 
