@@ -161,6 +161,30 @@ static bool oracle_step_change(const quad_mechanism *m, const near_state *n, dou
     return true;
 }
 
+/* The changes after a step by the inputs along `push`, of mechanisms whose inputs are apart by 2e-9 of it. Inputs are
+ * doubles: their difference is exact, and is what `push` is set to. */
+static bool oracle_input_change(const quad_mechanism *m, const near_state *n, double h, double *push, quad *change) {
+    const double e = 0x1p-30;
+    quad q[2][QUAD_NQ], v[2][QUAD_NV];
+    quad_mechanism pushed[2] = {*m, *m};
+    for (int j = 0; j < m->nv; j++) {
+        pushed[0].tau[j] -= e * push[j];
+        pushed[1].tau[j] += e * push[j];
+        push[j] = (pushed[1].tau[j] - pushed[0].tau[j]) / (2.0 * e);
+    }
+    for (int i = 0; i < 2; i++) {
+        memcpy(q[i], n->q, sizeof q[i]);
+        memcpy(v[i], n->v, sizeof v[i]);
+        if (!oracle_step(&pushed[i], h, q[i], v[i]))
+            return false;
+    }
+    for (int j = 0; j < m->nv; j++) {
+        change[j] = (q[1][j] - q[0][j]) / (2 * (quad)e);
+        change[m->nv + j] = (v[1][j] - v[0][j]) / (2 * (quad)e);
+    }
+    return true;
+}
+
 /* What derivatives of one kind came to. */
 typedef struct tally {
     kt_worst worst;
@@ -237,6 +261,26 @@ static void compare_step(const library *l, const quad_mechanism *m, const near_s
     count_derivative(adjoint, status, fabs((double)given - product), size, step_bound(n, size), s, d, k);
 }
 
+/* B of one of Euler's steps along a change of the inputs. */
+static void compare_input(const library *l, const quad_mechanism *m, const near_state *n, const double *push,
+                          const quad *expected, double h, const singular *s, double d, int k, tally *t) {
+    static unsigned char work[1 << 22] __attribute__((aligned(64)));
+    const int nv = m->nv;
+    kt_error e = {0};
+    double B[2 * QUAD_NV * QUAD_NV], error = 0.0;
+    const kt_step step = {.method = kt_method_find("euler"), .h = h, .tau = m->tau};
+    const kt_status status =
+        kt_step_derivatives(l->model, l->data, work, sizeof work, &step, n->q_of, n->v_of, NULL, NULL, NULL, B, &e);
+    for (int i = 0; i < 2 * nv && status == KT_OK; i++) {
+        quad sum = 0;
+        for (int j = 0; j < nv; j++)
+            sum += B[2 * nv * j + i] * (quad)push[j];
+        error = fmax(error, fabs((double)(sum - expected[i])));
+    }
+    const double size = largest_of(2 * nv, expected, h);
+    count_derivative(t, status, error, size, step_bound(n, size), s, d, k);
+}
+
 /* The matrix of a linearisation, by the states of the same change. */
 static void compare_linearization(const library *l, const quad_mechanism *m, const near_state *n, const quad *along,
                                   const quad *dv, const quad *da, const singular *at, double d, int k, tally *t) {
@@ -291,8 +335,8 @@ static void compare_stiffness(const library *l, const quad_mechanism *m, const n
  * compared with less. */
 KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
     static const double distances[] = {1e-10, 1e-7, 1e-4};
-    tally tangent = tally_of("A of a step"), adjoint = tally_of("A' of a step"), linear = tally_of("linearisation"),
-          reduced = tally_of("stiffness and damping");
+    tally tangent = tally_of("A of a step"), adjoint = tally_of("A' of a step"), input = tally_of("B of a step"),
+          linear = tally_of("linearisation"), reduced = tally_of("stiffness and damping");
     singular s = {.seed = 0};
     for (int i = 0; 2 * i < near_mechanisms(); i++) {
         near_next(&s);
@@ -305,6 +349,7 @@ KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
             if (near_compile(&l, &m))
                 for (int k = 1; k <= 8; k++) {
                     quad along[QUAD_NV], dv[QUAD_NV], da[QUAD_NV], expected[2 * QUAD_NV];
+                    double push[QUAD_NV];
                     if (!near_state_at(&s, &m, pow(10.0, -k), &n))
                         continue;
                     const double h = 0.1 * n.least;
@@ -314,6 +359,10 @@ KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
                         !oracle_step_change(&m, &n, h, along, dv, expected))
                         continue;
                     compare_step(&l, &m, &n, along, dv, expected, h, &s, d, k, &tangent, &adjoint);
+                    for (int j = 0; j < m.nv; j++)
+                        push[j] = (double)along[j];
+                    if (oracle_input_change(&m, &n, h, push, expected))
+                        compare_input(&l, &m, &n, push, expected, h, &s, d, k, &input);
                     compare_linearization(&l, &m, &n, along, dv, da, &s, d, k, &linear);
                     compare_stiffness(&l, &m, &n, along, dv, da, &s, d, k, &reduced);
                 }
@@ -322,6 +371,7 @@ KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
     }
     check_tally(&tangent, 0.05);
     check_tally(&adjoint, 0.5);
+    check_tally(&input, 0.05);
     check_tally(&linear, 0.05);
     check_tally(&reduced, 0.08); /* their size is a sum of terms */
 }
