@@ -155,6 +155,14 @@ static void refuse(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
         odd <= excess_most ? "warn" : "accept");
 }
 
+/* Whether an inertia is what rounding leaves of a zero: beside that of the part, or where the part has none, beside the
+ * moment m c^2 about the link's origin, of which a parallel axis subtracts as much. */
+static bool is_rounding(const parts *p, int b) {
+    const kt_body *body = &p->j->bodies[b];
+    const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);
+    return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
+}
+
 /* Judges a body whose own inertia is odd, by its part. */
 static void judge(parts *p, int b, double own, kt_vec3 moments) {
     kt_judge *j = p->j;
@@ -186,7 +194,7 @@ void kt_judge_inertias(kt_judge *j) {
         const double own = oddness(j->bodies[b].inertia, &moments);
         if (!(own > 0.0))
             continue;
-        if (largest(j->bodies[b].inertia) <= DBL_EPSILON * largest(part_of(&p, b)->inertia)) {
+        if (is_rounding(&p, b)) {
             kt_left_count(&j->nothings, j->elements[b]);
             j->bodies[b].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         } else {

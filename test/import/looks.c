@@ -92,6 +92,21 @@ KT_TEST(collision_far_larger_than_the_robot_is_not_seen) {
     }
 }
 
+KT_TEST(other_collisions_of_the_link_stay) {
+    kt_scene scene;
+    if (!parse_right("<robot name='r'><link name='a'><collision><geometry><box size='90 90 1'/></geometry></collision>"
+                     "<collision><geometry><sphere radius='0.1'/></geometry></collision><collision><geometry>"
+                     "<box size='9 9 9'/></geometry></collision></link><link name='b'/><joint name='j' type='fixed'>"
+                     "<parent link='a'/><child link='b'/><origin xyz='0.5 0 0'/></joint></robot>",
+                     NULL, &scene))
+        return;
+    const kt_body *a = find_body(&scene, "a");
+    kt_check_equal_int("shapes", a->shape_count, 1);
+    kt_check_equal_int("the ball", (int)a->shapes[0].type, KT_SHAPE_SPHERE);
+    kt_check_equal_int("told", count_notes(&scene, "far larger than the robot: 2"), 1);
+    kt_scene_free(&scene);
+}
+
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
 static void put_file(const char *folder, const char *name, const char *text) {

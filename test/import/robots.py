@@ -31,7 +31,8 @@ def row(path, name):
     notes = [line.split(": note: ", 1)[1] for line in scene.stderr.splitlines() if ": note: " in line]
     if scene.returncode:
         first = next((line for line in scene.stderr.splitlines() if ": note: " not in line), "?")
-        return f"| {name} | {format_of(path)} | | | | refused: {re.sub(r'^.*?:[0-9]+:[0-9]+: ', '', first)} |", "refused"
+        reason = re.sub(r"^.*?:[0-9]+:[0-9]+: ", "", first)
+        return f"| {name} | {format_of(path)} | | | | refused: {reason if len(reason) < 120 else reason[:117] + '...'} |", "refused"
     bodies = len(re.findall(r"^  - name: ", scene.stdout.split("\nloops:")[0].split("\neffects:")[0], flags=re.M))
     loops = len(re.findall(r"^  - \{?name: ", scene.stdout.split("\nloops:")[1].split("\neffects:")[0], flags=re.M)) if "\nloops:" in scene.stdout else 0
     done = run("run", path, "--duration", "1e-4", "--out", "/dev/null", "--summary", "-")
@@ -40,7 +41,7 @@ def row(path, name):
     return f"| {name} | {format_of(path)} | {bodies} | {dofs} | {loops} | {told} |", "run" if done.returncode == 0 else "read"
 
 
-KINDS = [("meshes", "meshes"), ("contacts", "contacts"), ("do not concern", "extensions"), ("friction", "smooth friction"), ("free|freely", "free root"),
+KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern", "extensions"), ("friction", "smooth friction"), ("free|freely", "free root"),
          ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
          ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq", "some forces"),
          ("keyframes", "keyframes"), ("limits of position", "limits"), ("not in the model", "missing files"), ("cannot be read", "missing files"),

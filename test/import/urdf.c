@@ -671,6 +671,33 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
         }
 }
 
+/* 1 kg at 0.5 m from the link's origin has 0.25 kg m^2 about it, whose rounding is some 1e-16; a moment of 1e-12 that is
+ * alone is none. */
+KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
+    static const struct {
+        const char *inertia;
+        bool is_nothing;
+    } table[] = {{"2e-35", true}, {"-3e-17", true}, {"1e-12", false}, {"-1e-12", false}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[900];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<robot name='r'><link name='base'/><link name='head'><inertial><mass value='1'/><origin "
+                       "xyz='0.5 0 0'/><inertia ixx='0' iyy='0' izz='%s' ixy='0' ixz='%s' iyz='0'/></inertial></link>"
+                       "<joint name='j' type='continuous'><parent link='base'/><child link='head'/><axis xyz='0 0 1'/>"
+                       "</joint></robot>",
+                       table[i].inertia, table[i].inertia);
+        const kt_status status = parse(text, NULL, &scene);
+        kt_check_equal_int(table[i].inertia, status == KT_OK, table[i].is_nothing);
+        if (status != KT_OK)
+            continue;
+        const kt_sym3 *inertia = &find_body(&scene, "head")->inertia;
+        kt_check_equal_bits("it is zero", &inertia->xx, (const double[]){0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 6);
+        kt_check_equal_int("told", count_notes(&scene, "nothing but rounding, taken for zero: 1"), 1);
+        kt_scene_free(&scene);
+    }
+}
+
 /* The part is a dumbbell: two points of 1 kg, 1 m apart along x, whose links have an odd inertia each, 0.1 along x
  * and -0.1 along y. Together: 0.2 - 0.2 + 0.5 about y. That of one link alone, or with the parallel axes the wrong way round, is
  * refused. */
