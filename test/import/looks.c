@@ -203,6 +203,9 @@ KT_TEST(meshes_are_found_by_package_model_and_search_path) {
         kt_check_equal_int("around the robot", find_file(base, table[i].name, NULL), table[i].alone);
         kt_check_equal_int("by the search path", find_file(base, table[i].name, search), table[i].searched);
     }
+    (void)snprintf(search, sizeof search, "%s/else/hand", base);
+    kt_check_equal_int("the package itself", find_file(base, "package://hand/c.stl", search), 2);
+    kt_check_equal_int("whose name is another", find_file(base, "package://and/c.stl", search), -1);
     remove_folders(base);
 }
 
