@@ -73,7 +73,8 @@ static kt_status write_matrix(const search *s, kt_error *error) {
     const size_t nv = l->size.v, nx = l->size.x, n = (size_t)s->dofs + nx;
     kt_linearized w;
     (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
-    const kt_status status = kt_linearized_fill(&w, l->q0, l->v0, l->tau, NULL, l->model->zero, error);
+    const kt_dynamic_state at = {.t = l->t, .q = l->q0, .v = l->v0, .tau = l->tau};
+    const kt_status status = kt_linearized_fill(&w, &at, l->model->zero, error);
     for (size_t j = 0; j < n && status == KT_OK; j++) {
         double *to = l->factor + j * n;
         const double *e = l->free_velocity + j * nv;

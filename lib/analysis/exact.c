@@ -84,8 +84,9 @@ static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
     if (is_bare)
         return kt_dynamics_forward_derivatives(l->model, l->data, l->work, l->size.work, l->q, l->v, l->tau, NULL,
                                                l->by_position, l->by_velocity, l->by_force, error);
-    return kt_acceleration_derivatives_at(l->model, l->data, l->work, l->size.work, l->t, l->q, l->v, l->tau, NULL,
-                                          NULL, l->by_position, l->by_velocity, l->by_force, &states, error);
+    const kt_dynamic_state at = {.t = l->t, .q = l->q, .v = l->v, .tau = l->tau};
+    const kt_acceleration_matrices to = {.by = {l->by_position, l->by_velocity, l->by_force}, .states = &states};
+    return kt_acceleration_derivatives_at(l->model, l->data, l->work, l->size.work, &at, NULL, &to, error);
 }
 
 /* The derivative along (dq, dv). */
@@ -268,7 +269,8 @@ kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const do
     (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
     for (int side = 0; side < 2; side++) {
         perturb_state(l, side ? 1.0 : -1.0, false);
-        const kt_status status = kt_linearized_fill(&w, l->q, l->v0, l->tau, NULL, l->model->zero, error);
+        const kt_dynamic_state at = {.t = l->t, .q = l->q, .v = l->v0, .tau = l->tau};
+        const kt_status status = kt_linearized_fill(&w, &at, l->model->zero, error);
         if (status != KT_OK)
             return status;
         for (size_t j = 0; j < count; j++)

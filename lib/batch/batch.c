@@ -263,17 +263,15 @@ static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, 
     const kt_batch_counts *n = &batch->n;
     kt_lane_mask done = 0;
     for (size_t lane = 0; lane < n->width; lane++) {
-        const double *tau = batch->one_tau;
-        const kt_wrench *external = NULL;
+        kt_dynamic_state one = {.t = t[lane], .q = batch->one_q, .v = batch->one_v, .tau = batch->one_tau};
         if (!kt_lane_is_in(group->live, lane))
             continue;
         take_state(batch, group, lane);
-        if (kt_effects_apply(batch->model, batch->data, t[lane], batch->one_q, batch->one_v, &tau, &external, NULL) !=
-            KT_OK)
+        if (kt_effects_apply(batch->model, batch->data, &one, NULL) != KT_OK)
             continue;
-        kt_lane_put(tau, n->width, lane, n->nv, batch->total);
+        kt_lane_put(one.tau, n->width, lane, n->nv, batch->total);
         if (n->body > 0)
-            kt_lane_put(&external->moment.x, n->width, lane, 6 * n->body, batch->wrench);
+            kt_lane_put(&one.external->moment.x, n->width, lane, 6 * n->body, batch->wrench);
         done |= (kt_lane_mask)1 << lane;
     }
     return done;

@@ -60,8 +60,8 @@ static bool closes_nearly_lost(const kt_model *model, const kt_data *data, doubl
 }
 
 /* Leaves the equations at q, with the violations of the velocities in `right`. */
-static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v, int most,
-                                  double goal, bool *changed, kt_violation *violation) {
+static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v,
+                                  const kt_projection_limits *limits, bool *changed, kt_violation *violation) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     double before = (double)INFINITY;
     bool regular = true, near = false;
@@ -73,7 +73,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
          * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
         const bool closes = near && regular && closes_nearly_lost(model, data, violation->gap);
-        if (violation->gap <= goal || i == most ||
+        if (violation->gap <= limits->gap || i == limits->steps ||
             (slow && !closes && kt_loops_are_closed(model, q, fmax(before, violation->gap), 4e3 * KT_CLOSED)))
             return KT_CLOSURE_DONE;
         if (slow && near)
@@ -81,7 +81,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         before = violation->gap;
         if (!kernels->prepare(model, data, KT_ROWS_CLOSED, regular))
             return KT_CLOSURE_NOT_FINITE;
-        kt_residuals_to_right_hand_side(model, data, goal);
+        kt_residuals_to_right_hand_side(model, data, limits->gap);
         if (!kernels->least_step(model, data, model->metric, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         near = kt_is_near_singular(model, data);
@@ -171,13 +171,13 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
                : KT_CLOSURE_OPEN;
 }
 
-kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
-                               double goal, double tolerance, bool *changed, kt_violation *violation) {
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v,
+                               const kt_projection_limits *limits, bool *changed, kt_violation *violation) {
     data->closing = (kt_iterations){0, 0, 0, 0};
-    const kt_closure closure = close_positions(model, data, t, q, v, most, goal, changed, violation);
+    const kt_closure closure = close_positions(model, data, t, q, v, limits, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
-    tolerance = fmax(tolerance, left_by_disagreement(model, data));
+    const double tolerance = fmax(limits->tolerance, left_by_disagreement(model, data));
     if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
         return KT_CLOSURE_OPEN;
     return close_motion(model, data, t, q, v, tolerance, changed, violation);
@@ -243,8 +243,8 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
                            bool *moved, kt_error *error) {
     kt_violation violation;
     forget_singular(model, data);
-    kt_closure closure =
-        kt_project_in_place(model, data, t, q, v, KT_POSITION_STEPS_MAX, KT_CLOSED, KT_CLOSED_STEP, moved, &violation);
+    const kt_projection_limits limits = {.steps = KT_POSITION_STEPS_MAX, .gap = KT_CLOSED, .tolerance = KT_CLOSED_STEP};
+    kt_closure closure = kt_project_in_place(model, data, t, q, v, &limits, moved, &violation);
     data->dead = closure == KT_CLOSURE_DONE && model->driven && kt_is_dead_point(model, data);
     if (data->dead)
         closure = KT_CLOSURE_DEAD;

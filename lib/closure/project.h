@@ -79,11 +79,17 @@ static inline void kt_residuals_to_right_hand_side(const kt_model *model, const 
     }
 }
 
-/* Projects q, then v, in place, by up to `most` steps and to a gap of `goal`, which may be 0, or to the rounding level.
- * Returns OPEN if q is not closed to `tolerance`, or v is not (then *violation.gap is closed). *changed becomes true if
- * any number changed. */
-kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v, int most,
-                               double goal, double tolerance, bool *changed, kt_violation *violation);
+/* Where a projection ends. */
+typedef struct kt_projection_limits {
+    int steps;        /* at most */
+    double gap;       /* to this gap, which may be 0, or to the rounding level */
+    double tolerance; /* to which the loops are closed, or the projection has failed */
+} kt_projection_limits;
+
+/* Projects q, then v, in place. Returns OPEN if q is not closed to the tolerance, or v is not (then *violation.gap is
+ * closed). *changed becomes true if any number changed. */
+kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v,
+                               const kt_projection_limits *limits, bool *changed, kt_violation *violation);
 
 /* Assembles the initial state into q and v; leaves them untouched if that fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);

@@ -39,12 +39,13 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
 /* v, tau and a: nv numbers each; inexact: of the groups, false. */
 static void measure(kt_model *model, kt_data *data, double *v, double *tau, double *a, bool *inexact) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_dynamic_state at = {.t = 0.0, .q = model->q0, .v = v, .tau = tau};
     for (size_t i = 0; i < model->n.v; i++) {
         v[i] = 1.0 - 0.25 * (double)(7 * i % 5);
         tau[i] = 0.0;
     }
     for (int forced = 0; forced < 2; forced++) {
-        const bool done = kernels->forward(model, data, 0.0, model->q0, v, tau, NULL, false, a) == 0;
+        const bool done = kernels->forward(model, data, &at, false, a) == 0;
         for (size_t g = 0; g < model->n.group && done; g++) {
             const kt_group *group = &model->group[g];
             if (group->form == KT_FORM_DELASSUS && data->special_form[g])

@@ -75,16 +75,16 @@ static kt_status check_loops(kt_actuation_work *w, kt_data *data, double t, cons
 static kt_status find_need(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
                            const double *a, const kt_wrench *external, kt_error *error) {
     const kt_model *model = w->model;
-    const double *effects = NULL;
+    kt_dynamic_state loaded = {.t = t, .q = q, .v = v, .external = external};
     kt_status status = KT_OK;
     if (model->n.effect)
-        status = kt_effects_apply(model, data, t, q, v, &effects, &external, error);
+        status = kt_effects_apply(model, data, &loaded, error);
     if (status != KT_OK)
         return status;
     memset(w->right, 0, model->n.v * sizeof *w->right);
-    if (effects)
-        memcpy(w->right, effects, model->n.v * sizeof *w->right);
-    status = kt_inverse_trusted(model, data, q, v, a, external, w->force, error);
+    if (loaded.tau)
+        memcpy(w->right, loaded.tau, model->n.v * sizeof *w->right);
+    status = kt_inverse_trusted(model, data, q, v, a, loaded.external, w->force, error);
     for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
         w->force[i] -= w->right[i];
     return status;

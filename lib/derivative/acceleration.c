@@ -125,27 +125,27 @@ kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void
     if (KT_IS_OTHER_DATA(error, model, data) ||
         KT_IS_MISSING(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v))
         return KT_ERROR_ARGUMENT;
-    v = v ? v : model->zero;
-    return kt_acceleration_derivatives_at(model, data, memory, memory_size, t, q, v, tau, external, NULL, da_dq, da_dv,
-                                          da_dtau, NULL, error);
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    const kt_acceleration_matrices to = {.by = {da_dq, da_dv, da_dtau}};
+    return kt_acceleration_derivatives_at(model, data, memory, memory_size, &at, NULL, &to, error);
 }
 
 kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
-                                         double t, const double *q, const double *v, const double *tau,
-                                         const kt_wrench *external, const double *a, double *da_dq, double *da_dv,
-                                         double *da_dtau, const kt_state_derivatives *states, kt_error *error) {
+                                         const kt_dynamic_state *at, const double *a,
+                                         const kt_acceleration_matrices *to, kt_error *error) {
+    const kt_state_derivatives *states = to->states;
     const size_t bytes = model->n.v * model->n.v * sizeof(double);
     work w = {.reduced = NULL};
     kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
                                       kt_acceleration_work_size(model), error);
     if (status != KT_OK)
         return status;
-    const size_t used = kt_linearized_init(&w.of, memory, model, data, t, kt_linearized_is_dense(model));
+    const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));
     w.of.estimates = true;
     (void)lay_out(&w, (char *)memory + used, model);
-    status = kt_linearized_fill(&w.of, q, v, tau, external, a, error);
+    status = kt_linearized_fill(&w.of, at, a, error);
     if (status == KT_OK)
-        status = factor(&w, q, error);
+        status = factor(&w, at->q, error);
     if (status == KT_OK)
         status = solve(&w, w.of.n, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)
@@ -154,14 +154,14 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve(&w, model->n.x, w.of.force_x, NULL, error);
     if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0)
         status = refuse_unknown(&w, error);
-    if (status == KT_OK && da_dtau)
+    if (status == KT_OK && to->by.tau)
         status = solve_forces(&w, error);
     if (status != KT_OK)
         return status;
-    kt_copy(da_dq, w.of.d_q, bytes);
-    kt_copy(da_dv, w.of.d_v, bytes);
-    if (da_dtau)
-        memcpy(da_dtau, w.d_tau, bytes);
+    kt_copy(to->by.q, w.of.d_q, bytes);
+    kt_copy(to->by.v, w.of.d_v, bytes);
+    if (to->by.tau)
+        memcpy(to->by.tau, w.d_tau, bytes);
     if (states) {
         kt_copy(states->force, w.of.force_x, w.of.n * model->n.x * sizeof(double));
         kt_linearized_copy_rates(&w.of, states);

@@ -39,8 +39,7 @@ typedef struct state {
     const kt_model *model;
     const kt_data *data;
     const kt_derivative_work *x;
-    double t;
-    const double *q, *v;
+    const kt_dynamic_state *at;
     kt_effect_dof *path;
 } state;
 
@@ -71,7 +70,7 @@ static pair base_of(const state *s, int32_t link) {
         link = s->model->link[link].parent;
     const kt_link_motion *motion = s->data->motion;
     kt_v4 angular;
-    kt_joint_twist(&s->model->link[link], &motion[0], &motion[link], s->v, &angular, &base.b);
+    kt_joint_twist(&s->model->link[link], &motion[0], &motion[link], s->at->v, &angular, &base.b);
     base.a = motion[link].offset;
     return base;
 }
@@ -221,16 +220,16 @@ static void find_joint_derivatives(const state *s, const kt_effect_record *effec
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     derivative[0] = derivative[1] = 0.0;
     (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(effect, s->model->number, q, v,
-                                                                                    s->t, derivative);
+                                                                                    s->at->t, derivative);
 }
 
 /* The Jacobian of an effect by its force in a coordinate of a loop. */
 static void write_relative_jacobian(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
                                     kt_effect_jacobian *jacobian) {
-    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
+    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
     double force[3];
     force[0] = kt_effect_kind_of(effect->type)
-                   ->joint_force(effect, s->model->number, motion.position, motion.rate, s->t, NULL);
+                   ->joint_force(effect, s->model->number, motion.position, motion.rate, s->at->t, NULL);
     find_joint_derivatives(s, effect, motion.position, motion.rate, force + 1);
     kt_dual_relative_jacobian(effect, motion.counted, force, end, jacobian);
 }
@@ -245,9 +244,9 @@ static void subtract_wrench(const state *s, const kt_effect_record *effect, doub
     if (KT_HAS_RELATIVE && effect->relative.type)
         write_relative_jacobian(s, effect, e.end, &jacobian);
     else if (kind->jacobian)
-        kind->jacobian(effect, s->model->number, e.end, s->t, &jacobian);
+        kind->jacobian(effect, s->model->number, e.end, s->at->t, &jacobian);
     else
-        kt_dual_effect_jacobian(effect, s->model->number, e.end, s->t, &jacobian);
+        kt_dual_effect_jacobian(effect, s->model->number, e.end, s->at->t, &jacobian);
     subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
 }
 
@@ -269,7 +268,7 @@ static kt_effect_record marker_of(const kt_variable_record *variable) {
 /* The variables are those that kt_formula_variables_read finds, with the poses of the terms of the tree. */
 static void read_variables(const state *s, const kt_effect_record *effect, const kt_effect_end *end, double *values) {
     const kt_v4 none = kt_v4_splat(0.0);
-    kt_formula_variables_read(s->model, s->data, s->data->kinematics, effect, s->t, s->q, s->v, end, values);
+    kt_formula_variables_read(s->model, s->data, s->data->kinematics, effect, s->at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++) {
         const kt_variable_record *variable = &s->model->variable[effect->variable + k];
         if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
@@ -349,7 +348,7 @@ static pair wrench_of(const state *s, const kt_effect_record *effect, const doub
     if (effect->ends == 0)
         return (pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
     if (KT_HAS_RELATIVE && effect->relative.type) {
-        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
         kt_relative_wrenches(&motion, end, values[0], wrench);
     } else {
         kt_effect_kind_of(effect->type)->formula_wrench(effect, values, end, wrench, NULL);
@@ -367,10 +366,10 @@ static void subtract_formulas(const state *s, const kt_effect_record *effect, co
         kt_effect_jacobian jacobian;
         if (KT_HAS_RELATIVE && effect->relative.type) {
             const double force[3] = {f.value[0], f.value[6], f.value[7]};
-            const double counted = kt_relative_motion_of(s->model, effect, s->q, e.end).counted;
+            const double counted = kt_relative_motion_of(s->model, effect, s->at->q, e.end).counted;
             kt_dual_relative_jacobian(effect, counted, force, e.end, &jacobian);
         } else {
-            kt_effect_kind_of(effect->type)->jacobian(effect, f.value, e.end, s->t, &jacobian);
+            kt_effect_kind_of(effect->type)->jacobian(effect, f.value, e.end, s->at->t, &jacobian);
         }
         subtract_jacobian(s, &e, &jacobian, count, to->q, to->v);
     }
@@ -449,11 +448,11 @@ static kt_status subtract_own_wrench(const state *s, const kt_effect_record *eff
     const size_t count = find_own_ends(s, effect, &e);
     memset(&of, 0, sizeof of);
     memset(wrench, 0, sizeof wrench);
-    int code = effect->wrench(effect->user, s->t, e.end, wrench, NULL);
+    int code = effect->wrench(effect->user, s->at->t, e.end, wrench, NULL);
     if (code == 0)
-        code = effect->wrench_derivatives(effect->user, s->t, e.end, &of);
+        code = effect->wrench_derivatives(effect->user, s->at->t, e.end, &of);
     if (code != 0 || !are_finite(effect, wrench, &of))
-        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
     for (int end = 0; end <= e.last; end++)
         for (size_t b = 0; b < count; b++) {
             const kt_effect_dof *k = &s->path[b];
@@ -478,9 +477,10 @@ static kt_status subtract_own_joint_force(const state *s, const kt_effect_record
     const kt_link *link = &s->model->link[effect->link[0]];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
     double derivatives[3] = {0.0, 0.0, 0.0};
-    const int code = effect->joint_force_derivatives(effect->user, s->t, s->q[link->q], s->v[link->v], derivatives);
+    const int code =
+        effect->joint_force_derivatives(effect->user, s->at->t, s->at->q[link->q], s->at->v[link->v], derivatives);
     if (code != 0 || !kt_all_finite(derivatives, 2))
-        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
     d_q[diagonal] -= derivatives[0];
     d_v[diagonal] -= derivatives[1];
     return KT_OK;
@@ -493,12 +493,12 @@ static kt_status subtract_own_relative(const state *s, const kt_effect_record *e
     kt_effect_jacobian jacobian;
     ends e;
     const size_t count = find_ends(s, effect, &e);
-    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, e.end);
-    int code = effect->joint_force(effect->user, s->t, motion.position, motion.rate, force, NULL);
+    const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, e.end);
+    int code = effect->joint_force(effect->user, s->at->t, motion.position, motion.rate, force, NULL);
     if (code == 0)
-        code = effect->joint_force_derivatives(effect->user, s->t, motion.position, motion.rate, force + 1);
+        code = effect->joint_force_derivatives(effect->user, s->at->t, motion.position, motion.rate, force + 1);
     if (code != 0 || !kt_all_finite(force, 3))
-        return kt_effect_refuse_derivatives(s->model, effect, s->t, code, error);
+        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
     kt_dual_relative_jacobian(effect, motion.counted, force, e.end, &jacobian);
     subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
     return KT_OK;
@@ -518,15 +518,16 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     const kt_link *link = &s->model->link[effect->link[0]];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
     double derivative[2];
-    find_joint_derivatives(s, effect, s->q[link->q], s->v[link->v], derivative);
+    find_joint_derivatives(s, effect, s->at->q[link->q], s->at->v[link->v], derivative);
     d_q[diagonal] -= derivative[0];
     d_v[diagonal] -= derivative[1];
 }
 
-kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x, double t,
-                                   const double *q, const double *v, kt_effect_dof *path, double *d_q, double *d_v,
-                                   const kt_state_derivatives *states, kt_error *error) {
-    const state s = {.model = model, .data = data, .x = x, .t = t, .q = q, .v = v, .path = path};
+kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+                                   const kt_derivative_work *x, kt_effect_dof *path, const kt_state_derivatives *states,
+                                   kt_error *error) {
+    const state s = {.model = model, .data = data, .x = x, .at = at, .path = path};
+    double *d_q = (double *)x->dq, *d_v = (double *)x->dv;
     target to = {.q = d_q, .v = d_v, .x = states->force, .rows = model->n.v};
     kt_status status = KT_OK;
     write_rates(&s, states);

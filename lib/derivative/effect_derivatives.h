@@ -23,14 +23,13 @@ typedef struct kt_state_derivatives {
     double *rate_x; /* -df/dx, states x states */
 } kt_state_derivatives;
 
-/* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from d_q and
- * d_v (nv x nv), and writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
+/* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from x->dq and
+ * x->dv (nv x nv), and writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
  * poses are in data; path: scratch for kt_effect_path_size. Errors: of a caller's own effects KT_ERROR_EFFECT,
  * KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
-KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_derivative_work *x,
-                                              double t, const double *q, const double *v, kt_effect_dof *path,
-                                              double *d_q, double *d_v, const kt_state_derivatives *states,
-                                              kt_error *error);
+KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+                                              const kt_derivative_work *x, kt_effect_dof *path,
+                                              const kt_state_derivatives *states, kt_error *error);
 
 /* The most degrees of freedom between the ends of one effect, to the ground from each end where these move its wrenches
  * each by itself, or of its ends and of a variable of its formulas. */

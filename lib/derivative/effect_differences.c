@@ -32,17 +32,16 @@ bool kt_model_is_differenced(const kt_model *model) {
 
 kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const double *v, bool differenced, double *f,
                                     kt_error *error) {
-    const double *tau = NULL;
-    const kt_wrench *external = NULL;
+    kt_dynamic_state at = {.t = w->t, .q = q, .v = v};
     memset(f, 0, w->n * sizeof *f);
     if (!w->model->n.effect)
         return KT_OK;
-    kt_status status = differenced ? kt_effects_apply_differenced(w->model, w->data, w->t, q, v, &tau, &external, error)
-                                   : kt_effects_apply(w->model, w->data, w->t, q, v, &tau, &external, error);
-    for (size_t i = 0; i < w->n && tau; i++)
-        f[i] += tau[i];
-    for (int with = 1; with >= 0 && external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
-        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? external : NULL, w->weight, error);
+    kt_status status = differenced ? kt_effects_apply_differenced(w->model, w->data, &at, error)
+                                   : kt_effects_apply(w->model, w->data, &at, error);
+    for (size_t i = 0; i < w->n && at.tau; i++)
+        f[i] += at.tau[i];
+    for (int with = 1; with >= 0 && at.external && status == KT_OK; with--) { /* J' w = g - (g - J' w) */
+        status = kt_dynamics_inverse(w->model, w->data, q, NULL, NULL, with ? at.external : NULL, w->weight, error);
         for (size_t i = 0; i < w->n && status == KT_OK; i++)
             f[i] -= with ? w->weight[i] : -w->weight[i];
     }

@@ -54,13 +54,13 @@ kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows ro
 
 /* The measured error of an acceleration, or infinity; it is left out of what data tell of the motion: nothing moves
  * there. */
-static kt_status measure(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                         const double *tau, const kt_wrench *external, double *a, double *size, kt_error *error) {
+static kt_status measure(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *size,
+                         kt_error *error) {
     const kt_passage passage = data->passage;
     const kt_crossings crossings = data->crossings;
     data->passage = (kt_passage){0.0, 0.0};
     data->crossings.error = 0.0;
-    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
     const bool measured = data->passage.acceleration > 0.0 || data->crossings.error == 0.0;
     *size = measured && !data->interpolated ? data->passage.acceleration : (double)INFINITY;
     data->passage = passage;
@@ -68,25 +68,24 @@ static kt_status measure(const kt_model *model, kt_data *data, double t, const d
     return status;
 }
 
-kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                    const double *tau, const kt_wrench *external, double *a, double *size,
-                                    kt_error *error) {
+kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                    double *size, kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     *size = 0.0;
-    if (!kernels->residuals(model, data, t, q, v, NULL, &violation) ||
+    if (!kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) ||
         !kernels->factor(model, data, KT_ROWS_ALL, false))
         return refuse_overflow(error);
     if (!kt_is_near_singular(model, data))
         return KT_OK;
     const double s = kt_smallest_direction(model, data, KT_ROWS_ALL);
-    const kt_status status = measure(model, data, t, q, v, tau, external, a, size, error);
+    const kt_status status = measure(model, data, at, a, size, error);
     if (status != KT_OK)
         return status;
     *size *= 3.0 / s;
     if (!isfinite(*size)) /* of NaN, 0 / 0, too */
         return refuse_singular(error);
-    return kernels->residuals(model, data, t, q, v, NULL, &violation) &&
+    return kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) &&
                    kernels->factor(model, data, KT_ROWS_ALL, false)
                ? KT_OK
                : refuse_overflow(error);

@@ -21,9 +21,8 @@ KT_CHECKED kt_status kt_loops_refuse_near(const kt_model *model, const kt_data *
 /* The error of the derivatives of accelerations at a state, over the coordinates' units: 0 where it is near no singular
  * position. Next to one the acceleration of the motion is evaluated, into a (n). Leaves the equations factored.
  * KT_ERROR_SINGULAR where no derivative can be computed. */
-KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, double t, const double *q,
-                                               const double *v, const double *tau, const kt_wrench *external, double *a,
-                                               double *size, kt_error *error);
+KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                               double *a, double *size, kt_error *error);
 
 /* Refuses derivatives that are known to less than KT_KNOWN of the largest of them. */
 KT_CHECKED kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error);

@@ -81,24 +81,21 @@ static void reduce(kt_linearized *w) {
  * */
 
 /* Factors the loops' equations. Next to singular positions the error is measured, or they are refused. */
-static kt_status refuse_singular(kt_linearized *w, const double *q, const double *v, const double *tau,
-                                 const kt_wrench *external, kt_error *error) {
+static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     if (!KT_HAS_LOOPS || !w->model->n.group)
         return KT_OK;
     if (w->estimates)
-        return kt_loops_derivative_error(w->model, w->data, w->t, q, v, tau, external, w->change, &w->error, error);
+        return kt_loops_derivative_error(w->model, w->data, at, w->change, &w->error, error);
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
     kt_violation violation;
-    (void)(kernels->residuals(w->model, w->data, w->t, q, v, NULL, &violation) &&
+    (void)(kernels->residuals(w->model, w->data, at->t, at->q, at->v, NULL, &violation) &&
            kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
     return kt_loops_refuse_near(w->model, w->data, error);
 }
 
 /* The tree's part of M and D, at the accelerations of the motion. */
-static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, const kt_wrench *external,
-                           kt_error *error) {
-    const kt_status status =
-        kt_inverse_derivatives_fill(w->model, w->data, w->tree, q, v, w->a, external, &w->terms, error);
+static kt_status fill_tree(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+    const kt_status status = kt_inverse_derivatives_fill(w->model, w->data, w->tree, at, w->a, &w->terms, error);
     w->mass = (double *)w->terms.dtau;
     w->d_q = (double *)w->terms.dq;
     w->d_v = (double *)w->terms.dv;
@@ -106,50 +103,49 @@ static kt_status fill_tree(kt_linearized *w, const double *q, const double *v, c
 }
 
 /* A, its factors, lambda, the loops' part of D, and E. */
-static kt_status fill_loops(kt_linearized *w, const double *q, const double *v, const double *tau,
-                            const kt_wrench *external, kt_error *error) {
+static kt_status fill_loops(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+    const double *q = at->q, *v = at->v;
     kt_status status = kt_linearized_sum_effects(w, q, v, false, w->force, error);
     if (status == KT_OK && w->dense)
         status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK && w->dense)
         status = kt_jacobian_qr_factor(&w->qr, w->model, KT_ROWS_ALL, w->jacobian, error);
     if (status == KT_OK)
-        status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, external, w->change, error);
+        status = kt_dynamics_inverse(w->model, w->data, q, v, w->a, at->external, w->change, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->n; i++)
-        w->change[i] -= (tau ? tau[i] : 0.0) + w->force[i];
+        w->change[i] -= (at->tau ? at->tau[i] : 0.0) + w->force[i];
     if (w->dense)
         kt_jacobian_qr_multipliers(&w->qr, w->change, w->lambda);
     else
         status = kt_loops_multipliers_of(w->model, w->data, w->change, w->lambda, error);
     if (status != KT_OK)
         return status;
-    const kt_dual_motion at = {
+    const kt_dual_motion motion = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
-    kt_dual_loops(&at, w->lambda, w->d_q, w->e_q, w->e_v);
+    kt_dual_loops(&motion, w->lambda, w->d_q, w->e_q, w->e_v);
     if (w->dense)
         reduce(w);
     return KT_OK;
 }
 
-kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
-                             const kt_wrench *external, const double *a, kt_error *error) {
+kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const double *a, kt_error *error) {
     kt_status status = KT_OK;
     if (a)
         memcpy(w->a, a, w->n * sizeof *w->a);
     else
-        status = kt_acceleration_evaluate(w->model, w->data, w->t, q, v, tau, external, w->a, error);
+        status = kt_acceleration_trusted(w->model, w->data, at, w->a, error);
     if (status == KT_OK)
-        status = refuse_singular(w, q, v, tau, external, error);
+        status = refuse_singular(w, at, error);
     if (status == KT_OK)
-        status = fill_tree(w, q, v, external, error);
+        status = fill_tree(w, at, error);
     if (status == KT_OK) /* first: what follows leaves other motions in data */
-        status = kt_effects_differentiate(w->model, w->data, &w->terms, w->t, q, v, w->path, w->d_q, w->d_v,
+        status = kt_effects_differentiate(w->model, w->data, at, &w->terms, w->path,
                                           &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
-        status = fill_loops(w, q, v, tau, external, error);
-    return status == KT_OK ? kt_linearized_difference_effects(w, q, v, error) : status;
+        status = fill_loops(w, at, error);
+    return status == KT_OK ? kt_linearized_difference_effects(w, at->q, at->v, error) : status;
 }
 
 void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to) {
@@ -228,15 +224,15 @@ static void write_closed_forces(const kt_linearized *w, double *force) {
             force[c * f + i] = kt_dense_dot(w->qr.basis + (r + i) * n, w->force_x + c * n, (int)n);
 }
 
-static void write_closed(kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
+static void write_closed(kt_linearized *w, const kt_stiffness_matrices *to) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
         return;
-    memcpy(basis, w->qr.basis + r * n, n * f * sizeof *basis);
+    memcpy(to->basis, w->qr.basis + r * n, n * f * sizeof *to->basis);
     for (size_t c = 0; c < f; c++)
-        memcpy(mass + c * f, w->half + c * n + r, f * sizeof *mass);
-    write_reduced(w, w->d_q, w->e_q, stiffness);
-    write_reduced(w, w->d_v, w->e_v, damping);
+        memcpy(to->mass + c * f, w->half + c * n + r, f * sizeof *to->mass);
+    write_reduced(w, w->d_q, w->e_q, to->stiffness);
+    write_reduced(w, w->d_v, w->e_v, to->damping);
 }
 
 /* D + M w in place of D; `e` is E, `x` as much memory as D. */
@@ -263,8 +259,8 @@ static void write_basis(const kt_kkt *along, size_t n, size_t f, double *x, doub
 }
 
 /* All of it along the tree. */
-static kt_status write_along(kt_linearized *w, void *memory, const double *q, double *basis, double *mass,
-                             double *stiffness, double *damping, double *force, kt_error *error) {
+static kt_status write_along(kt_linearized *w, void *memory, const double *q, const kt_stiffness_matrices *to,
+                             double *force, kt_error *error) {
     const size_t n = w->n;
     double *x = w->mass; /* M is not needed: it is applied along the tree, too */
     kt_kkt along;
@@ -281,29 +277,29 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, do
     add_across(&along, n, w->e_v, x, w->d_v);
     if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
         return kt_linearized_overflow(error);
-    write_basis(&along, n, f, x, basis, mass);
-    kt_kkt_restrict(&along, n, w->d_q, stiffness);
-    kt_kkt_restrict(&along, n, w->d_v, damping);
+    write_basis(&along, n, f, x, to->basis, to->mass);
+    kt_kkt_restrict(&along, n, w->d_q, to->stiffness);
+    kt_kkt_restrict(&along, n, w->d_v, to->damping);
     if (force)
         kt_kkt_restrict(&along, w->model->n.x, w->force_x, force);
     return KT_OK;
 }
 
-static void write_tree(const kt_linearized *w, double *basis, double *mass, double *stiffness, double *damping) {
-    const size_t n = w->n, bytes = n * n * sizeof *mass;
-    if (basis)
-        memset(basis, 0, bytes);
-    for (size_t i = 0; i < n && basis; i++)
-        basis[i * (n + 1)] = 1.0;
-    kt_copy(mass, w->mass, bytes);
-    kt_copy(stiffness, w->d_q, bytes);
-    kt_copy(damping, w->d_v, bytes);
+static void write_tree(const kt_linearized *w, const kt_stiffness_matrices *to) {
+    const size_t n = w->n, bytes = n * n * sizeof(double);
+    if (to->basis)
+        memset(to->basis, 0, bytes);
+    for (size_t i = 0; i < n && to->basis; i++)
+        to->basis[i * (n + 1)] = 1.0;
+    kt_copy(to->mass, w->mass, bytes);
+    kt_copy(to->stiffness, w->d_q, bytes);
+    kt_copy(to->damping, w->d_v, bytes);
 }
 
-kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
-                                 const double *q, const double *v, const double *tau, const kt_wrench *external,
-                                 const double *a, double *basis, double *mass, double *stiffness, double *damping,
-                                 const kt_state_derivatives *states, kt_error *error) {
+kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
+                                   const kt_dynamic_state *at, const double *a, const kt_stiffness_matrices *to,
+                                   kt_error *error) {
+    const kt_state_derivatives *states = to->states;
     double *force = states && model->n.x > 0 ? states->force : NULL;
     kt_linearized w;
     kt_status status =
@@ -311,19 +307,19 @@ kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *mem
     if (status != KT_OK)
         return status;
     const bool by_tree = is_along_tree(model);
-    const size_t used = kt_linearized_init(&w, memory, model, data, t, !by_tree);
+    const size_t used = kt_linearized_init(&w, memory, model, data, at->t, !by_tree);
     w.estimates = true;
-    status = kt_linearized_fill(&w, q, v, tau, external, a, error);
+    status = kt_linearized_fill(&w, at, a, error);
     if (status != KT_OK)
         return status;
     if (!is_finite(&w))
         return kt_linearized_overflow(error);
     if (KT_HAS_LOOPS && by_tree)
-        status = write_along(&w, (char *)memory + used, q, basis, mass, stiffness, damping, force, error);
+        status = write_along(&w, (char *)memory + used, at->q, to, force, error);
     else if (KT_HAS_LOOPS && w.p)
-        write_closed(&w, basis, mass, stiffness, damping);
+        write_closed(&w, to);
     else
-        write_tree(&w, basis, mass, stiffness, damping);
+        write_tree(&w, to);
     if (force && KT_HAS_LOOPS && w.p && !by_tree)
         write_closed_forces(&w, force);
     else if (force && !w.p)
@@ -331,7 +327,7 @@ kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *mem
     if (states && status == KT_OK)
         kt_linearized_copy_rates(&w, states);
     return status == KT_OK && KT_HAS_LOOPS && w.p
-               ? refuse_unknown(&w, (size_t)kt_model_mobility(model).minimal, basis, mass, stiffness, error)
+               ? refuse_unknown(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass, to->stiffness, error)
                : status;
 }
 
@@ -343,6 +339,7 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         KT_IS_MISSING(error, q || !model->n.q, mass || !model->n.v, stiffness || !model->n.v, damping || !model->n.v,
                       basis || !model->n.group))
         return KT_ERROR_ARGUMENT;
-    return kt_stiffness_of_states(model, data, memory, memory_size, t, q, v ? v : model->zero, tau, external, a, basis,
-                                  mass, stiffness, damping, NULL, error);
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    const kt_stiffness_matrices to = {.basis = basis, .mass = mass, .stiffness = stiffness, .damping = damping};
+    return kt_stiffness_evaluate_at(model, data, memory, memory_size, &at, a, &to, error);
 }

@@ -62,8 +62,7 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
 
 /* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the
  * motion are evaluated. */
-KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const double *q, const double *v, const double *tau,
-                                        const kt_wrench *external, const double *a, kt_error *error);
+KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const double *a, kt_error *error);
 
 /* Copies what own states add, but for force. */
 void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to);
@@ -75,20 +74,28 @@ KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q
 KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
                                                       kt_error *error);
 
-/* kt_stiffness_evaluate, and unless `states` is NULL of a model with own states force = -Z' dF/dx (free x states). */
-KT_CHECKED kt_status kt_stiffness_of_states(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
-                                            double t, const double *q, const double *v, const double *tau,
-                                            const kt_wrench *external, const double *a, double *basis, double *mass,
-                                            double *stiffness, double *damping, const kt_state_derivatives *states,
-                                            kt_error *error);
+/* The results of kt_stiffness_evaluate; unless `states` is NULL, those of a model with own states with
+ * force = -Z' dF/dx (free x states). */
+typedef struct kt_stiffness_matrices {
+    double *basis, *mass, *stiffness, *damping;
+    const kt_state_derivatives *states;
+} kt_stiffness_matrices;
 
-/* kt_acceleration_derivatives at known accelerations a of the motion, or NULL; and unless `states` is NULL of a model
- * with own states force = da/dx (nv x states). */
+KT_CHECKED kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
+                                              const kt_dynamic_state *at, const double *a,
+                                              const kt_stiffness_matrices *to, kt_error *error);
+
+/* The results of kt_acceleration_derivatives; unless `states` is NULL, those of a model with own states with
+ * force = da/dx (nv x states). */
+typedef struct kt_acceleration_matrices {
+    kt_forward_matrices by;
+    const kt_state_derivatives *states;
+} kt_acceleration_matrices;
+
+/* At known accelerations a of the motion, or NULL. */
 KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,
-                                                    size_t memory_size, double t, const double *q, const double *v,
-                                                    const double *tau, const kt_wrench *external, const double *a,
-                                                    double *da_dq, double *da_dv, double *da_dtau,
-                                                    const kt_state_derivatives *states, kt_error *error);
+                                                    size_t memory_size, const kt_dynamic_state *at, const double *a,
+                                                    const kt_acceleration_matrices *to, kt_error *error);
 
 /* The error that derivatives overflow. */
 kt_status kt_linearized_overflow(kt_error *error);

@@ -49,18 +49,19 @@ static kt_status overflow(kt_error *error) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const double *q,
-                                      const double *v, const double *a, const kt_wrench *external,
-                                      kt_derivative_work *w, kt_error *error) {
-    const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
+kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const kt_dynamic_state *at,
+                                      const double *a, kt_derivative_work *w, kt_error *error) {
+    const kt_wrench *external = at->external;
+    const kt_input input = {.q = at->q, .v = at->v, .x = a, .what = "acceleration", .external = external};
     const kernels kernel = kernels_of(model);
     (void)place_arrays(w, memory, &model->n);
     kt_status status = external ? kt_input_check(model, &input, error) : KT_OK;
     if (status == KT_OK)
-        status = kt_links_update(model, data, q, v, a, false, NULL, error);
+        status = kt_links_update(model, data, at->q, at->v, a, false, NULL, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, v ? v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false, w);
+    kernel.terms(model, data, at->v ? at->v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false,
+                 w);
     kernel.inverse(model, external != NULL, w);
     return KT_OK;
 }
@@ -76,7 +77,8 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)
-        status = kt_inverse_derivatives_fill(model, data, work, q, v, a, external, &w, error);
+        status = kt_inverse_derivatives_fill(model, data, work,
+                                             &(kt_dynamic_state){.q = q, .v = v, .external = external}, a, &w, error);
     if (status == KT_OK && !(kt_all_finite((double *)w.dq, square) && kt_all_finite((double *)w.dv, square)))
         status = overflow(error);
     if (status != KT_OK)
@@ -87,29 +89,29 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
 }
 
 kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                      const double *q, const double *v, const double *tau, const kt_wrench *external,
-                                      double *a, double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+                                      const kt_dynamic_state *at, double *a, const kt_forward_matrices *by,
+                                      kt_error *error) {
     model = kt_model_now(model, data);
     const kernels kernel = kernels_of(model);
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)
-        status = kt_dynamics_forward(model, data, q, v, tau, external, w.a, error);
+        status = kt_dynamics_forward(model, data, at->q, at->v, at->tau, at->external, w.a, error);
     const bool kept = model->sweep == KT_SWEEP_SPATIAL; /* by forward dynamics, in data->motion */
     if (status == KT_OK && !kept)
-        status = kt_links_update(model, data, q, v, w.a, false, NULL, error);
+        status = kt_links_update(model, data, at->q, at->v, w.a, false, NULL, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, v ? v : model->zero, w.a, external, kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true,
-                 &w);
-    if (!kernel.forward(model, da_dtau != NULL, external != NULL, &w))
+    kernel.terms(model, data, at->v ? at->v : model->zero, w.a, at->external,
+                 kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true, &w);
+    if (!kernel.forward(model, by->tau != NULL, at->external != NULL, &w))
         return overflow(error);
     if (a)
         memcpy(a, w.a, model->n.v * sizeof *a);
-    kernel.hand_over(model, &w, w.dq, da_dq);
-    kernel.hand_over(model, &w, w.dv, da_dv);
-    if (da_dtau)
-        kernel.hand_over(model, &w, w.dtau, da_dtau);
+    kernel.hand_over(model, &w, w.dq, by->q);
+    kernel.hand_over(model, &w, w.dv, by->v);
+    if (by->tau)
+        kernel.hand_over(model, &w, w.dtau, by->tau);
     return KT_OK;
 }
 
@@ -120,6 +122,7 @@ kt_status kt_dynamics_forward_derivatives(const kt_model *model, kt_data *data, 
     if (KT_IS_OTHER_DATA(error, model, data) ||
         KT_IS_MISSING(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v))
         return KT_ERROR_ARGUMENT;
-    return kt_forward_derivatives_fill(model, data, work, work_size, q, v, tau, external, NULL, da_dq, da_dv, da_dtau,
-                                       error);
+    const kt_dynamic_state at = {.q = q, .v = v, .tau = tau, .external = external};
+    return kt_forward_derivatives_fill(model, data, work, work_size, &at, NULL,
+                                       &(kt_forward_matrices){da_dq, da_dv, da_dtau}, error);
 }

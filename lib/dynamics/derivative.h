@@ -138,14 +138,18 @@ KT_DERIVATIVES_DECLARE(v4)
 
 /* kt_dynamics_inverse_derivatives, and the mass matrix besides: all terms, and dq, dv and dtau (the mass matrix), stay
  * in *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow. */
-KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const double *q,
-                                                 const double *v, const double *a, const kt_wrench *external,
-                                                 kt_derivative_work *w, kt_error *error);
+KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory,
+                                                 const kt_dynamic_state *at, const double *a, kt_derivative_work *w,
+                                                 kt_error *error);
+
+/* The derivatives of accelerations by positions, velocities and joint forces, nv x nv each; the last may be NULL. */
+typedef struct kt_forward_matrices {
+    double *q, *v, *tau;
+} kt_forward_matrices;
 
 /* kt_dynamics_forward_derivatives, and unless a is NULL the accelerations themselves. */
 KT_CHECKED kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                                 const double *q, const double *v, const double *tau,
-                                                 const kt_wrench *external, double *a, double *da_dq, double *da_dv,
-                                                 double *da_dtau, kt_error *error);
+                                                 const kt_dynamic_state *at, double *a, const kt_forward_matrices *by,
+                                                 kt_error *error);
 
 #endif

@@ -77,12 +77,11 @@ static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_S
     (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->joint_name);
 }
 
-kt_status kt_forward_tree(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                          const double *tau, const kt_wrench *external, double *a, kt_error *error) {
-    (void)t;
-    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
-    const size_t failed =
-        model->kernels->forward(model, data, q, v ? v : model->zero, tau ? tau : model->zero, external, data->scratch);
+kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                          kt_error *error) {
+    const kt_input input = {.q = at->q, .v = at->v, .x = at->tau, .what = "force", .external = at->external};
+    const size_t failed = model->kernels->forward(model, data, at->q, at->v ? at->v : model->zero,
+                                                  at->tau ? at->tau : model->zero, at->external, data->scratch);
     if (!failed)
         return commit_or_blame(model, &input, data->scratch, a, "acceleration", error);
     const kt_status status = kt_input_check(model, &input, error);
@@ -108,7 +107,8 @@ kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     if (external && !kt_wrenches_are_finite(model, external))
         return kt_input_check(model, &input, error);
-    return kt_forward_tree(model, data, 0.0, q, v, tau, external, a, error);
+    return kt_forward_tree(model, data, &(kt_dynamic_state){.q = q, .v = v, .tau = tau, .external = external}, a,
+                           error);
 }
 
 kt_status kt_dynamics_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,

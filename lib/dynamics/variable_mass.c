@@ -118,11 +118,10 @@ kt_status kt_masses_check(const kt_model *model, double t, kt_error *error) {
 /* ---- evaluations ------------------------------------------------------------------------------------------------- */
 
 /* `forward` of a model of variable masses. */
-static kt_status forward_at(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, kt_error *error) {
-    const kt_status status = kt_masses_update(model, data, t, error);
-    return status == KT_OK ? model->steady(kt_model_of_instant(model, data), data, t, q, v, tau, external, a, error)
-                           : status;
+static kt_status forward_at(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                            kt_error *error) {
+    const kt_status status = kt_masses_update(model, data, at->t, error);
+    return status == KT_OK ? model->steady(kt_model_of_instant(model, data), data, at, a, error) : status;
 }
 
 static size_t forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,

@@ -16,8 +16,7 @@
 typedef struct sum {
     const kt_model *model;
     kt_data *data;
-    double t;
-    const double *q, *v;
+    const kt_dynamic_state *at;
     kt_power *power;                /* NULL: powers are not summed */
     bool differenced;               /* a caller's own effects without derivatives alone */
     double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
@@ -75,73 +74,81 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
 typedef struct surroundings {
     const kt_data *data;
     const kt_link_kinematics *kinematics; /* NULL: the links that carry forces */
-    const double *q, *v;
+    const kt_dynamic_state *at;
 } surroundings;
 
-static void evaluate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect, double t,
+/* A coordinate that a force acts in, and its rate. */
+typedef struct coordinate {
+    double position, rate;
+} coordinate;
+
+static void evaluate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
                               const kt_effect_end *end, double out[6]) {
     double values[KT_FORMULA_VARIABLE_MAX];
-    kt_formula_variables_read(model, in->data, in->kinematics, effect, t, in->q, in->v, end, values);
+    kt_formula_variables_read(model, in->data, in->kinematics, effect, in->at, end, values);
     kt_formulas_evaluate(model, effect, values, out);
 }
 
 /* Computes the force of an effect in a coordinate: of a joint, or between two ends of a loop. Returns the code of a
  * callback, otherwise 0. */
 KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                                   const kt_effect_kind *kind, const kt_effect_end *end, double q, double v, double t,
-                                   double *force, kt_effect_balance *balance) {
+                                   const kt_effect_kind *kind, const kt_effect_end *end, coordinate x, double *force,
+                                   kt_effect_balance *balance) {
     if (kind->joint_force) {
-        *force = kind->joint_force(effect, model->number, q, v, t, balance);
+        *force = kind->joint_force(effect, model->number, x.position, x.rate, in->at->t, balance);
         return 0;
     }
     if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
-        evaluate_formulas(model, in, effect, t, end, values);
+        evaluate_formulas(model, in, effect, end, values);
         *force = values[0];
         if (balance)
-            *balance = (kt_effect_balance){.supplied = values[0] * v};
+            *balance = (kt_effect_balance){.supplied = values[0] * x.rate};
         return 0;
     }
     *force = 0.0;
     if (balance)
         *balance = (kt_effect_balance){0.0, 0.0, 0.0};
-    return effect->joint_force(effect->user, t, q, v, force, balance);
+    return effect->joint_force(effect->user, in->at->t, x.position, x.rate, force, balance);
 }
 
 /* Computes the force of an effect in a coordinate of a loop, and its wrenches. Returns the code of a callback, otherwise
  * 0. */
 static int evaluate_in_loop(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                            const kt_effect_end *end, double t, double *force, kt_wrench wrench[2],
-                            kt_effect_balance *balance) {
-    const kt_relative_motion motion = kt_relative_motion_of(model, effect, in->q, end);
-    const int code = evaluate_joint_force(model, in, effect, kt_effect_kind_of(effect->type), end, motion.position,
-                                          motion.rate, t, force, balance);
+                            const kt_effect_end *end, double *force, kt_wrench wrench[2], kt_effect_balance *balance) {
+    const kt_relative_motion motion = kt_relative_motion_of(model, effect, in->at->q, end);
+    const int code = evaluate_joint_force(model, in, effect, kt_effect_kind_of(effect->type), end,
+                                          (coordinate){motion.position, motion.rate}, force, balance);
     kt_relative_wrenches(&motion, end, *force, wrench);
     return code;
 }
 
 /* Computes the wrenches of an effect with ends. Returns the code of a callback, otherwise 0. */
 KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                              const kt_effect_kind *kind, const kt_effect_end *end, double t, kt_wrench wrench[2],
+                              const kt_effect_kind *kind, const kt_effect_end *end, kt_wrench wrench[2],
                               kt_effect_balance *balance) {
     if (kind->wrench) {
-        kind->wrench(effect, model->number, end, t, wrench, balance);
+        kind->wrench(effect, model->number, end, in->at->t, wrench, balance);
         return 0;
     }
     if (KT_HAS_RELATIVE && effect->relative.type) {
         double force;
-        return evaluate_in_loop(model, in, effect, end, t, &force, wrench, balance);
+        return evaluate_in_loop(model, in, effect, end, &force, wrench, balance);
     }
     if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
-        evaluate_formulas(model, in, effect, t, end, values);
+        evaluate_formulas(model, in, effect, end, values);
         kind->formula_wrench(effect, values, end, wrench, balance);
         return 0;
     }
     memset(wrench, 0, 2 * sizeof *wrench);
     if (balance)
         *balance = (kt_effect_balance){0.0, 0.0, 0.0};
-    return effect->wrench(effect->user, t, end, wrench, balance);
+    return effect->wrench(effect->user, in->at->t, end, wrench, balance);
+}
+
+KT_INLINE coordinate joint_coordinate(const kt_dynamic_state *at, const kt_link *link) {
+    return (coordinate){at->q[link->q], at->v[link->v]};
 }
 
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
@@ -158,9 +165,8 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
         double force;
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
-        const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
-        s->code =
-            evaluate_joint_force(s->model, &in, effect, kind, NULL, s->q[link->q], s->v[link->v], s->t, &force, asked);
+        const surroundings in = {.data = s->data, .at = s->at};
+        s->code = evaluate_joint_force(s->model, &in, effect, kind, NULL, joint_coordinate(s->at, link), &force, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
@@ -184,8 +190,8 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
         find_ends(s->data, effect, end);
-        const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
-        s->code = evaluate_wrench(s->model, &in, effect, kind, end, s->t, wrench, asked);
+        const surroundings in = {.data = s->data, .at = s->at};
+        s->code = evaluate_wrench(s->model, &in, effect, kind, end, wrench, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;
@@ -260,27 +266,26 @@ KT_INLINE bool has_joint_force_callback(const kt_model *model) {
 }
 KT_INLINE bool has_wrench_callback(const kt_model *model) { return model->n.force_link > 0; }
 
-void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external) {
+void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at) {
     if (has_joint_force_callback(model))
-        *tau = data->tau;
+        at->tau = data->tau;
     if (has_wrench_callback(model))
-        *external = data->applied;
+        at->external = data->applied;
 }
 
 /* s->power and s->differenced are constants where this is inlined. */
-KT_INLINE bool sum_all(sum *s, const double **tau, const kt_wrench **external) {
+KT_INLINE bool sum_all(sum *s) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
     if (has_joint_force_callback(model))
-        memcpy(data->tau, *tau ? *tau : model->zero, model->n.v * sizeof(double));
+        memcpy(data->tau, s->at->tau ? s->at->tau : model->zero, model->n.v * sizeof(double));
     if (has_wrench_callback(model)) {
-        if (*external)
-            memcpy(data->applied, *external, model->n.body * sizeof *data->applied);
+        if (s->at->external)
+            memcpy(data->applied, s->at->external, model->n.body * sizeof *data->applied);
         else
             memset(data->applied, 0, model->n.body * sizeof *data->applied);
-        kt_force_frames_sweep(model, data, s->q, s->v);
+        kt_force_frames_sweep(model, data, s->at->q, s->at->v);
     }
-    kt_effects_recall(model, data, tau, external);
     for (size_t i = 0; i < model->n.batch; i++)
         if ((!s->differenced || model->batch[i].type == KT_EFFECT_CUSTOM) &&
             !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
@@ -305,7 +310,7 @@ static void name_effect(const sum *s, const kt_effect_record *effect, char where
         (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
                        effect->ends ? kt_body_name(s->model, effect->body[0])
                                     : kt_joint_name(s->model, effect->body[0]));
-    (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->t);
+    (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->at->t);
 }
 
 static kt_status refuse_code(const sum *s, kt_error *error) {
@@ -318,7 +323,7 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
 
 kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error) {
-    const sum s = {.model = model, .t = t, .failed = effect, .code = code};
+    const sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = effect, .code = code};
     char where[KT_WHERE_SIZE];
     if (code != 0)
         return refuse_code(&s, error);
@@ -342,25 +347,25 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     kt_effect_end end[2];
     kt_wrench w[2];
     double force = 0.0;
-    const surroundings in = {.data = s->data, .q = s->q, .v = s->v};
+    const surroundings in = {.data = s->data, .at = s->at};
     if (effect->ends) {
         find_ends(s->data, effect, end);
-        (void)evaluate_wrench(s->model, &in, effect, kind, end, s->t, w, asked);
+        (void)evaluate_wrench(s->model, &in, effect, kind, end, w, asked);
         for (int k = 0; k < effect->ends; k++)
             force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
                      (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
                      (w[k].force.z - w[k].force.z);
     } else {
         const kt_link *link = &s->model->link[effect->link[0]];
-        (void)evaluate_joint_force(s->model, &in, effect, kind, NULL, s->q[link->q], s->v[link->v], s->t, &force,
-                                   asked);
+        (void)evaluate_joint_force(s->model, &in, effect, kind, NULL, joint_coordinate(s->at, link), &force, asked);
     }
     return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
 
 /* Names the effect at fault; returns KT_OK if only the test sum overflowed. */
-static kt_status blame(const sum *s, const double *tau, const kt_wrench *external, kt_error *error) {
-    const kt_input input = {.q = s->q, .v = s->v, .x = tau, .what = "force or torque", .external = external};
+static kt_status blame(const sum *s, kt_error *error) {
+    const kt_input input = {
+        .q = s->at->q, .v = s->at->v, .x = s->at->tau, .what = "force or torque", .external = s->at->external};
     const kt_status status = kt_input_check(s->model, &input, error);
     for (size_t i = 0; i < s->model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
@@ -373,14 +378,19 @@ static kt_status blame(const sum *s, const double *tau, const kt_wrench *externa
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                           const double **tau, const kt_wrench **external, kt_error *error) {
-    const double *given = *tau;
-    const kt_wrench *given_wrenches = *external;
-    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL};
-    if (!sum_all(&s, tau, external))
-        return refuse_code(&s, error);
-    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+/* Ends a sum: at->tau and at->external become the sums, or the effect at fault is named. */
+KT_INLINE kt_status conclude(const sum *s, bool done, kt_dynamic_state *at, kt_error *error) {
+    if (!done)
+        return refuse_code(s, error);
+    const kt_status status = s->excess == 0.0 ? KT_OK : blame(s, error);
+    kt_effects_recall(s->model, s->data, at);
+    return status;
+}
+
+kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
+    sum s = {.model = model, .data = data, .at = at, .power = NULL};
+    const bool done = sum_all(&s);
+    return conclude(&s, done, at, error);
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
@@ -391,27 +401,28 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
     double derivatives[3] = {0.0, 0.0, 0.0};
     kt_effect_end end[2];
     if (effect->ends == 0) {
-        const int code = effect->joint_force_derivatives(effect->user, s->t, s->q[link->q], s->v[link->v], derivatives);
+        const int code =
+            effect->joint_force_derivatives(effect->user, s->at->t, s->at->q[link->q], s->at->v[link->v], derivatives);
         s->data->tau[link->v] += derivatives[2];
         return code;
     }
     find_ends(s->data, effect, end);
     int code;
     if (KT_HAS_RELATIVE && effect->relative.type) {
-        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->q, end);
-        code = effect->joint_force_derivatives(effect->user, s->t, motion.position, motion.rate, derivatives);
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
+        code = effect->joint_force_derivatives(effect->user, s->at->t, motion.position, motion.rate, derivatives);
         kt_relative_wrenches(&motion, end, derivatives[2], of_ends.by_time);
     } else {
-        code = effect->wrench_derivatives(effect->user, s->t, end, &of_ends);
+        code = effect->wrench_derivatives(effect->user, s->at->t, end, &of_ends);
     }
     add_wrenches(s, effect, of_ends.by_time);
     return code;
 }
 
-kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                  const double **tau, const kt_wrench **external, kt_error *error) {
-    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v};
-    const kt_status status = kt_effects_apply(model, data, t, q, v, tau, external, error);
+kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
+    const double t = at->t, *q = at->q, *v = at->v;
+    sum s = {.model = model, .data = data, .at = at};
+    const kt_status status = kt_effects_apply(model, data, at, error);
     for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
         const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
@@ -431,7 +442,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
         find_ends(data, effect, end);
         double rates[6];
         if (KT_HAS_FORMULAS && kind->formula_wrench)
-            kt_formula_time_derivatives(model, data, NULL, effect, t, q, v, end, rates);
+            kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
         if (KT_HAS_RELATIVE && effect->relative.type) {
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
             if (kind->joint_time_derivative)
@@ -451,24 +462,17 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t
 }
 #endif
 
-kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                       const double **tau, const kt_wrench **external, kt_error *error) {
-    const double *given = *tau;
-    const kt_wrench *given_wrenches = *external;
-    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = NULL, .differenced = true};
-    if (!sum_all(&s, tau, external))
-        return refuse_code(&s, error);
-    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
+    sum s = {.model = model, .data = data, .at = at, .power = NULL, .differenced = true};
+    const bool done = sum_all(&s);
+    return conclude(&s, done, at, error);
 }
 
-kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             const double **tau, const kt_wrench **external, kt_power *power, kt_error *error) {
-    const double *given = *tau;
-    const kt_wrench *given_wrenches = *external;
-    sum s = {.model = model, .data = data, .t = t, .q = q, .v = v, .power = power};
-    if (!sum_all(&s, tau, external))
-        return refuse_code(&s, error);
-    return s.excess == 0.0 ? KT_OK : blame(&s, given, given_wrenches, error);
+kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
+                             kt_error *error) {
+    sum s = {.model = model, .data = data, .at = at, .power = power};
+    const bool done = sum_all(&s);
+    return conclude(&s, done, at, error);
 }
 
 /* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
@@ -488,18 +492,17 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, forces || !model->n.v))
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
-    const double *tau = model->zero;
-    const kt_wrench *wrenches = NULL;
+    kt_dynamic_state at = {.t = t, .q = q, .v = v, .tau = model->zero};
     double *all = data->scratch_v + 2 * kt_lanes8(model->n.v);
     const kt_input input = {.q = q, .v = v};
     kt_status status = kt_input_check(model, &input, error);
     if (status == KT_OK)
-        status = kt_effects_apply(model, data, t, q, v, &tau, &wrenches, error);
+        status = kt_effects_apply(model, data, &at, error);
     if (status != KT_OK)
         return status;
-    memcpy(all, tau, model->n.v * sizeof *all);
-    if (wrenches)
-        status = add_wrenches_along(model, data, q, wrenches, all, error);
+    memcpy(all, at.tau, model->n.v * sizeof *all);
+    if (at.external)
+        status = add_wrenches_along(model, data, q, at.external, all, error);
     return status == KT_OK ? kt_commit(model, all, forces, "force", error) : status;
 }
 
@@ -508,6 +511,7 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         return (double)NAN;
     double energy = 0.0;
     v = v ? v : model->zero;
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.effect; i++) {
@@ -518,12 +522,12 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         kt_effect_end end[2];
         kt_wrench wrench[2];
         double force;
-        const surroundings in = {.data = data, .q = q, .v = v};
+        const surroundings in = {.data = data, .at = &at};
         if (effect->ends)
             find_ends(data, effect, end);
-        const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, t, wrench, &balance)
-                                      : evaluate_joint_force(model, &in, effect, kind, NULL, q[link->q], v[link->v], t,
-                                                             &force, &balance);
+        const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, wrench, &balance)
+                                      : evaluate_joint_force(model, &in, effect, kind, NULL,
+                                                             joint_coordinate(&at, link), &force, &balance);
         energy += code == 0 ? balance.energy : (double)NAN;
     }
     return energy;
@@ -585,7 +589,8 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const kt_link *link = &model->link[effect->link[0]];
-    const surroundings in = {.data = data, .kinematics = data->kinematics, .q = q, .v = v};
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
+    const surroundings in = {.data = data, .kinematics = data->kinematics, .at = &at};
     *load = (kt_effect_load){.end_count = effect->ends};
     kt_effect_ends_find(data, effect, end);
     for (int k = 0; k < effect->ends; k++)
@@ -593,9 +598,9 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
     if ((size_t)(effect - model->effect) >= model->n.effect) /* switched off: it exerts nothing */
         return 0;
     if (KT_HAS_RELATIVE && effect->relative.type)
-        return evaluate_in_loop(model, &in, effect, end, t, &load->joint_force, load->wrench, NULL);
-    return effect->ends > 0 ? evaluate_wrench(model, &in, effect, kind, end, t, load->wrench, NULL)
-                            : evaluate_joint_force(model, &in, effect, kind, NULL, q[link->q], v[link->v], t,
+        return evaluate_in_loop(model, &in, effect, end, &load->joint_force, load->wrench, NULL);
+    return effect->ends > 0 ? evaluate_wrench(model, &in, effect, kind, end, load->wrench, NULL)
+                            : evaluate_joint_force(model, &in, effect, kind, NULL, joint_coordinate(&at, link),
                                                    &load->joint_force, NULL);
 }
 
@@ -611,7 +616,7 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
         kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
     if (status != KT_OK)
         return status;
-    sum s = {.model = model, .t = t, .failed = record};
+    sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = record};
     kt_effect_load found;
     kt_effect_end end[2];
     s.code = kt_effect_load_find(model, data, t, q, v ? v : model->zero, record, end, &found);

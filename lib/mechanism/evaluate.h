@@ -7,31 +7,27 @@
 #include "kinetree/mechanism.h"
 
 /* kt_acceleration_evaluate without a check of its pointers: all but tau, external and error are given. */
-KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, double t, const double *q,
-                                             const double *v, const double *tau, const kt_wrench *external, double *a,
-                                             kt_error *error);
+KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                             double *a, kt_error *error);
 
-/* Adds the forces of the effects to *tau and *external: afterwards these point to sums in data if there was something
- * to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
-KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                      const double **tau, const kt_wrench **external, kt_error *error);
+/* Adds the forces of the effects to at->tau and at->external: afterwards these point to sums in data if there was
+ * something to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the
+ * time. */
+KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error);
 
 /* Does the same, and adds the derivatives of the forces by time (per second), of effects that all have them
  * (kt_effect_is_differenced). */
-KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, double t, const double *q,
-                                             const double *v, const double **tau, const kt_wrench **external,
+KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynamic_state *at,
                                              kt_error *error);
 
 /* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state, of a model without driven loops and
  * whose effects all have derivatives. Exact: a is linear in the forces, whose derivatives are, and so
  *     da/dt = a(tau + dtau/dt) - a(tau) */
-KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, double t, const double *q,
-                                                     const double *v, const double *tau, const kt_wrench *external,
+KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                                      const double *a, double *da_dt, kt_error *error);
 
 /* Adds the forces of a caller's own effects without derivatives alone. */
-KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, double t, const double *q,
-                                                  const double *v, const double **tau, const kt_wrench **external,
+KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, kt_dynamic_state *at,
                                                   kt_error *error);
 
 /* The error of a callback that did not give derivatives: its code, or 0 where they are not finite. */
@@ -39,9 +35,8 @@ kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_re
                                        kt_error *error);
 
 /* Does the same for all effects, and sums their powers. */
-KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, double t, const double *q,
-                                        const double *v, const double **tau, const kt_wrench **external,
-                                        kt_power *power, kt_error *error);
+KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
+                                        kt_error *error);
 
 /* Gaps of the effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches: their
  * number; all of them in the state (q, v); and the effect of one. Only the motion of links that carry forces is written
@@ -63,8 +58,8 @@ void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
 
-/* Points *tau and *external at the sums that kt_effects_apply left in data, if there was something to add. */
-void kt_effects_recall(const kt_model *model, const kt_data *data, const double **tau, const kt_wrench **external);
+/* Points at->tau and at->external at the sums that kt_effects_apply left in data, if there was something to add. */
+void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);
 
 /* Writes the partial derivatives by time of the rates of own states (kt_own_state_count). */
 void kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -83,13 +78,12 @@ KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const 
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 
-/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at (t, q, v, tau, external), from what
- * it left in data: writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are
+/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from what it left in data:
+ * writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are
  * NULL). Only what an interpolation near a singular position or the planar recursion does not leave in data is computed
  * again. The bits are those of kt_kinematics_update with a and of kt_reaction_evaluate. */
-KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q,
-                                        const double *v, const double *tau, const kt_wrench *external, const double *a,
-                                        kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
+KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                        const double *a, kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
 /* Writes the multipliers that the last kt_motion_complete with reactions left in data, in the form of
@@ -98,8 +92,7 @@ KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *d
                                          kt_error *error);
 
 /* Does the same as kt_reaction_evaluate, and writes the kinematics of the motion to links. */
-KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
-                                        const double *v, const double *tau, const kt_wrench *external,
+KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 

@@ -41,17 +41,17 @@ static double own_variable(const kt_model *model, const kt_effect_record *effect
 }
 
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                               const kt_effect_record *effect, double t, const double *q, const double *v,
-                               const kt_effect_end *end, double values[KT_FORMULA_VARIABLE_MAX]) {
+                               const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                               double values[KT_FORMULA_VARIABLE_MAX]) {
     const kt_variable_record *variable = model->variable + effect->variable;
     kt_vec3 point, velocity;
     for (int32_t k = 0; k < effect->variable_count; k++, variable++)
         switch (variable->type) {
         case KT_VARIABLE_POSITION:
-            values[k] = q[variable->q];
+            values[k] = at->q[variable->q];
             break;
         case KT_VARIABLE_VELOCITY:
-            values[k] = v[variable->v];
+            values[k] = at->v[variable->v];
             break;
         case KT_VARIABLE_MARKER:
         case KT_VARIABLE_MARKER_VELOCITY:
@@ -63,10 +63,10 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
             break;
         case KT_VARIABLE_LENGTH:
         case KT_VARIABLE_SPEED:
-            values[k] = own_variable(model, effect, q, end, variable->type == KT_VARIABLE_SPEED);
+            values[k] = own_variable(model, effect, at->q, end, variable->type == KT_VARIABLE_SPEED);
             break;
         default:
-            values[k] = t;
+            values[k] = at->t;
         }
 }
 
@@ -83,10 +83,10 @@ void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect,
 }
 
 void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                                 const kt_effect_record *effect, double t, const double *q, const double *v,
-                                 const kt_effect_end *end, double rates[6]) {
+                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                                 double rates[6]) {
     double values[KT_FORMULA_VARIABLE_MAX], of_time[KT_FORMULA_VARIABLE_MAX], y[3];
-    kt_formula_variables_read(model, data, kinematics, effect, t, q, v, end, values);
+    kt_formula_variables_read(model, data, kinematics, effect, at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++)
         of_time[k] = model->variable[effect->variable + k].type == KT_VARIABLE_TIME;
     for (int k = 0; k < 6; k++) {

@@ -7,16 +7,16 @@
 /* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL of the
  * links that carry forces; end: the ends of an effect that acts between two. */
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                               const kt_effect_record *effect, double t, const double *q, const double *v,
-                               const kt_effect_end *end, double values[KT_FORMULA_VARIABLE_MAX]);
+                               const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                               double values[KT_FORMULA_VARIABLE_MAX]);
 
 /* The formulas with these variables; 0 for one that there is not. */
 void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
 
 /* The partial derivatives of the formulas by time, of variables that are read likewise. */
 void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                                 const kt_effect_record *effect, double t, const double *q, const double *v,
-                                 const kt_effect_end *end, double rates[6]);
+                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                                 double rates[6]);
 
 /* A formula of an effect; NULL: there is none. */
 const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k);

@@ -40,12 +40,13 @@ static kt_status refuse_rate(const kt_model *model, size_t i, double t, double r
 kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                      double *rates, kt_error *error) {
     kt_status status = KT_OK;
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     double values[KT_FORMULA_VARIABLE_MAX], rate[6];
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.x; i++) {
         const kt_effect_record *formula = &model->state[i];
-        kt_formula_variables_read(model, data, NULL, formula, t, q, v, NULL, values);
+        kt_formula_variables_read(model, data, NULL, formula, &at, NULL, values);
         kt_formulas_evaluate(model, formula, values, rate);
         if (!isfinite(rate[0]) && status == KT_OK)
             status = refuse_rate(model, i, t, rate[0], error);
@@ -56,11 +57,12 @@ kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, doubl
 
 void kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    double *derivatives) {
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     double rates[6];
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.x; i++) {
-        kt_formula_time_derivatives(model, data, NULL, &model->state[i], t, q, v, NULL, rates);
+        kt_formula_time_derivatives(model, data, NULL, &model->state[i], &at, NULL, rates);
         derivatives[i] = rates[0];
     }
 }

@@ -36,12 +36,12 @@ static double power_of_wrenches(const kt_model *model, kt_data *data, const doub
 }
 
 /* v . (M a + h - tau - J' external) */
-static kt_status power_of_loops(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                                const double *tau, const kt_wrench *external, double *power, kt_error *error) {
+static kt_status power_of_loops(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                                double *power, kt_error *error) {
     double *needed = data->scratch_v + kt_lanes8(model->n.v);
-    const kt_status status = kt_inverse_trusted(model, data, q, v, a, external, needed, error);
+    const kt_status status = kt_inverse_trusted(model, data, at->q, at->v, a, at->external, needed, error);
     if (status == KT_OK)
-        *power = dot(v, needed, model->n.v) - (tau ? dot(v, tau, model->n.v) : 0.0);
+        *power = dot(at->v, needed, model->n.v) - (at->tau ? dot(at->v, at->tau, model->n.v) : 0.0);
     return status;
 }
 
@@ -61,18 +61,17 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v, power))
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
-    const double *all = tau;
-    const kt_wrench *all_wrenches = external;
+    kt_dynamic_state loaded = {t, q, v, tau, external};
     double *acceleration = data->scratch_v + 2 * kt_lanes8(model->n.v), loops = 0.0;
     kt_power sum = {0.0, 0.0};
     kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
     if (status == KT_OK && model->n.effect)
-        status = kt_effects_account(model, data, t, q, v, &all, &all_wrenches, &sum, error);
+        status = kt_effects_account(model, data, &loaded, &sum, error);
     if (status != KT_OK)
         return status;
-    status = model->forward(model, data, t, q, v, all, all_wrenches, acceleration, error);
+    status = model->forward(model, data, &loaded, acceleration, error);
     if (status == KT_OK && model->driven)
-        status = power_of_loops(model, data, q, v, acceleration, all, all_wrenches, &loops, error);
+        status = power_of_loops(model, data, &loaded, acceleration, &loops, error);
     if (status != KT_OK)
         return status;
     sum.supplied += loops;

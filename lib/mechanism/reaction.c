@@ -17,24 +17,25 @@
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
  * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
-static const kt_wrench *load(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             const double *tau, const kt_wrench *external, const double *a) {
+static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    kt_dynamic_state loaded = *at;
     if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */
-        kt_effects_recall(model, data, &tau, &external);
+        kt_effects_recall(model, data, &loaded);
     if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!KT_HAS_LOOPS || !model->n.group)
-        return external;
+        return loaded.external;
     model = kt_model_now(model, data);
-    if (external)
-        memcpy(data->loaded, external, model->n.body * sizeof *external);
+    if (loaded.external)
+        memcpy(data->loaded, loaded.external, model->n.body * sizeof *data->loaded);
     else
         memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    loaded.tau = loaded.tau ? loaded.tau : model->zero;
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
-        (void)kernels->forward(model, data, t, q, v, tau ? tau : model->zero, external, false, data->scratch);
-    kernels->multipliers(model, data, v, a);
-    kernels->react(model, data, t, data->loaded, data->loop_wrench);
+        (void)kernels->forward(model, data, &loaded, false, data->scratch);
+    kernels->multipliers(model, data, at->v, a);
+    kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
     return data->loaded;
 }
 
@@ -54,20 +55,19 @@ static kt_status refuse(const char *kind, const char *name, double t, kt_error *
                         "the reaction overflows; look for a velocity, force or torque that is huge");
 }
 
-kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             const double *tau, const kt_wrench *external, const double *a, kt_link_kinematics *links,
-                             kt_wrench *joints, kt_wrench *loops, kt_error *error) {
-    const kt_wrench *loaded = joints || loops ? load(model, data, t, q, v, tau, external, a) : NULL;
-    const kt_status status = kt_links_update(model, data, q, v, a, !data->interpolated, links, error);
+kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                             kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
+    const kt_wrench *loaded = joints || loops ? load(model, data, at, a) : NULL;
+    const kt_status status = kt_links_update(model, data, at->q, at->v, a, !data->interpolated, links, error);
     if (status != KT_OK)
         return status;
     const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)
-        return refuse("loop", kt_loop_name(model, (int)loop), t, error);
+        return refuse("loop", kt_loop_name(model, (int)loop), at->t, error);
     if (body < model->n.body)
-        return refuse("body", kt_body_name(model, (int)body), t, error);
+        return refuse("body", kt_body_name(model, (int)body), at->t, error);
     if (loops)
         memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
     if (joints)
@@ -75,13 +75,11 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, double t, con
     return KT_OK;
 }
 
-kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             const double *tau, const kt_wrench *external, kt_link_kinematics *links, kt_wrench *joints,
-                             kt_wrench *loops, kt_error *error) {
+kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                             kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
     double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
-    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
-    return status == KT_OK ? kt_motion_complete(model, data, t, q, v, tau, external, a, links, joints, loops, error)
-                           : status;
+    const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
+    return status == KT_OK ? kt_motion_complete(model, data, at, a, links, joints, loops, error) : status;
 }
 
 /* The multiplier of an equation of a loop; zero for equations that no group contains. */
@@ -106,12 +104,12 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
                                  const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, multipliers || !model->n.row))
         return KT_ERROR_ARGUMENT;
-    v = v ? v : model->zero;
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
-    const kt_status status = kt_acceleration_evaluate(model, data, t, q, v, tau, external, a, error);
+    const kt_status status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
         return status;
-    load(model, data, t, q, v, tau, external, a);
+    load(model, data, &at, a);
     return kt_multipliers_take(model, data, t, multipliers, error);
 }
 
@@ -120,6 +118,6 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
                                kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
         return KT_ERROR_ARGUMENT;
-    v = v ? v : model->zero;
-    return kt_motion_evaluate(model, data, t, q, v, tau, external, kt_links_scratch(data), joints, loops, error);
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    return kt_motion_evaluate(model, data, &at, kt_links_scratch(data), joints, loops, error);
 }

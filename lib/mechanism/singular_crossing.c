@@ -75,9 +75,7 @@ static bool is_singular(const kt_model *model, const kt_data *data) {
 typedef struct crossing {
     const kt_model *model;
     kt_data *data;
-    double t;
-    const double *q, *v, *tau;
-    const kt_wrench *external;
+    kt_dynamic_state at;
     bool driven;             /* loops change with time */
     const double *direction; /* v of the coordinates that move, zero for the others */
     double *closed;          /* the acceleration at the state closed to rounding, computed directly */
@@ -118,6 +116,11 @@ static bool move_to(const crossing *c, double off, double *q) {
     return true;
 }
 
+/* The neighbouring state in data, under the same forces. */
+static kt_dynamic_state neighbour_of(const crossing *c, double t) {
+    return (kt_dynamic_state){t, c->data->neighbour_q, c->data->neighbour_v, c->at.tau, c->at.external};
+}
+
 /* Closes the velocities of the neighbouring state, from equations filled there, and computes its acceleration. */
 static bool accelerate_closed(const crossing *c, double *a) {
     const kt_model *model = c->model;
@@ -128,22 +131,21 @@ static bool accelerate_closed(const crossing *c, double *a) {
         return false;
     for (size_t i = 0; i < model->n.v; i++)
         data->neighbour_v[i] += data->delta[i];
-    return kernels->forward(model, data, c->t, data->neighbour_q, data->neighbour_v, c->tau, c->external, false, a) ==
-               0 &&
-           !is_singular(model, data);
+    const kt_dynamic_state neighbour = neighbour_of(c, c->at.t);
+    return kernels->forward(model, data, &neighbour, false, a) == 0 && !is_singular(model, data);
 }
 
 /* Computes the accelerations at the closed state and next to it; returns false if one of them cannot be computed. */
-static bool accelerate_beside(const crossing *c, double *beside) {
+static bool accelerate_next(const crossing *c, double *next) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     double before = (double)INFINITY;
-    memcpy(data->neighbour_q, c->q, model->n.q * sizeof *c->q);
-    memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
+    memcpy(data->neighbour_q, c->at.q, model->n.q * sizeof *c->at.q);
+    memcpy(data->neighbour_v, c->at.v, model->n.v * sizeof *c->at.v);
     for (int k = 0; k <= CLOSINGS_MOST; k++) {
-        if (!kernels->residuals(model, data, c->t, data->neighbour_q, c->v, NULL, &violation))
+        if (!kernels->residuals(model, data, c->at.t, data->neighbour_q, c->at.v, NULL, &violation))
             return false;
         if (violation.gap <= KT_CLOSED || violation.gap > 0.5 * before || k == CLOSINGS_MOST)
             break;
@@ -152,18 +154,18 @@ static bool accelerate_beside(const crossing *c, double *beside) {
             return false;
     }
     return accelerate_closed(c, c->closed) &&
-           kernels->residuals(model, data, c->t, data->neighbour_q, NULL, NULL, &violation) &&
+           kernels->residuals(model, data, c->at.t, data->neighbour_q, NULL, NULL, &violation) &&
            move_to(c, 1.0, data->neighbour_q) &&
-           kernels->residuals(model, data, c->t, data->neighbour_q, data->neighbour_v, NULL, &violation) &&
-           accelerate_closed(c, beside);
+           kernels->residuals(model, data, c->at.t, data->neighbour_q, data->neighbour_v, NULL, &violation) &&
+           accelerate_closed(c, next);
 }
 
 /* Measures the errors of the acceleration that was computed directly. */
 static void measure_direct(crossing *c, const double *direct) {
-    double *beside = c->data->scratch_v;
-    const bool measured = accelerate_beside(c, beside);
+    double *next = c->data->scratch_v;
+    const bool measured = accelerate_next(c, next);
     c->open = measured ? difference(c->model, c->closed, direct) : (double)INFINITY;
-    c->rounding = measured ? difference(c->model, beside, c->closed) : (double)INFINITY;
+    c->rounding = measured ? difference(c->model, next, c->closed) : (double)INFINITY;
 }
 
 /* ---- interpolated ------------------------------------------------------------------------------------------------ */
@@ -182,18 +184,17 @@ static bool is_clear(const kt_model *model, const kt_data *data) {
 static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
-    const double t = c->t + (c->driven ? dt : 0.0);
+    const kt_dynamic_state neighbour = neighbour_of(c, c->at.t + (c->driven ? dt : 0.0));
+    const kt_projection_limits limits = {.steps = 6, .gap = 0.0, .tolerance = KT_CLOSED_ASSEMBLED};
     bool changed = false;
     kt_violation violation;
     for (size_t i = 0; i < model->n.v; i++)
         data->neighbour_v[i] = dt * c->direction[i];
-    kt_position_add(model, c->q, data->neighbour_v, data->neighbour_q);
-    memcpy(data->neighbour_v, c->v, model->n.v * sizeof *c->v);
-    return kt_project_in_place(model, data, t, data->neighbour_q, data->neighbour_v, 6, 0.0, KT_CLOSED_ASSEMBLED,
-                               &changed, &violation) == KT_CLOSURE_DONE &&
-           kt_reduction_kernels_of(model)->forward(model, data, t, data->neighbour_q, data->neighbour_v, c->tau,
-                                                   c->external, false, out) == 0 &&
-           is_clear(model, data);
+    kt_position_add(model, c->at.q, data->neighbour_v, data->neighbour_q);
+    memcpy(data->neighbour_v, c->at.v, model->n.v * sizeof *c->at.v);
+    return kt_project_in_place(model, data, neighbour.t, data->neighbour_q, data->neighbour_v, &limits, &changed,
+                               &violation) == KT_CLOSURE_DONE &&
+           kt_reduction_kernels_of(model)->forward(model, data, &neighbour, false, out) == 0 && is_clear(model, data);
 }
 
 /* Whether the path bends between the inner two of the states, whose accelerations a holds 3/4 of: then it is seen at
@@ -238,15 +239,15 @@ static double choose_direction(const crossing *c, const double *a, double *direc
     *pull = 0.0;
     memset(direction, 0, model->n.v * sizeof *direction);
     if (c->driven)
-        memcpy(direction, c->v, model->n.v * sizeof *direction);
+        memcpy(direction, c->at.v, model->n.v * sizeof *direction);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         if (!c->driven && !c->data->near[g])
             continue;
         for (int32_t i = group->v; i < group->v + group->v_count; i++) {
             const int32_t k = model->group_v[i];
-            direction[k] = c->v[k];
-            speed = fmax(speed, fabs(c->v[k]) / model->unit[i]);
+            direction[k] = c->at.v[k];
+            speed = fmax(speed, fabs(c->at.v[k]) / model->unit[i]);
             *pull = fmax(*pull, fabs(a[k]) / model->unit[i]);
         }
     }
@@ -317,7 +318,7 @@ static bool is_direct_better(crossing *c, const double *a) {
 /* Adds to what kt_data_crossings tells; s: the size of the smallest direction. Where errors cannot be measured the
  * position itself is not known to better than x y = ROUNDING tells. */
 static void count_crossing(const crossing *c, double s, bool interpolated) {
-    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->v, NULL);
+    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL);
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
     const bool measured = isfinite(error) && time > 0.0;
     kt_crossings *seen = &c->data->crossings;
@@ -344,13 +345,11 @@ static size_t choose(crossing *c, bool lost) {
     if (s > sqrt(ROUNDING))
         measure_direct(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
-        failed = kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, true, a);
+        failed = kernels->forward(model, data, &c->at, true, a);
         data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a));
     }
     count_crossing(c, s, data->interpolated);
-    return failed || data->interpolated
-               ? failed
-               : kernels->forward(model, data, c->t, c->q, c->v, c->tau, c->external, false, a);
+    return failed || data->interpolated ? failed : kernels->forward(model, data, &c->at, false, a);
 }
 
 static kt_status refuse_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
@@ -366,23 +365,22 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
         "move there mass or inertia");
 }
 
-kt_status kt_closed_forward(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,
+                            kt_error *error) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    tau = tau ? tau : model->zero;
+    kt_dynamic_state at = *given;
+    at.tau = at.tau ? at.tau : model->zero;
     data->interpolated = false;
-    size_t failed = kernels->forward(model, data, t, q, v, tau, external, false, data->scratch);
+    size_t failed = kernels->forward(model, data, &at, false, data->scratch);
     if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
-        crossing c = {.model = model, .data = data, .t = t, .q = q, .v = v, .tau = tau, .external = external};
-        c.driven = model->driven;
+        crossing c = {.model = model, .data = data, .at = at, .driven = model->driven};
         failed = choose(&c, failed || is_singular(model, data));
     }
-    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
-    if (failed)
-        return kt_loops_explain(model, data, t, q, v, refuse_singular(model, failed, t, &input, error), error);
-    const kt_status status = kt_commit(model, data->scratch, a, "acceleration", error);
+    const kt_input input = {.q = at.q, .v = at.v, .x = at.tau, .what = "force or torque", .external = at.external};
+    kt_status status = failed ? refuse_singular(model, failed, at.t, &input, error)
+                              : kt_commit(model, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;
-    const kt_status given = kt_input_check(model, &input, error);
-    return given != KT_OK ? given : kt_loops_explain(model, data, t, q, v, status, error);
+    const kt_status faulty = failed ? KT_OK : kt_input_check(model, &input, error);
+    return faulty != KT_OK ? faulty : kt_loops_explain(model, data, at.t, at.q, at.v, status, error);
 }

@@ -133,10 +133,18 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
 /* In `given`. A velocity is kept if its joint is held and the description gives no velocity at all. */
 enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2, KT_VELOCITY_KEPT = 4 };
 
+/* A state of a mechanism and what acts on it. */
+typedef struct kt_dynamic_state {
+    double t;
+    const double *q, *v;       /* nq, nv */
+    const double *tau;         /* joint forces, nv; NULL: none */
+    const kt_wrench *external; /* on bodies, as for kt_dynamics_forward; NULL: none */
+} kt_dynamic_state;
+
 /* Accelerations of a mechanism, effects not included: kt_forward_tree (dynamics/dynamics.h) or kt_closed_forward
  * (mechanism/evaluate.h). Wrenches have been checked. */
-typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                  const double *tau, const kt_wrench *external, double *a, kt_error *error);
+typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                  kt_error *error);
 
 struct kt_model {
     size_t bytes;

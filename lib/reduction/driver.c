@@ -62,33 +62,31 @@ KT_INLINE bool prepare_group(const kt_model *model, kt_data *data, size_t g, boo
 
 /* `special`: groups of one pin are solved in closed form (in the plane), those of few equations by delassus.h, those of
  * fronts of four parameters by front4.h (in the plane). */
-KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, bool planar, double t, const double *q,
-                             const double *v, const double *tau, const kt_wrench *external, bool regular, bool special,
-                             double *a) {
+KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, bool planar, const kt_dynamic_state *at,
+                             bool regular, bool special, double *a) {
     size_t failed = 0;
-    set_motion(model, data, planar, q, v, external);
+    set_motion(model, data, planar, at->q, at->v, at->external);
     for (size_t g = 0; g < model->n.group; g++) {
         if (planar && special && model->group[g].form == KT_FORM_PIN)
             continue;
-        fill_group(model, data, g, planar, true, q, v, t);
+        fill_group(model, data, g, planar, true, at->q, at->v, at->t);
         if (!prepare_group(model, data, g, planar, KT_ROWS_ALL, regular, special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (!failed && has_spatial(model, planar))
-        failed = KT_KERNEL(kt_spatial_links_accelerate)(model, data, tau, spatial_end(model, planar),
+        failed = KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, spatial_end(model, planar),
                                                         special && model->has_delassus, a);
     if (!failed && planar)
-        failed = KT_KERNEL(kt_planar_links_accelerate)(model, data, special ? v : NULL, tau, false, a);
+        failed = KT_KERNEL(kt_planar_links_accelerate)(model, data, special ? at->v : NULL, at->tau, false, a);
     return failed;
 }
 
 /* If one of the special forms fails, for whatever reason, the general method decides. */
-KT_INLINE size_t forward(const kt_model *model, kt_data *data, bool planar, double t, const double *q, const double *v,
-                         const double *tau, const kt_wrench *external, bool regular, double *a) {
-    if (!regular && (planar || model->has_delassus) &&
-        try_forward(model, data, planar, t, q, v, tau, external, false, true, a) == 0)
+KT_INLINE size_t forward(const kt_model *model, kt_data *data, bool planar, const kt_dynamic_state *at, bool regular,
+                         double *a) {
+    if (!regular && (planar || model->has_delassus) && try_forward(model, data, planar, at, false, true, a) == 0)
         return 0;
-    return try_forward(model, data, planar, t, q, v, tau, external, regular, false, a);
+    return try_forward(model, data, planar, at, regular, false, a);
 }
 
 /* ---- closure ----------------------------------------------------------------------------------------------------- */
@@ -197,9 +195,9 @@ static void basis(const kt_model *model, kt_data *data) {
 
 /* The functions of kernel.h for one value of `planar`. */
 #define KT_DRIVER_IN(space, planar)                                                                                    \
-    static size_t forward_in_##space(const kt_model *model, kt_data *data, double t, const double *q, const double *v, \
-                                     const double *tau, const kt_wrench *external, bool regular, double *a) {          \
-        return forward(model, data, planar, t, q, v, tau, external, regular, a);                                       \
+    static size_t forward_in_##space(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,   \
+                                     double *a) {                                                                      \
+        return forward(model, data, planar, at, regular, a);                                                           \
     }                                                                                                                  \
     static bool residuals_in_##space(const kt_model *model, kt_data *data, double t, const double *q, const double *v, \
                                      const bool *held, kt_violation *violation) {                                      \

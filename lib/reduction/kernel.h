@@ -12,11 +12,10 @@ static inline uint8_t kt_special_form_as(bool regular) {
 }
 
 typedef struct kt_reduction_kernels {
-    /* Computes the accelerations of a mechanism with loops; sets data->rank and data->near of each group. `regular`:
+    /* Computes the accelerations of a mechanism with loops (at->tau is given); sets data->rank and data->near of each group. `regular`:
      * directions that are about to be lost near a singular position are left out. Returns the link at which the reduced
      * inertia is singular or the equations are not finite, or 0. */
-    size_t (*forward)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                      const double *tau, const kt_wrench *external, bool regular, double *a);
+    size_t (*forward)(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular, double *a);
     /* Fills the equations at (t, q), and `right` with -(A v + phi_t); if v is NULL, velocities are not considered.
      * Coordinates to be held (NULL: none) count as constants. Returns false if a number is not finite. */
     bool (*residuals)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

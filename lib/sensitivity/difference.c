@@ -50,15 +50,13 @@ typedef kt_status quantity(const kt_model *model, kt_data *data, const kt_parame
 /* r */
 static kt_status find_residual(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
                                kt_error *error) {
-    const kt_wrench *external = at->external;
-    const double *tau = NULL;
+    kt_dynamic_state loaded = {.t = at->t, .q = at->q, .v = at->v, .external = at->external};
     double *other = out + model->n.v;
-    kt_status status =
-        model->n.effect ? kt_effects_apply(model, data, at->t, at->q, at->v, &tau, &external, error) : KT_OK;
+    kt_status status = model->n.effect ? kt_effects_apply(model, data, &loaded, error) : KT_OK;
     if (status != KT_OK)
         return status;
-    memcpy(other, tau ? tau : model->zero, model->n.v * sizeof *other);
-    status = kt_inverse_trusted(model, data, at->q, at->v, at->a, external, out, error);
+    memcpy(other, loaded.tau ? loaded.tau : model->zero, model->n.v * sizeof *other);
+    status = kt_inverse_trusted(model, data, at->q, at->v, at->a, loaded.external, out, error);
     for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
         out[i] -= other[i];
     return status;

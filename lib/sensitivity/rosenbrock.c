@@ -108,8 +108,8 @@ static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
     if (!model->driven && !kt_model_is_differenced(model)) {
-        status = kt_acceleration_time_derivative(model, w->data, step->t, w->y, w->y + nq, step->tau, step->external,
-                                                 f + nq, slope + nq, error);
+        const kt_dynamic_state at = {step->t, w->y, w->y + nq, step->tau, step->external};
+        status = kt_acceleration_time_derivative(model, w->data, &at, f + nq, slope + nq, error);
         for (size_t l = 0; l < n; l++)
             slope[nq + l] *= step->h;
         return status;

@@ -11,16 +11,20 @@ void kt_step_start(kt_step_work *w, const double *q, const double *v) {
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
 }
 
+/* Of a tree without effects the accelerations are written to `a` unless it is NULL; otherwise `known` holds them. */
+static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, double *a, const double *known,
+                               const kt_forward_matrices *by, kt_error *error) {
+    const kt_model *model = w->model;
+    if (!model->n.group && !model->n.effect)
+        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), at, a, by, error);
+    return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), at, known,
+                                          &(kt_acceleration_matrices){.by = *by}, error);
+}
+
 kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, double *by_q,
                                    double *by_v, double *by_tau, kt_error *error) {
-    const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const double *q = y, *v = y + model->n.q;
-    if (!model->n.group && !model->n.effect)
-        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
-                                           step->external, NULL, by_q, by_v, by_tau, error);
-    return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
-                                          step->tau, step->external, a, by_q, by_v, by_tau, NULL, error);
+    const kt_dynamic_state at = {t, y, y + w->model->n.q, w->step->tau, w->step->external};
+    return differentiate(w, &at, NULL, a, &(kt_forward_matrices){by_q, by_v, by_tau}, error);
 }
 
 /* y += factor x */
@@ -43,18 +47,14 @@ void kt_slope_change(const kt_model *model, const double *y, const double *by_q,
 
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
     const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const double *q = w->stage + i * (model->n.q + model->n.v), *v = q + model->n.q;
-    const double t = kt_step_time(step, i), *known = w->slope + i * (model->n.q + model->n.v) + model->n.q;
-    double *by_tau = inputs ? w->by_tau : NULL;
-    if (!model->n.group && !model->n.effect)
-        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), q, v, step->tau,
-                                           step->external, a, w->by_q, w->by_v, by_tau, error);
-    if (a) {
-        const kt_status status = kt_acceleration_evaluate(model, w->data, t, q, v, step->tau, step->external, a, error);
+    const size_t n = model->n.q + model->n.v;
+    const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q;
+    const kt_dynamic_state at = {kt_step_time(w->step, i), y, y + model->n.q, w->step->tau, w->step->external};
+    if (a && (model->n.group || model->n.effect)) {
+        const kt_status status =
+            kt_acceleration_evaluate(model, w->data, at.t, at.q, at.v, at.tau, at.external, a, error);
         if (status != KT_OK)
             return status;
     }
-    return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), t, q, v,
-                                          step->tau, step->external, known, w->by_q, w->by_v, by_tau, NULL, error);
+    return differentiate(w, &at, a, known, &(kt_forward_matrices){w->by_q, w->by_v, inputs ? w->by_tau : NULL}, error);
 }

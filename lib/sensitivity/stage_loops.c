@@ -12,8 +12,8 @@ static kt_status refuse_unknown(kt_step_work *w, double t, const double *q, doub
     const kt_model *model = w->model;
     const double *v = q + model->n.q;
     double size, most = 0.0;
-    const kt_status status =
-        kt_loops_derivative_error(model, w->data, t, q, v, w->step->tau, w->step->external, a, &size, error);
+    const kt_dynamic_state at = {t, q, v, w->step->tau, w->step->external};
+    const kt_status status = kt_loops_derivative_error(model, w->data, &at, a, &size, error);
     if (status != KT_OK || size == 0.0)
         return status;
     for (size_t i = 0; i < model->n.group_v; i++) {
@@ -37,13 +37,12 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq, *by_tau = w->tangent + 2 * n;
     const double t = kt_step_time(w->step, stage);
     kt_projection_work *p = &w->projection;
-    const kt_wrench *external = w->step->external;
-    const double *tau = w->step->tau;
-    kt_status status = model->n.effect ? kt_effects_apply(model, w->data, t, q, v, &tau, &external, error) : KT_OK;
+    kt_dynamic_state loaded = {t, q, v, w->step->tau, w->step->external};
+    kt_status status = model->n.effect ? kt_effects_apply(model, w->data, &loaded, error) : KT_OK;
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n; i++) {
-        w->inverse_force[i] += model->armature[i] * a[i] - (tau ? tau[i] : 0.0);
+        w->inverse_force[i] += model->armature[i] * a[i] - (loaded.tau ? loaded.tau[i] : 0.0);
         w->momentum[i] += model->armature[i] * by_tau[i] - mu[i];
     }
     status = kt_loops_multipliers_of(model, w->data, w->inverse_force, p->lambda, error);

@@ -25,17 +25,15 @@
 
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 
-static kt_instant instant_at(const kt_simulation *simulation, double t, const double *y, const double *tau,
-                             const kt_wrench *external) {
-    const kt_instant at = {.model = simulation->model,
-                           .data = simulation->data,
-                           .t = t,
-                           .q = y,
-                           .v = y + simulation->size.nq,
-                           .x = y + simulation->size.nq + simulation->size.nv,
-                           .tau = tau,
-                           .external = external};
-    return at;
+static kt_instant instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
+    return (kt_instant){.model = simulation->model,
+                        .data = simulation->data,
+                        .t = at->t,
+                        .q = at->q,
+                        .v = at->v,
+                        .x = at->v + simulation->size.nv,
+                        .tau = at->tau,
+                        .external = at->external};
 }
 
 /* Returns the result of the caller's callback, with its message or, if it wrote none, a standard one. */
@@ -47,30 +45,34 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
     return result;
 }
 
-/* Writes v' at (t, y) to `a`, and points *rate at the velocities that give q': those of y, or the caller's. power: NULL
- * without a balance. */
-static int accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                      const kt_wrench *external, const double **rate, double *a, kt_power *power, kt_error *error) {
+/* Writes v' to `a`, and points *rate at the velocities that give q': those of the state, or the caller's. The state is
+ * a part of y. power: NULL without a balance. */
+static int accelerate(kt_simulation *simulation, kt_dynamic_state at, const double **rate, double *a, kt_power *power,
+                      kt_error *error) {
     const kt_model *model = simulation->model;
-    const double *q = y, *v = y + simulation->size.nq;
-    *rate = v;
-    if (simulation->transformation != NULL && (tau != NULL || external != NULL))
-        kt_simulation_inputs(simulation, q, &tau, &external);
+    *rate = at.v;
+    if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
+        kt_simulation_inputs(simulation, at.q, &at.tau, &at.external);
     if (simulation->acceleration == NULL || power != NULL) {
-        const kt_status status =
-            power != NULL ? kt_power_evaluate(model, simulation->data, t, q, v, tau, external, a, power, error)
-                          : kt_acceleration_trusted(model, simulation->data, t, q, v, tau, external, a, error);
+        const kt_status status = power != NULL ? kt_power_evaluate(model, simulation->data, at.t, at.q, at.v, at.tau,
+                                                                   at.external, a, power, error)
+                                               : kt_acceleration_trusted(model, simulation->data, &at, a, error);
         if (status != KT_OK)
             return kt_simulation_is_recoverable(status) ? 1 : -1;
     }
     if (simulation->acceleration == NULL)
         return 0;
-    const kt_instant at = instant_at(simulation, t, y, tau, external);
+    const kt_instant instant = instant_of(simulation, &at);
     kt_error made = {0};
-    memcpy(simulation->rate, v, simulation->size.nv * sizeof(double));
+    memcpy(simulation->rate, at.v, simulation->size.nv * sizeof(double));
     *rate = simulation->rate;
-    const int result = simulation->acceleration(&at, simulation->rate, a, &made, simulation->user);
+    const int result = simulation->acceleration(&instant, simulation->rate, a, &made, simulation->user);
     return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
+}
+
+/* The state in y, under the forces of the simulation. */
+KT_INLINE kt_dynamic_state state_at(const kt_simulation *simulation, double t, const double *y) {
+    return (kt_dynamic_state){t, y, y + simulation->size.nq, simulation->tau, simulation->external};
 }
 
 int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
@@ -78,14 +80,15 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate(simulation, t, y, tau, external, &rate, a, NULL, error);
+    return accelerate(simulation, (kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a, NULL,
+                      error);
 }
 
 int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate(simulation, t, y, simulation->tau, simulation->external, &rate, simulation->a, power, error);
+    return accelerate(simulation, state_at(simulation, t, y), &rate, simulation->a, power, error);
 }
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
@@ -104,7 +107,7 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const d
     const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
     kt_power power = {0.0, 0.0};
     const double *rate;
-    const int result = accelerate(simulation, at, y, simulation->tau, simulation->external, &rate, dydt + size->nq,
+    const int result = accelerate(simulation, state_at(simulation, at, y), &rate, dydt + size->nq,
                                   balanced || at_end ? &power : NULL, &simulation->cause);
     if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
@@ -171,7 +174,7 @@ static bool is_unit(const double *p) {
 }
 
 static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
-    const kt_instant at = instant_at(simulation, t, y, NULL, NULL);
+    const kt_instant at = instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
     kt_error made = {0};
     const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
     if (result == 0)

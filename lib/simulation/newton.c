@@ -273,13 +273,12 @@ static kt_state_derivatives states_of(const kt_simulation *s) {
 }
 
 /* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. */
-static kt_status differentiate_all(kt_simulation *s, double t, const double *q, const double *v, const double *tau,
-                                   const kt_wrench *external, kt_error *error) {
+static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
     const kt_state_derivatives states = states_of(s);
-    const kt_status status =
-        kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau,
-                                       external, NULL, s->stiffness, s->damping, NULL, &states, error);
+    const kt_acceleration_matrices to = {.by = {s->stiffness, s->damping, NULL}, .states = &states};
+    const kt_status status = kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work,
+                                                            s->size.stiffness_work, at, NULL, &to, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < nv * s->size.states; i++)
@@ -306,25 +305,27 @@ static kt_status refuse_near(kt_simulation *s, double t, const double *q, const 
 
 /* M, C, K and what own states add, where any velocity is free or there are states. */
 static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
-    const double *q = y, *v = y + s->size.nq, *tau = s->tau;
-    const kt_wrench *external = s->external;
+    kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_status status = KT_OK;
     if (s->size.free + s->size.states == 0)
         return KT_OK;
     kt_simulation_use_states(s, y);
-    if (s->transformation != NULL && (tau != NULL || external != NULL))
-        kt_simulation_inputs(s, q, &tau, &external);
+    if (s->transformation != NULL && (at.tau != NULL || at.external != NULL))
+        kt_simulation_inputs(s, y, &at.tau, &at.external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     if (s->size.all_directions)
-        return differentiate_all(s, t, q, v, tau, external, error);
-    status = refuse_near(s, t, q, v, error);
+        return differentiate_all(s, &at, error);
+    status = refuse_near(s, t, at.q, at.v, error);
     if (status != KT_OK)
         return status;
     const kt_state_derivatives states = states_of(s);
-    return kt_stiffness_of_states(s->model, s->data, s->stiffness_work, s->size.stiffness_work, t, q, v, tau, external,
-                                  a, s->size.reduced ? s->basis : NULL, s->mass, s->stiffness, s->damping, &states,
-                                  error);
+    const kt_stiffness_matrices to = {.basis = s->size.reduced ? s->basis : NULL,
+                                      .mass = s->mass,
+                                      .stiffness = s->stiffness,
+                                      .damping = s->damping,
+                                      .states = &states};
+    return kt_stiffness_evaluate_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, &at, a, &to, error);
 }
 
 static int jacobian(double t, const double *y, const double *dydt, void *user) {
@@ -530,24 +531,21 @@ static bool autonomous(void *user) {
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;
-    const double *q = y, *v = y + s->size.nq, *tau = s->tau;
-    const kt_wrench *external = s->external;
+    kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_error error;
     if (model->driven)
         return 1;
     if (kt_model_is_differenced(model))
         return 1;
-    if (s->transformation != NULL && (tau != NULL || external != NULL))
-        kt_simulation_inputs(s, q, &tau, &external);
+    if (s->transformation != NULL && (at.tau != NULL || at.external != NULL))
+        kt_simulation_inputs(s, y, &at.tau, &at.external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     kt_simulation_use_states(s, y);
     if (KT_HAS_FORMULAS && s->size.x > 0)
-        kt_own_state_time_derivatives(model, s->data, t, q, v, slope + s->size.nq + s->size.nv);
-    return kt_acceleration_time_derivative(model, s->data, t, q, v, tau, external, dydt + s->size.nq,
-                                           slope + s->size.nq, &error) == KT_OK
-               ? 0
-               : 1;
+        kt_own_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv);
+    const double *a = dydt + s->size.nq;
+    return kt_acceleration_time_derivative(model, s->data, &at, a, slope + s->size.nq, &error) == KT_OK ? 0 : 1;
 }
 
 const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous, time_derivative};

@@ -41,7 +41,8 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     kt_data *data = simulation->data;
     const double *q = simulation->y, *v = q + simulation->size.nq;
     if (simulation->cached == KT_CACHED_EVALUATION)
-        return kt_motion_complete(model, data, t, q, v, NULL, NULL, a, data->kinematics, NULL, NULL, error);
+        return kt_motion_complete(model, data, &(kt_dynamic_state){.t = t, .q = q, .v = v}, a, data->kinematics, NULL,
+                                  NULL, error);
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 

@@ -64,23 +64,21 @@ kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const 
 }
 
 kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error) {
-    const double *q = y, *v = y + simulation->size.nq, *tau = simulation->tau;
-    const kt_wrench *external = simulation->external;
+    kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
     kt_data *data = simulation->data;
     const kt_transformation *by = simulation->transformation;
-    if (by != NULL && (tau != NULL || external != NULL))
-        kt_simulation_inputs(simulation, q, &tau, &external);
+    if (by != NULL && (at.tau != NULL || at.external != NULL))
+        kt_simulation_inputs(simulation, y, &at.tau, &at.external);
     kt_wrench *joints = by != NULL ? NULL : simulation->reaction;
     kt_wrench *loops = by != NULL ? simulation->free_reaction : simulation->loop_reaction;
-    kt_status status = simulation->cached == KT_CACHED_EVALUATION
-                           ? kt_motion_complete(simulation->model, data, t, q, v, tau, external, simulation->a,
-                                                data->kinematics, joints, loops, error)
-                           : kt_motion_evaluate(simulation->model, data, t, q, v, tau, external, data->kinematics,
-                                                joints, loops, error);
+    kt_status status =
+        simulation->cached == KT_CACHED_EVALUATION
+            ? kt_motion_complete(simulation->model, data, &at, simulation->a, data->kinematics, joints, loops, error)
+            : kt_motion_evaluate(simulation->model, data, &at, data->kinematics, joints, loops, error);
     if (status == KT_OK)
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
     if (status == KT_OK && by != NULL)
-        by->reactions(by, q, simulation->tau, simulation->free_reaction, simulation->reaction,
+        by->reactions(by, y, simulation->tau, simulation->free_reaction, simulation->reaction,
                       simulation->loop_reaction);
     return status;
 }

@@ -278,16 +278,15 @@ static bool is_smooth(const stage *s) {
 /* Of all effects: tau + J' w, from inverse dynamics under w and without. */
 static bool sum_forces(const stage *s, const double *q, const double *v, double *f) {
     const kt_tree *tree = &s->tree;
-    const double *tau = NULL;
-    const kt_wrench *external = NULL;
+    kt_dynamic_state at = {.t = 0.3, .q = q, .v = v};
     double with[KT_TREE_NV], without[KT_TREE_NV];
     kt_error e = {0};
-    if (!kt_tree_fine("effects", kt_effects_apply(tree->model, tree->data, 0.3, q, v, &tau, &external, &e), &e) ||
-        !kt_tree_fine("with", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, external, with, &e), &e) ||
+    if (!kt_tree_fine("effects", kt_effects_apply(tree->model, tree->data, &at, &e), &e) ||
+        !kt_tree_fine("with", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, at.external, with, &e), &e) ||
         !kt_tree_fine("without", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, NULL, without, &e), &e))
         return false;
     for (int i = 0; i < tree->nv; i++)
-        f[i] = (tau ? tau[i] : 0.0) + (without[i] - with[i]);
+        f[i] = (at.tau ? at.tau[i] : 0.0) + (without[i] - with[i]);
     return true;
 }
 
@@ -351,19 +350,20 @@ static bool differentiate(const stage *s, double *d_q, double *d_v) {
     const kt_tree *tree = &s->tree;
     kt_derivative_work terms;
     kt_error e = {0};
+    const kt_dynamic_state at = {.t = 0.3, .q = s->state.q, .v = s->state.v};
     void *memory = aligned_alloc(KT_ALIGNMENT, kt_derivative_work_size(tree->model));
-    const bool fine = kt_tree_fine("terms",
-                                   kt_inverse_derivatives_fill(tree->model, tree->data, memory, s->state.q, s->state.v,
-                                                               s->state.a, NULL, &terms, &e),
-                                   &e);
-    memset(d_q, 0, SQUARE * sizeof *d_q);
-    memset(d_v, 0, SQUARE * sizeof *d_v);
+    const bool fine = kt_tree_fine(
+        "terms", kt_inverse_derivatives_fill(tree->model, tree->data, memory, &at, s->state.a, &terms, &e), &e);
+    const size_t bytes = (size_t)(tree->nv * tree->nv) * sizeof *d_q;
+    memset(terms.dq, 0, bytes);
+    memset(terms.dv, 0, bytes);
     const bool differentiated =
-        fine &&
-        kt_tree_fine("effects",
-                     kt_effects_differentiate(tree->model, tree->data, &terms, 0.3, s->state.q, s->state.v, path, d_q,
-                                              d_v, &(kt_state_derivatives){NULL, NULL, NULL, NULL}, &e),
-                     &e);
+        fine && kt_tree_fine("effects",
+                             kt_effects_differentiate(tree->model, tree->data, &at, &terms, path,
+                                                      &(kt_state_derivatives){NULL, NULL, NULL, NULL}, &e),
+                             &e);
+    memcpy(d_q, terms.dq, bytes);
+    memcpy(d_v, terms.dv, bytes);
     free(memory);
     return differentiated;
 }
