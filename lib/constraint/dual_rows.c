@@ -159,37 +159,34 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
 }
 
 /* NOLINTBEGIN(readability-non-const-parameter): the chain is written by way of the support */
-void kt_dual_loop_gradient(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
-                           const kt_loop_sum *sum, kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
+void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loop_sum *sum, double *by_q,
+                           double *by_v) {
+    const kt_model *model = at->model;
     const kt_loop_record *loop = &model->loop[index];
     for (int moving = 0; moving < 2; moving++) {
         if (moving ? !sum->pi : sum->pi && !sum->lambda[1])
             continue;
         const double *v = moving ? sum->v : sum->p[1];
-        const kt_dual_motion x = {.model = model,
-                                  .data = data,
-                                  .t = t,
-                                  .q = q,
-                                  .v = v ? v : model->zero,
-                                  .a = moving ? sum->a : model->zero,
-                                  .dof = dof,
-                                  .chain = chain};
+        kt_dual_motion x = *at;
+        x.v = v ? v : model->zero;
+        x.a = moving ? sum->a : model->zero;
         kt_support w = {.x = &x};
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         add_sum(&w, loop, sum, moving, by_q, by_v);
     }
 }
 
-void kt_dual_loop_matrices(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
-                           const double *lambda, const double *z, kt_support_dof *dof, int32_t *chain, double *d_q,
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, const double *z, double *d_q,
                            double *c_q) {
+    const kt_model *model = at->model;
     const kt_loop_record *loop = &model->loop[index];
-    const kt_dual_motion x = {
-        .model = model, .data = data, .t = t, .q = q, .v = z, .a = model->zero, .dof = dof, .chain = chain};
+    kt_dual_motion x = *at;
+    x.v = z;
+    x.a = model->zero;
     kt_support w = {.x = &x};
     kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
     for (int32_t k = 0; k < w.count; k++) {
-        const size_t j = (size_t)dof[k].v;
+        const size_t j = (size_t)at->dof[k].v;
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_loop_end end[2];
         kt_end_wrench wrench[2];

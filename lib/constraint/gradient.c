@@ -12,16 +12,16 @@ bool kt_loop_gradient_reads_space(const kt_model *model) {
     return reads;
 }
 
-void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,
-                      kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v) {
+void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *by_q, double *by_v) {
+    const kt_model *model = at->model;
     const bool in_space = kt_loop_gradient_reads_space(model);
     for (size_t i = 0; i < model->n.loop; i++) {
         if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time; or off */
             continue;
         if (!in_space)
-            KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, data, (int32_t)i, sum, by_q, by_v));
+            KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, at->data, (int32_t)i, sum, by_q, by_v));
         else
-            kt_dual_loop_gradient(model, data, t, q, (int32_t)i, sum, dof, chain, by_q, by_v);
+            kt_dual_loop_gradient(at, (int32_t)i, sum, by_q, by_v);
     }
 }
 
@@ -44,8 +44,10 @@ static void add_gradient(const kt_model *model, const kt_data *data, int32_t ind
 }
 
 /* Rows of d(J z)/dq, and columns of the symmetric d(J' lambda)/dq, one by one. */
-static void write_planar_matrices(const kt_model *model, const kt_data *data, int32_t index, const double *lambda,
-                                  const double *z, double *unit, double *work, double *d_q, double *c_q) {
+static void write_planar_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, const double *z,
+                                  double *unit, double *work, double *d_q, double *c_q) {
+    const kt_model *model = at->model;
+    const kt_data *data = at->data;
     const kt_loop_record *loop = &model->loop[index];
     const kt_planar_loop *flat = &model->planar_loop[index];
     double *row = unit + model->n.v;
@@ -66,17 +68,17 @@ static void write_planar_matrices(const kt_model *model, const kt_data *data, in
         }
 }
 
-void kt_loop_matrices(const kt_model *model, kt_data *data, double t, const double *q, const double *lambda,
-                      const double *z, kt_support_dof *dof, int32_t *chain, double *unit, double *work, double *d_q,
-                      double *c_q) {
+void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, const double *z, double *unit, double *work,
+                      double *d_q, double *c_q) {
+    const kt_model *model = at->model;
     const bool in_space = kt_loop_gradient_reads_space(model);
     memset(c_q, 0, model->n.row * model->n.v * sizeof *c_q);
     for (size_t i = 0; i < model->n.loop; i++) {
         if (model->loop[i].term_count)
             continue;
         if (!in_space)
-            write_planar_matrices(model, data, (int32_t)i, lambda, z, unit, work, d_q, c_q);
+            write_planar_matrices(at, (int32_t)i, lambda, z, unit, work, d_q, c_q);
         else
-            kt_dual_loop_matrices(model, data, t, q, (int32_t)i, lambda, z, dof, chain, d_q, c_q);
+            kt_dual_loop_matrices(at, (int32_t)i, lambda, z, d_q, c_q);
     }
 }

@@ -15,16 +15,14 @@ typedef struct kt_loop_sum {
 /* Whether the gradients below read the links' poses in space (data->motion), which planar kernels leave out. O(loops). */
 bool kt_loop_gradient_reads_space(const kt_model *model);
 
-/* Adds the gradient of the sum with respect to positions and velocities, at the poses in data. dof, chain: work memory,
- * nv and links. */
-void kt_loop_gradient(const kt_model *model, kt_data *data, double t, const double *q, const kt_loop_sum *sum,
-                      kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v);
+/* Adds the gradient of the sum with respect to positions and velocities, at the poses in data. Velocities and
+ * accelerations are those of the sum. */
+void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *by_q, double *by_v);
 
 /* The matrices of the two sums with J: subtracts d(J' lambda)/dq from d_q (nv x nv), and writes d(J z)/dq (equations x
  * nv) to c_q. unit: nv zeros and as many as there are equations, which are zeros again afterwards; work: 2 nv. */
-void kt_loop_matrices(const kt_model *model, kt_data *data, double t, const double *q, const double *lambda,
-                      const double *z, kt_support_dof *dof, int32_t *chain, double *unit, double *work, double *d_q,
-                      double *c_q);
+void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, const double *z, double *unit, double *work,
+                      double *d_q, double *c_q);
 
 /* The sum of one loop in a plane. */
 #define KT_LOOP_GRADIENT_DECLARE(isa)                                                                                  \
@@ -36,10 +34,8 @@ KT_LOOP_GRADIENT_DECLARE(v4)
 #undef KT_LOOP_GRADIENT_DECLARE
 
 /* The sum and the matrices of one loop by dual numbers; links' poses are in data->motion. */
-void kt_dual_loop_gradient(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
-                           const kt_loop_sum *sum, kt_support_dof *dof, int32_t *chain, double *by_q, double *by_v);
-void kt_dual_loop_matrices(const kt_model *model, const kt_data *data, double t, const double *q, int32_t index,
-                           const double *lambda, const double *z, kt_support_dof *dof, int32_t *chain, double *d_q,
+void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loop_sum *sum, double *by_q, double *by_v);
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, const double *z, double *d_q,
                            double *c_q);
 
 #endif

@@ -173,11 +173,18 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
+/* A loop with its form in the plane, and the indices of its rows among those of its group. */
+typedef struct kt_loop_in_plane {
+    const kt_loop_record *loop;
+    const kt_planar_loop *flat;
+    const int32_t *slot;
+} kt_loop_in_plane;
+
 /* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number. */
 #define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
-                                      const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,     \
-                                      const kt_planar_end end[2], double t, kt_planar_wrench *rows);
+                                      const kt_loop_in_plane *x, const kt_planar_end end[2], double t,                 \
+                                      kt_planar_wrench *rows);
 KT_ROWS_IN_SPACE_DECLARE(baseline)
 KT_ROWS_IN_SPACE_DECLARE(v3)
 KT_ROWS_IN_SPACE_DECLARE(v4)
@@ -185,29 +192,29 @@ KT_ROWS_IN_SPACE_DECLARE(v4)
 
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                      const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,
-                                      const kt_planar_end end[2], const kt_planar_relative *r, double t,
-                                      kt_planar_wrench *rows) {
+                                      const kt_loop_in_plane *x, const kt_planar_end end[2],
+                                      const kt_planar_relative *r, double t, kt_planar_wrench *rows) {
+    const kt_planar_loop *flat = x->flat;
     int count = 0, in_space = 0;
     for (int i = 0; i < flat->count; i++) {
         const kt_planar_row *row = &flat->row[i];
-        const int32_t at = slot[row->row];
+        const int32_t at = x->slot[row->row];
         kt_planar_wrench *out = &rows[count];
-        kt_planar_value x;
+        kt_planar_value value;
         if (at < 0)
             continue;
         switch ((kt_planar_row_kind)row->kind) {
         case KT_PLANAR_ROW_ALONG:
-            x = kt_planar_row_along(row, r, out);
+            value = kt_planar_row_along(row, r, out);
             break;
         case KT_PLANAR_ROW_ROTATION:
-            x = kt_planar_row_rotation(flat, row, r, out);
+            value = kt_planar_row_rotation(flat, row, r, out);
             break;
         case KT_PLANAR_ROW_ORTHOGONAL:
-            x = kt_planar_row_orthogonal(flat, r, out);
+            value = kt_planar_row_orthogonal(flat, r, out);
             break;
         case KT_PLANAR_ROW_DISTANCE:
-            x = kt_planar_row_distance(model, loop, flat, row, r, t, out);
+            value = kt_planar_row_distance(model, x->loop, flat, row, r, t, out);
             break;
         case KT_PLANAR_ROW_SPATIAL:
             in_space++;
@@ -217,16 +224,17 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
             continue;
         }
         out->slot = at;
-        w->residual[at] = x.residual;
+        w->residual[at] = value.residual;
         w->closes[at] = 1.0;
         w->scale[at] = row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0;
-        w->rate[at] = x.rate;
-        w->right[at] = -x.bias;
+        w->rate[at] = value.rate;
+        w->right[at] = -value.bias;
         count++;
     }
     if (in_space) {
-        const kt_group_work work = *w; /* a copy, so that for all other loops *w need not be in memory */
-        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, loop, flat, slot, end, t, rows + count);
+        const kt_group_work work = *w; /* copies, so that for all other loops *w and *x need not be in memory */
+        const kt_loop_in_plane same = *x;
+        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, &same, end, t, rows + count);
     }
     return count;
 }
@@ -244,15 +252,15 @@ KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop 
     }
 }
 
-/* Writes A' of one path. (ax, ay) is the vector from the origin of the end's link to the second end's point. */
+/* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
-                                   double ax, double ay) {
+                                   const double arm[2]) {
     const double sign = k ? 1.0 : -1.0;
     const int32_t *path = model->path + loop->path[k], first = kt_planar_index_shift(model, 0), stride = w->m;
     const kt_planar_link *links = model->planar + first;
     const kt_planar_motion *motion = data->planar + first;
-    double *a = w->a;
+    double *a = w->a, ax = arm[0], ay = arm[1];
     for (int i = loop->length[k] - 1; i >= 0; i--) {
         const kt_planar_link *link = &links[path[i]];
         const kt_planar_motion *m = &motion[path[i]];
@@ -273,18 +281,18 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
 }
 
 KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                     const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,
-                                     bool moving, const double *v, double t) {
+                                     const kt_loop_in_plane *x, bool moving, const double *v, double t) {
     kt_planar_end end[2];
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
     for (int k = 0; k < 2; k++)
-        kt_planar_end_follow(model, data, loop, flat, k, moving, v, &end[k]);
-    kt_planar_relate(data, flat, end, &r);
-    const int count = kt_planar_rows_evaluate(model, data, w, loop, flat, slot, end, &r, t, rows);
-    kt_planar_rows_void(w, flat, slot);
-    kt_planar_rows_path(model, data, w, loop, 0, rows, count, end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]);
-    kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm[0], end[1].arm[1]);
+        kt_planar_end_follow(model, data, x->loop, x->flat, k, moving, v, &end[k]);
+    kt_planar_relate(data, x->flat, end, &r);
+    const int count = kt_planar_rows_evaluate(model, data, w, x, end, &r, t, rows);
+    kt_planar_rows_void(w, x->flat, x->slot);
+    const double first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
+    kt_planar_rows_path(model, data, w, x->loop, 0, rows, count, first);
+    kt_planar_rows_path(model, data, w, x->loop, 1, rows, count, end[1].arm);
 }
 
 /* Does the same as kt_rows_fill, in the plane. */
@@ -296,11 +304,11 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
     for (int i = 0; i < group->loop_count; i++) {
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop)};
         if (loop->term_count)
-            kt_rows_relation(model, group, w, loop, slot[0], q, t);
+            kt_rows_relation(model, group, w, loop, x.slot[0], q, t);
         else
-            kt_planar_rows_frames(model, data, w, loop, &model->planar_loop[index], slot, moving, v, t);
+            kt_planar_rows_frames(model, data, w, &x, moving, v, t);
     }
 }
 

@@ -23,8 +23,10 @@ static void end_in_space(const kt_model *model, const kt_data *data, const kt_lo
 }
 
 int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                       const kt_loop_record *loop, const kt_planar_loop *flat, const int32_t *slot,
-                                       const kt_planar_end end[2], double t, kt_planar_wrench *out) {
+                                       const kt_loop_in_plane *x, const kt_planar_end end[2], double t,
+                                       kt_planar_wrench *out) {
+    const kt_loop_record *loop = x->loop;
+    const kt_planar_loop *flat = x->flat;
     kt_loop_end ends[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     int count = 0;
@@ -33,7 +35,7 @@ int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *dat
     (void)KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, ends, t, rows);
     for (int i = 0; i < flat->count; i++) {
         const kt_loop_row *row = &rows[flat->row[i].row];
-        const int32_t at = slot[flat->row[i].row];
+        const int32_t at = x->slot[flat->row[i].row];
         if (flat->row[i].kind != KT_PLANAR_ROW_SPATIAL || at < 0)
             continue;
         kt_rows_store(model, w, row, ends, ends[1].point - ends[0].point, at);

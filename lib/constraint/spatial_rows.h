@@ -75,10 +75,9 @@ KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
 }
 
 /* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
-KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                            const kt_loop_record *loop, int k, const int32_t *slot, const kt_loop_row *rows, int count,
-                            kt_v4 arm) {
-    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .sign = k ? 1.0 : -1.0, .arm = arm};
+KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k,
+                            kt_rows_path_terms p) {
+    p.sign = k ? 1.0 : -1.0;
     for (int i = loop->length[k] - 1; i >= 0; i--) {
         const int32_t index = model->path[loop->path[k] + i];
         const kt_link *link = &model->link[index];
@@ -114,8 +113,10 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
             kt_rows_store(model, w, &rows[r], end, d, slot[r]);
     const kt_v4 first = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position)) + d;
     const kt_v4 second = kt_v4_apply(data->motion[loop->link[1]].axes, kt_v4_from(loop->frame[1].position));
-    kt_rows_path(model, data, w, loop, 0, slot, rows, count, first);
-    kt_rows_path(model, data, w, loop, 1, slot, rows, count, second);
+    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .arm = first};
+    kt_rows_path(model, data, loop, 0, p);
+    p.arm = second;
+    kt_rows_path(model, data, loop, 1, p);
 }
 
 /* Stores everything of a relation but its entries in A'. */

@@ -97,11 +97,11 @@ void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z
 /* The kernels: kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom;
  * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
 #define KT_KKT_DECLARE(isa)                                                                                            \
-    bool kt_kkt_reduce_##isa(kt_kkt *);                                                                                \
-    bool kt_kkt_reduce_front_##isa(kt_kkt *, size_t, double *);                                                        \
-    void kt_kkt_solve_##isa(const kt_kkt *, size_t, double *, const double *);                                         \
-    void kt_kkt_apply_mass_##isa(const kt_kkt *, size_t, double *);                                                    \
-    void kt_kkt_restrict_##isa(const kt_kkt *, size_t, size_t, const double *, double *);
+    bool kt_kkt_reduce_##isa(kt_kkt *w);                                                                               \
+    bool kt_kkt_reduce_front_##isa(kt_kkt *w, size_t g, double *parent);                                               \
+    void kt_kkt_solve_##isa(const kt_kkt *w, size_t count, double *f, const double *b);                                \
+    void kt_kkt_apply_mass_##isa(const kt_kkt *w, size_t count, double *x);                                            \
+    void kt_kkt_restrict_##isa(const kt_kkt *w, size_t dofs, size_t count, const double *x, double *z);
 KT_KKT_DECLARE(baseline)
 KT_KKT_DECLARE(v3)
 KT_KKT_DECLARE(v4)

@@ -40,8 +40,8 @@ typedef struct kt_inverse_terms {
 /* compute: the terms at q, which is finite; returns a link without inertia along a degree of freedom, or 0.
  * apply: x (nv) becomes M^-1 x. */
 #define KT_INVERSE_DECLARE(isa)                                                                                        \
-    size_t kt_inverse_compute_##isa(const kt_model *, kt_data *, const double *q, kt_inverse_terms *);                 \
-    void kt_inverse_apply_##isa(const kt_model *, const kt_inverse_terms *, double *x);
+    size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms);   \
+    void kt_inverse_apply_##isa(const kt_model *model, const kt_inverse_terms *terms, double *x);
 KT_INVERSE_DECLARE(baseline)
 KT_INVERSE_DECLARE(v3)
 KT_INVERSE_DECLARE(v4)

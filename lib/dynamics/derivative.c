@@ -7,11 +7,11 @@
 #include <string.h>
 
 typedef struct kernels {
-    void (*terms)(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *, kt_motion_kept, bool,
-                  kt_derivative_work *);
-    void (*inverse)(const kt_model *, bool, kt_derivative_work *);
-    bool (*forward)(const kt_model *, bool, bool, kt_derivative_work *);
-    void (*hand_over)(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
+    void (*terms)(const kt_model *model, kt_data *data, const double *v, const double *a, const kt_wrench *external,
+                  kt_motion_kept kept, bool absorb, kt_derivative_work *w);
+    void (*inverse)(const kt_model *model, bool loaded, kt_derivative_work *w);
+    bool (*forward)(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w);
+    void (*hand_over)(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from, double *to);
 } kernels;
 
 static kernels kernels_of(const kt_model *model) {

@@ -114,6 +114,7 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
 
 typedef struct kt_derivative_work {
     size_t nodes;
+    int32_t dofs;  /* of the nodes so far, while they are made */
     bool branched; /* some node branches */
     KT_ARENA_DECLARE(KT_DERIVATIVE_FIELDS)
 } kt_derivative_work;
@@ -126,11 +127,13 @@ typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_
  * says whether there are external wrenches. The flags of kt_derivative_forward say whether derivatives with respect to
  * tau are wanted and whether there are external wrenches; it returns false if a number is not finite. */
 #define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
-    void kt_derivative_terms_##isa(const kt_model *, kt_data *, const double *, const double *, const kt_wrench *,     \
-                                   kt_motion_kept, bool, kt_derivative_work *);                                        \
-    void kt_derivative_inverse_##isa(const kt_model *, bool, kt_derivative_work *);                                    \
-    bool kt_derivative_forward_##isa(const kt_model *, bool, bool, kt_derivative_work *);                              \
-    void kt_derivative_hand_over_##isa(const kt_model *, const kt_derivative_work *, const kt_v8 *, double *);
+    void kt_derivative_terms_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,             \
+                                   const kt_wrench *external, kt_motion_kept kept, bool absorb,                        \
+                                   kt_derivative_work *w);                                                             \
+    void kt_derivative_inverse_##isa(const kt_model *model, bool loaded, kt_derivative_work *w);                       \
+    bool kt_derivative_forward_##isa(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w);            \
+    void kt_derivative_hand_over_##isa(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from,          \
+                                       double *to);
 
 KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)

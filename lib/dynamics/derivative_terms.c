@@ -5,11 +5,10 @@
 
 /* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 
-static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t *first,
-                                           int32_t count) {
+static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t count) {
     kt_derivative_node *node = &w->node[w->nodes];
-    *node = (kt_derivative_node){.link = link, .parent = parent, .first = *first, .count = count};
-    *first += count;
+    *node = (kt_derivative_node){.link = link, .parent = parent, .first = w->dofs, .count = count};
+    w->dofs += count;
     if (parent && parent != (int32_t)w->nodes - 1)
         w->branched = w->node[parent].branches = true;
     w->nodes++;
@@ -18,15 +17,15 @@ static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, 
 
 /* The nodes of one link and their degrees of freedom. */
 static inline void set_nodes(const kt_model *model, const kt_data *data, size_t i, const double *v, const double *a,
-                             kt_carried *c, int32_t parent, int32_t *first, kt_derivative_work *w) {
+                             kt_carried *c, int32_t parent, kt_derivative_work *w) {
     const kt_link *link = &model->link[i];
-    kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[*first]);
+    kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[w->dofs]);
     const int translations = kt_link_first_node(link);
     if (translations) {
-        new_node(w, (int32_t)i, parent, first, translations);
+        new_node(w, (int32_t)i, parent, translations);
         parent = (int32_t)w->nodes - 1;
     }
-    new_node(w, (int32_t)i, parent, first, kt_link_dofs(link) - translations);
+    new_node(w, (int32_t)i, parent, kt_link_dofs(link) - translations);
 }
 
 /* The inertia, F and 2B of the link alone. */
@@ -61,8 +60,8 @@ static inline void apply_inertia(const kt_link *link, const kt_link_motion *m, k
 static inline void forward_pass(const kt_model *model, const kt_data *data, const double *v, const double *a,
                                 kt_v4 gravity, kt_derivative_work *w) {
     const kt_v4 none = kt_v4_splat(0.0);
-    int32_t first = 0;
     w->nodes = 1;
+    w->dofs = 0;
     w->branched = false;
     for (size_t lane = 0; lane < KT_LANES && model->n.v > 0; lane++) /* without degrees of freedom there is no batch */
         w->batch[kt_batches(&model->n) - 1].node[lane] = 0;
@@ -89,7 +88,7 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
         apply_inertia(link, m, acceleration, x);
-        set_nodes(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, &first, w);
+        set_nodes(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, w);
         x->last = (int32_t)w->nodes - 1;
     }
 }

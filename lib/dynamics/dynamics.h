@@ -38,29 +38,33 @@ typedef struct kt_kernels {
  * lower triangle if velocity coordinates have the order of the links, otherwise zeros are there already. */
 #define KT_KERNELS_DECLARE(isa)                                                                                        \
     extern const kt_kernels kt_kernels_##isa[2 * KT_SWEEP_COUNT];                                                      \
-    size_t kt_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,               \
-                            const kt_wrench *, double *);                                                              \
-    bool kt_project_armature_##isa(const kt_model *, kt_data *, size_t, const double *, kt_articulated *);             \
-    size_t kt_armature_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,      \
-                                     const kt_wrench *, double *);                                                     \
-    size_t kt_planar_armature_forward_##isa(const kt_model *, kt_data *, const double *, const double *,               \
-                                            const double *, const kt_wrench *, double *);                              \
-    void kt_inverse_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,                 \
-                          const kt_wrench *, double *);                                                                \
-    size_t kt_mass_compose_##isa(const kt_model *, kt_data *, const double *);                                         \
-    void kt_mass_columns_##isa(const kt_model *, const kt_data *, double *);                                           \
-    void kt_mass_mirror_##isa(size_t n, double *);                                                                     \
-    size_t kt_kinematics_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);           \
-    size_t kt_follow_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);               \
-    void kt_force_links_##isa(const kt_model *, kt_data *, const double *, const double *);                            \
-    size_t kt_planar_forward_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,        \
-                                   const kt_wrench *, double *);                                                       \
-    void kt_planar_inverse_##isa(const kt_model *, kt_data *, const double *, const double *, const double *,          \
-                                 const kt_wrench *, double *);                                                         \
-    size_t kt_planar_mass_compose_##isa(const kt_model *, kt_data *, const double *);                                  \
-    void kt_planar_mass_columns_##isa(const kt_model *, const kt_data *, double *);                                    \
-    size_t kt_planar_kinematics_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);    \
-    size_t kt_planar_follow_##isa(const kt_model *, kt_data *, const double *, const double *, const double *);
+    size_t kt_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau, \
+                            const kt_wrench *external, double *a);                                                     \
+    bool kt_project_armature_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau,                  \
+                                   kt_articulated *x);                                                                 \
+    size_t kt_armature_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,           \
+                                     const double *tau, const kt_wrench *external, double *a);                         \
+    size_t kt_planar_armature_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,    \
+                                            const double *tau, const kt_wrench *external, double *a);                  \
+    void kt_inverse_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,     \
+                          const kt_wrench *external, double *tau);                                                     \
+    size_t kt_mass_compose_##isa(const kt_model *model, kt_data *data, const double *q);                               \
+    void kt_mass_columns_##isa(const kt_model *model, const kt_data *data, double *mass);                              \
+    void kt_mass_mirror_##isa(size_t n, double *mass);                                                                 \
+    size_t kt_kinematics_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,                 \
+                               const double *a);                                                                       \
+    size_t kt_follow_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);   \
+    void kt_force_links_##isa(const kt_model *model, kt_data *data, const double *q, const double *v);                 \
+    size_t kt_planar_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,             \
+                                   const double *tau, const kt_wrench *external, double *a);                           \
+    void kt_planar_inverse_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,               \
+                                 const double *a, const kt_wrench *external, double *tau);                             \
+    size_t kt_planar_mass_compose_##isa(const kt_model *model, kt_data *data, const double *q);                        \
+    void kt_planar_mass_columns_##isa(const kt_model *model, const kt_data *data, double *mass);                       \
+    size_t kt_planar_kinematics_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,          \
+                                      const double *a);                                                                \
+    size_t kt_planar_follow_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,              \
+                                  const double *a);
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 
@@ -189,19 +193,20 @@ KT_KERNELS_DECLARE(v4)
 
 /* The recursions of trees in lanes: numbers of all states of a coordinate are neighbours, q[coordinate][lane]. What is
  * refused stands in data->sound. */
-size_t KT_KERNEL(kt_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *tau,
-                             const kt_external *, kt_real1 *a);
-size_t KT_KERNEL(kt_planar_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
-                                    const kt_real1 *tau, const kt_external *, kt_real1 *a);
-kt_condition KT_KERNEL(kt_project_armature)(const kt_model *, kt_data *, size_t, const kt_real1 *, kt_articulated *);
-size_t KT_KERNEL(kt_armature_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
-                                      const kt_real1 *tau, const kt_external *, kt_real1 *a);
-size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v,
-                                             const kt_real1 *tau, const kt_external *, kt_real1 *a);
-void KT_KERNEL(kt_inverse)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
-                           const kt_external *, kt_real1 *tau);
-void KT_KERNEL(kt_planar_inverse)(const kt_model *, kt_data *, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
-                                  const kt_external *, kt_real1 *tau);
+size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                             const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                    const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                            kt_articulated *x);
+size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                      const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                             const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                           const kt_real1 *a, const kt_external *external, kt_real1 *tau);
+void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                  const kt_real1 *a, const kt_external *external, kt_real1 *tau);
 
 #endif
 

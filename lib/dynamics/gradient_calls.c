@@ -3,19 +3,17 @@
 #include "dynamics/aba_inverse.h"
 #include "dynamics/rnea_gradient.h"
 
-kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                               const kt_wrench *external, unsigned choice, const double *w, kt_gradient_link *links,
-                               const kt_gradient *out, kt_error *error) {
+kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                               unsigned choice, const double *w, const kt_gradient *out, kt_error *error) {
     const bool weightless = choice & KT_GRADIENT_WEIGHTLESS;
     model = kt_model_now(model, data);
     if (model->sweep == KT_SWEEP_PLANAR && choice & KT_GRADIENT_POSED) {
-        kt_planar_gradient_link *flat = (kt_planar_gradient_link *)(void *)links;
-        KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, v, a, external, weightless, w, flat, out));
+        KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, at, a, weightless, w, out));
         return KT_OK;
     }
-    const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
+    const kt_status status = kt_links_update(model, data, at->q, at->v, a, false, NULL, error);
     if (status == KT_OK)
-        KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, v, a, external, weightless, w, links, out));
+        KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, at, a, weightless, w, out));
     return status;
 }
 

@@ -98,13 +98,13 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
     }
 }
 
-void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const double *v, const double *a,
-                                    const kt_wrench *external, bool weightless, const double *w,
-                                    kt_gradient_link *links, const kt_gradient *out) {
+void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+                                    const double *a, bool weightless, const double *w, const kt_gradient *out) {
     const kt_v4 gravity = weightless ? kt_v4_splat(0.0) : model->gravity;
-    forward_pass(model, data->motion, gravity, v, w, links);
-    if (external)
-        load(model, data->motion, external, links);
+    kt_gradient_link *links = out->links;
+    forward_pass(model, data->motion, gravity, at->v, w, links);
+    if (at->external)
+        load(model, data->motion, at->external, links);
     links[0] = (kt_gradient_link){.velocity = kt_v4_splat(0.0), .linear = -gravity};
-    backward_pass(model, data->motion, v, a, w, links, out);
+    backward_pass(model, data->motion, at->v, a, w, links, out);
 }

@@ -37,22 +37,21 @@ typedef struct kt_planar_gradient_link {
 _Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one memory holds either");
 
 /* The results, nv numbers each: the gradient, and what the same sums give besides, inverse dynamics and M w without
- * armatures. */
+ * armatures. links: scratch, one for each link. */
 typedef struct kt_gradient {
     double *by_q, *by_v, *force, *momentum;
+    kt_gradient_link *links;
 } kt_gradient;
 
 /* kt_inverse_gradient: from the motion of all links, accelerations without gravity (kt_links_update), which is in data.
  * kt_planar_gradient: of planar links, from their poses in the plane.
  * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau.
- * links: scratch, one for each. */
+ * at: velocities and wrenches. */
 #define KT_GRADIENT_DECLARE(isa)                                                                                       \
-    void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const double *v, const double *a,       \
-                                   const kt_wrench *external, bool weightless, const double *w,                        \
-                                   kt_gradient_link *links, const kt_gradient *out);                                   \
-    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,              \
-                                  const kt_wrench *external, bool weightless, const double *w,                         \
-                                  kt_planar_gradient_link *links, const kt_gradient *out);                             \
+    void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,             \
+                                   const double *a, bool weightless, const double *w, const kt_gradient *out);         \
+    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,   \
+                                  bool weightless, const double *w, const kt_gradient *out);                           \
     size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const double *q, const double *tau, double *x);
 KT_GRADIENT_DECLARE(baseline)
 KT_GRADIENT_DECLARE(v3)
@@ -60,11 +59,11 @@ KT_GRADIENT_DECLARE(v4)
 #undef KT_GRADIENT_DECLARE
 
 /* The gradient by the kernel of the model's instruction set and sweep. posed: the data already hold the poses of q, in
- * the plane if the model is planar; weightless: without gravity. external may be NULL. Errors: KT_ERROR_NOT_FINITE. */
+ * the plane if the model is planar; weightless: without gravity. Errors: KT_ERROR_NOT_FINITE. */
 typedef enum kt_gradient_choice { KT_GRADIENT_POSED = 1, KT_GRADIENT_WEIGHTLESS = 2 } kt_gradient_choice;
-KT_CHECKED kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                          const double *a, const kt_wrench *external, unsigned choice, const double *w,
-                                          kt_gradient_link *links, const kt_gradient *out, kt_error *error);
+KT_CHECKED kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                          const double *a, unsigned choice, const double *w, const kt_gradient *out,
+                                          kt_error *error);
 
 /* x becomes M^-1 x of a tree, in O(n); memory: kt_inverse_layout. Leaves the poses of q in data. Errors:
  * KT_ERROR_SINGULAR names the joint; those of kt_input_check. */

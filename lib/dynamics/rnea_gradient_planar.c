@@ -132,12 +132,12 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_planar_motion *moti
     }
 }
 
-void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const double *v, const double *a,
-                                   const kt_wrench *external, bool weightless, const double *w,
-                                   kt_planar_gradient_link *links, const kt_gradient *out) {
+void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                                   bool weightless, const double *w, const kt_gradient *out) {
+    kt_planar_gradient_link *links = (kt_planar_gradient_link *)(void *)out->links;
     for (size_t p = 0; p < model->n.plane; p++)
-        forward_pass(model, data, &model->plane[p], v, a, weightless, w, links);
-    if (external)
-        load(model, data->planar, external, links);
+        forward_pass(model, data, &model->plane[p], at->v, a, weightless, w, links);
+    if (at->external)
+        load(model, data->planar, at->external, links);
     backward_pass(model, data->planar, links, out);
 }

@@ -76,7 +76,9 @@ kt_status kt_robot_parse(const char *path, const char *text, size_t size, const 
         return KT_ERROR_ARGUMENT;
     const request asked = {options, NULL};
     const kt_status status = check_options(options, error);
-    return status != KT_OK ? status : kt_format_parse(read_robot, &asked, path, text, size, scene, report, user, error);
+    return status != KT_OK
+               ? status
+               : kt_format_parse((kt_format_choice){read_robot, &asked}, path, text, size, scene, report, user, error);
 }
 
 kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
@@ -91,9 +93,9 @@ kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_sc
         return status;
     const char *folder = slash != NULL ? kt_pool_text(&pool, path, length) : ".";
     const request asked = {options, folder};
-    const kt_status read = folder != NULL
-                               ? kt_format_read(read_robot, &asked, path, scene, report, user, error)
-                               : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for the path");
+    const kt_status read =
+        folder != NULL ? kt_format_read((kt_format_choice){read_robot, &asked}, path, scene, report, user, error)
+                       : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for the path");
     kt_pool_free(pool.chunks);
     return read;
 }

@@ -71,11 +71,12 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
  * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
  *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
 #define KT_DELASSUS_DECLARE(isa)                                                                                       \
-    bool kt_delassus_prepare_##isa(const kt_model *, kt_data *, size_t, kt_rows);                                      \
-    void kt_delassus_least_##isa(const kt_model *, kt_data *, size_t, double *);                                       \
-    bool kt_delassus_measure_##isa(const kt_model *, kt_data *, size_t, kt_rows, double *);                            \
-    bool kt_delassus_damp_##isa(const kt_model *, kt_data *, size_t, const double *, double, double *);                \
-    bool kt_delassus_solve_##isa(const kt_model *, kt_data *, size_t, const double *);
+    bool kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \
+    void kt_delassus_least_##isa(const kt_model *model, kt_data *data, size_t g, double *step);                        \
+    bool kt_delassus_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size);        \
+    bool kt_delassus_damp_##isa(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,     \
+                                double *step);                                                                         \
+    bool kt_delassus_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *gravity);
 KT_DELASSUS_DECLARE(baseline)
 KT_DELASSUS_DECLARE(v3)
 KT_DELASSUS_DECLARE(v4)

@@ -61,15 +61,18 @@ typedef struct kt_front_total {
  *   factored.
  * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
 #define KT_FRONT_DECLARE(isa)                                                                                          \
-    void kt_front_fill_##isa(const kt_model *, kt_data *, size_t, bool, bool, const double *, const double *, double); \
-    void kt_front_apply_##isa(const kt_model *, kt_data *, size_t, kt_rows, const double *, double *, double *);       \
-    int kt_front_factor_##isa(const kt_model *, kt_data *, size_t, kt_rows, bool);                                     \
-    double kt_front_measure_##isa(const kt_model *, kt_data *, size_t, kt_rows);                                       \
-    bool kt_front_reduce_##isa(const kt_model *, kt_data *, size_t, const kt_front_aim *, kt_front_total *);           \
-    void kt_front_respond_##isa(const kt_model *, kt_data *, size_t, const double *, double *);                        \
-    void kt_front_multipliers_##isa(const kt_model *, kt_data *, size_t, const double *, double *);                    \
-    void kt_front_multipliers_of_##isa(const kt_model *, kt_data *, size_t, double *);                                 \
-    void kt_front_nullspace_##isa(const kt_model *, kt_data *, size_t, int, double *);
+    void kt_front_fill_##isa(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,                 \
+                             const double *q, const double *v, double t);                                              \
+    void kt_front_apply_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x,           \
+                              double *out, double *size);                                                              \
+    int kt_front_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \
+    double kt_front_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                       \
+    bool kt_front_reduce_##isa(const kt_model *model, kt_data *data, size_t g, const kt_front_aim *aim,                \
+                               kt_front_total *total);                                                                 \
+    void kt_front_respond_##isa(const kt_model *model, kt_data *data, size_t g, const double *base, double *step);     \
+    void kt_front_multipliers_##isa(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda);  \
+    void kt_front_multipliers_of_##isa(const kt_model *model, kt_data *data, size_t g, double *lambda);                \
+    void kt_front_nullspace_##isa(const kt_model *model, kt_data *data, size_t g, int column, double *x);
 KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)
 KT_FRONT_DECLARE(v4)

@@ -30,7 +30,7 @@ static inline size_t kt_front4_count(size_t steps) { return steps * sizeof(kt_fr
  * (planar_group.h), to a; without tau the least solution of A x = right. False if that is left to front_factor.c.
  * Sets what kt_front_factor does, for the equations data->factored. */
 #define KT_FRONT4_DECLARE(isa)                                                                                         \
-    bool kt_front4_solve_##isa(const kt_model *, kt_data *, size_t, const double *, double *);
+    bool kt_front4_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a);
 KT_FRONT4_DECLARE(baseline)
 KT_FRONT4_DECLARE(v3)
 KT_FRONT4_DECLARE(v4)

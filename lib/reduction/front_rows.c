@@ -110,7 +110,8 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
         e->velocity[1] = m->velocity[1] + w * e->arm[0];
     }
     kt_planar_relate(f->data, flat, end, &r);
-    const int count = kt_planar_rows_evaluate(f->model, f->data, &f->w, loop, flat, slot, end, &r, t, rows);
+    const int count =
+        kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot}, end, &r, t, rows);
     kt_planar_rows_void(&f->w, flat, slot);
     for (int i = flat->count; i < flat->count + flat->void_count; i++)
         if (slot[flat->row[i].row] >= 0)

@@ -61,10 +61,24 @@ typedef struct kt_pin_end {
     double omega;
 } kt_pin_end;
 
-/* Follows the links [from, to) of the path to end k. */
-KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const int32_t *path,
-                                   const kt_planar_loop *flat, int k, int from, int to, double w, const double *v,
-                                   kt_pin *p) {
+/* The group, its loop, the parent and the number of links on the path to the loop's first end. */
+typedef struct kt_pin_group {
+    const kt_group *group;
+    const kt_loop_record *loop;
+    const kt_planar_loop *flat;
+    int32_t top;
+    int first;
+} kt_pin_group;
+
+KT_INLINE int kt_pin_from(const kt_pin_group *g, int k) { return k ? g->first : 0; }
+KT_INLINE int kt_pin_to(const kt_pin_group *g, int k) { return k ? KT_PIN_LINKS : g->first; }
+
+/* Follows the path to end k, from the parent's angular velocity w. */
+KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k, double w,
+                                   const double *v, kt_pin *p) {
+    const kt_planar_loop *flat = g->flat;
+    const int32_t *path = model->path + g->loop->path[k];
+    const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
     const kt_v2 none = {0.0, 0.0};
     kt_v2 at = -kt_v2_load(flat->origin), rate = none, bias = none;
     const int32_t first = kt_planar_index_shift(model, 0);
@@ -199,9 +213,11 @@ KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, k
     kt_planar_add(parent, &x);
 }
 
-/* Adds the links [from, to) of one path to the sums; the parent is at rest. */
-KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const kt_pin *p, int from, int to,
-                               kt_v2 ground, bool rides, const double *tau, kt_pin_sum *sum) {
+/* Adds the links of the path to end k to the sums; the parent is at rest. */
+KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k,
+                               const kt_pin *p, kt_v2 ground, const double *tau, kt_pin_sum *sum) {
+    const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
+    const bool rides = g->top != 0;
     kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
@@ -211,22 +227,21 @@ KT_INLINE void kt_pin_sum_path(const kt_data *data, const kt_model *model, const
     }
 }
 
-KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_group *group, const kt_loop_record *loop,
-                                const kt_planar_loop *flat, int32_t top, int first, const double *gravity,
+KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g, const double *gravity,
                                 const double *v, const double *tau, double *a) {
+    const kt_group *group = g->group;
+    const int32_t top = g->top;
     const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
     const double omega = data->planar[top].omega;
     kt_pin p;
     kt_pin_sum sum = {.inertia = 0.0, .force = none};
-    const kt_pin_end first_end =
-        kt_pin_follow(model, data, model->path + loop->path[0], flat, 0, 0, first, omega, v, &p);
-    const kt_pin_end second_end =
-        kt_pin_follow(model, data, model->path + loop->path[1], flat, 1, first, KT_PIN_LINKS, omega, v, &p);
-    kt_pin_relate(&first_end, &second_end, first, &p);
+    const kt_pin_end first_end = kt_pin_follow(model, data, g, 0, omega, v, &p);
+    const kt_pin_end second_end = kt_pin_follow(model, data, g, 1, omega, v, &p);
+    kt_pin_relate(&first_end, &second_end, g->first, &p);
     if (!kt_pin_reduce(group->usual[KT_ROWS_ALL], &p))
         return false;
-    kt_pin_sum_path(data, model, &p, 0, first, ground, top != 0, tau, &sum);
-    kt_pin_sum_path(data, model, &p, first, KT_PIN_LINKS, ground, top != 0, tau, &sum);
+    kt_pin_sum_path(model, data, g, 0, &p, ground, tau, &sum);
+    kt_pin_sum_path(model, data, g, 1, &p, ground, tau, &sum);
     if (!(sum.inertia > KT_PIN_INERTIA * sum.carried))
         return false;
     const double one = 1.0 / sum.inertia, z = -sum.power * one;

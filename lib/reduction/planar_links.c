@@ -107,19 +107,22 @@ static bool eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32
                           const double *v, const double *tau, double *a) {
     const kt_group *group = &model->group[g];
     const int32_t index = model->group_loop[group->loop];
-    const kt_loop_record *loop = &model->loop[index];
-    const kt_planar_loop *flat = &model->planar_loop[index];
+    kt_pin_group pin = {.group = group, .loop = &model->loop[index], .flat = &model->planar_loop[index], .top = top};
     data->near[g] = false;
     data->rank[g] = group->rank[KT_ROWS_ALL];
-    switch (loop->length[0]) {
+    switch (pin.loop->length[0]) { /* pin.first is a constant in each */
     case 0:
-        return kt_pin_eliminate(model, data, group, loop, flat, top, 0, gravity, v, tau, a);
+        pin.first = 0;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     case 1:
-        return kt_pin_eliminate(model, data, group, loop, flat, top, 1, gravity, v, tau, a);
+        pin.first = 1;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     case 2:
-        return kt_pin_eliminate(model, data, group, loop, flat, top, 2, gravity, v, tau, a);
+        pin.first = 2;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     default:
-        return kt_pin_eliminate(model, data, group, loop, flat, top, 3, gravity, v, tau, a);
+        pin.first = 3;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     }
 }
 

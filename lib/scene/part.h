@@ -46,11 +46,17 @@ void kt_check_description(kt_reader *r, const kt_description *description);
 typedef void kt_format(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene);
 
-/* Reads a text, or a file, as kt_scene_parse and kt_scene_read say, in the C locale. `options` are the format's. */
-kt_status kt_format_parse(kt_format *format, const void *options, const char *path, const char *text, size_t size,
-                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error);
-kt_status kt_format_read(kt_format *format, const void *options, const char *path, kt_scene *scene,
-                         kt_scene_report *report, void *user, kt_error *error);
+/* A format, and its options. */
+typedef struct kt_format_choice {
+    kt_format *read;
+    const void *options;
+} kt_format_choice;
+
+/* Reads a text, or a file, as kt_scene_parse and kt_scene_read say, in the C locale. */
+kt_status kt_format_parse(kt_format_choice format, const char *path, const char *text, size_t size, kt_scene *scene,
+                          kt_scene_report *report, void *user, kt_error *error);
+kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *scene, kt_scene_report *report,
+                         void *user, kt_error *error);
 
 /* Where the items of a scene stand in its file: for each the place that faults of its compilation are about. */
 typedef struct kt_mark {

@@ -230,8 +230,8 @@ kt_scene kt_scene_default(void) {
 
 enum { EFFORT = 50000000 }; /* operations on suggestions: about a tenth of a second */
 
-kt_status kt_format_parse(kt_format *format, const void *options, const char *path, const char *text, size_t size,
-                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
+kt_status kt_format_parse(kt_format_choice format, const char *path, const char *text, size_t size, kt_scene *scene,
+                          kt_scene_report *report, void *user, kt_error *error) {
     if (path == NULL)
         path = "scene";
     if (scene == NULL || (text == NULL && size > 0))
@@ -245,7 +245,7 @@ kt_status kt_format_parse(kt_format *format, const void *options, const char *pa
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
     kt_reader r = {.path = path, .effort = EFFORT, .names_are_known = true};
-    format(&r, path, text == NULL ? "" : text, size, options, &read);
+    format.read(&r, path, text == NULL ? "" : text, size, format.options, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);
@@ -265,15 +265,15 @@ kt_status kt_format_parse(kt_format *format, const void *options, const char *pa
     return status;
 }
 
-kt_status kt_format_read(kt_format *format, const void *options, const char *path, kt_scene *scene,
-                         kt_scene_report *report, void *user, kt_error *error) {
+kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *scene, kt_scene_report *report,
+                         void *user, kt_error *error) {
     char *text = NULL;
     size_t size = 0;
     if (path == NULL || scene == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, path, "path and scene cannot be NULL");
     kt_status status = kt_file_read(path, &text, &size, error);
     if (status == KT_OK)
-        status = kt_format_parse(format, options, path, text, size, scene, report, user, error);
+        status = kt_format_parse(format, path, text, size, scene, report, user, error);
     free(text);
     return status;
 }
@@ -292,14 +292,16 @@ static kt_status check_options(const kt_scene_options *options, kt_error *error)
 kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, const kt_scene_options *options,
                               kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
     const kt_status status = check_options(options, error);
-    return status != KT_OK ? status
-                           : kt_format_parse(read_scene, options, path, text, size, scene, report, user, error);
+    return status != KT_OK
+               ? status
+               : kt_format_parse((kt_format_choice){read_scene, options}, path, text, size, scene, report, user, error);
 }
 
 kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
                              kt_scene_report *report, void *user, kt_error *error) {
     const kt_status status = check_options(options, error);
-    return status != KT_OK ? status : kt_format_read(read_scene, options, path, scene, report, user, error);
+    return status != KT_OK ? status
+                           : kt_format_read((kt_format_choice){read_scene, options}, path, scene, report, user, error);
 }
 
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,

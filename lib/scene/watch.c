@@ -227,12 +227,22 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
 
 int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
 
-static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const kt_model *model,
-                           kt_simulation *simulation, const kt_scene_event *event, watched *to,
-                           const kt_scene_call *calls, int call_count, kt_error *error) {
-    kt_status status = make_formula(&watch->pool, scene, model, event->when, &to->formula, error);
+/* What the events of a scene become a part of. */
+typedef struct target {
+    kt_scene_watch *watch;
+    const kt_scene *scene;
+    const kt_model *model;
+    kt_simulation *simulation;
+    const kt_scene_call *calls;
+    int call_count;
+} target;
+
+static kt_status add_event(const target *in, const kt_scene_event *event, watched *to, kt_error *error) {
+    kt_scene_watch *watch = in->watch;
+    const kt_model *model = in->model;
+    kt_status status = make_formula(&watch->pool, in->scene, model, event->when, &to->formula, error);
     if (status == KT_OK)
-        status = find_calls(&watch->pool, event, calls, call_count, to, error);
+        status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)
         status = find_switches(model, event, to, error);
     const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
@@ -248,7 +258,7 @@ static kt_status add_event(kt_scene_watch *watch, const kt_scene *scene, const k
                             .record = event->record || event->switch_count > 0,
                             .stop = event->stop,
                             .limit = (uint64_t)event->limit};
-    return kt_simulation_event_add(simulation, &added, error);
+    return kt_simulation_event_add(in->simulation, &added, error);
 }
 
 kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt_simulation *simulation,
@@ -262,9 +272,10 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         made->watched = kt_pool_take(&made->pool, (size_t)count + 1, sizeof *made->watched);
     if (made == NULL || made->watched == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    const target in = {made, scene, model, simulation, calls, call_count};
     for (int i = 0; status == KT_OK && i < count; i++) {
         const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
-        status = add_event(made, scene, model, simulation, event, &made->watched[i], calls, call_count, error);
+        status = add_event(&in, event, &made->watched[i], error);
     }
     if (status != KT_OK) {
         kt_scene_watch_free(made);

@@ -123,12 +123,13 @@ static kt_status find_multipliers(kt_projection_work *w, const double *momentum,
 
 /* Adds d(M x)/dq to w->force, row by row: the gradients of (M x)_k; and M x into w->by_x. */
 static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
-    const kt_gradient row = {w->by_inertia, w->residue, w->by_x, w->by_g};
+    const kt_gradient row = {w->by_inertia, w->residue, w->by_x, w->by_g, w->links};
+    const kt_dynamic_state rest = {.q = q, .v = w->model->zero};
     kt_status status = KT_OK;
     for (size_t k = 0; k < w->n && status == KT_OK; k++) {
         w->unit[k] = 1.0;
-        status = kt_gradient_evaluate(w->model, w->data, q, w->model->zero, w->x, NULL,
-                                      KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS, w->unit, w->links, &row, error);
+        status = kt_gradient_evaluate(w->model, w->data, &rest, w->x, KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS,
+                                      w->unit, &row, error);
         w->unit[k] = 0.0;
         for (size_t j = 0; j < w->n && status == KT_OK; j++)
             w->force[j * w->n + k] += w->by_inertia[j];
@@ -152,8 +153,8 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
         status = find_multipliers(w, mass ? w->by_x : w->x, error);
     if (status != KT_OK)
         return status;
-    kt_loop_matrices(w->model, w->data, w->t, q, w->lambda, v ? v : w->x, w->dof, w->chain, w->unit, w->work, w->force,
-                     w->equation);
+    const kt_dual_motion at = {.model = w->model, .data = w->data, .t = w->t, .q = q, .dof = w->dof, .chain = w->chain};
+    kt_loop_matrices(&at, w->lambda, v ? v : w->x, w->unit, w->work, w->force, w->equation);
     for (size_t i = 0; i < n * n; i++)
         w->force[i] = -w->force[i];
     for (size_t i = 0; i < n * w->p && !v; i++)

@@ -16,10 +16,10 @@
 /* g . M x: its gradient, M x and M g. */
 static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_model *model = w->model;
-    const kt_gradient gradient = {w->by_inertia, w->residue, w->by_x, w->by_g};
-    const kt_status status =
-        kt_gradient_evaluate(model, w->data, q, model->zero, w->x, NULL, KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS,
-                             w->response, w->links, &gradient, error);
+    const kt_gradient gradient = {w->by_inertia, w->residue, w->by_x, w->by_g, w->links};
+    const kt_dynamic_state rest = {.q = q, .v = model->zero};
+    const kt_status status = kt_gradient_evaluate(
+        model, w->data, &rest, w->x, KT_GRADIENT_POSED | KT_GRADIENT_WEIGHTLESS, w->response, &gradient, error);
     for (size_t i = 0; i < w->n && status == KT_OK; i++) {
         w->by_x[i] += model->armature[i] * w->x[i];
         w->by_g[i] += model->armature[i] * w->response[i];
@@ -36,8 +36,9 @@ static kt_status add_loops(kt_projection_work *w, const double *q, const double 
     kt_status status = kt_loops_multipliers_of(w->model, w->data, w->by_x, w->lambda, error);
     if (status == KT_OK)
         status = kt_loops_multipliers_of(w->model, w->data, w->work, w->residual, error);
+    const kt_dual_motion at = {.model = w->model, .data = w->data, .t = w->t, .q = q, .dof = w->dof, .chain = w->chain};
     if (status == KT_OK)
-        kt_loop_gradient(w->model, w->data, w->t, q, &sum, w->dof, w->chain, by_xi, w->work);
+        kt_loop_gradient(&at, &sum, by_xi, w->work);
     return status;
 }
 

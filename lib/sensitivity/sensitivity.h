@@ -75,9 +75,10 @@ typedef struct kt_products {
 } kt_products;
 
 #define KT_PRODUCTS_DECLARE(isa)                                                                                       \
-    void kt_product_##isa(size_t, const double *, const double *, double *, size_t, const double *, const double *,    \
-                          double *);                                                                                   \
-    void kt_sum_##isa(double *, const double *, double, const double *, size_t, const double *, size_t);
+    void kt_product_##isa(size_t n, const double *a, const double *b, double *scratch, size_t columns,                 \
+                          const double *x, const double *z, double *y);                                                \
+    void kt_sum_##isa(double *out, const double *start, double h, const double *row, size_t count, const double *k,    \
+                      size_t n);
 KT_PRODUCTS_DECLARE(baseline)
 KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
@@ -92,7 +93,7 @@ typedef struct kt_sparse {
     int32_t *row;
 } kt_sparse;
 
-#define KT_SPARSE_DECLARE(isa) void kt_sparse_apply_##isa(const kt_sparse *, const kt_v8 *, kt_v8 *);
+#define KT_SPARSE_DECLARE(isa) void kt_sparse_apply_##isa(const kt_sparse *a, const kt_v8 *x, kt_v8 *y);
 KT_SPARSE_DECLARE(baseline)
 KT_SPARSE_DECLARE(v3)
 KT_SPARSE_DECLARE(v4)

@@ -54,11 +54,11 @@ static kt_status sweep(kt_step_work *w, size_t stage, const double *mu, kt_error
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq;
     const double t = kt_step_time(w->step, stage);
     double *by_xi = w->tangent, *by_v = by_xi + n, *by_tau = by_v + n;
-    const kt_gradient gradient = {by_xi, by_v, w->inverse_force, w->momentum};
+    const kt_gradient gradient = {by_xi, by_v, w->inverse_force, w->momentum, w->links};
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v, .external = w->step->external};
     kt_status status = respond(w, t, q, mu, by_tau, error);
     if (status == KT_OK)
-        status = kt_gradient_evaluate(w->model, w->data, q, v, a, w->step->external, KT_GRADIENT_POSED, by_tau,
-                                      w->links, &gradient, error);
+        status = kt_gradient_evaluate(w->model, w->data, &at, a, KT_GRADIENT_POSED, by_tau, &gradient, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < 2 * n; i++)

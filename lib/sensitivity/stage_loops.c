@@ -55,6 +55,7 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
     if (status != KT_OK)
         return status;
     const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};
-    kt_loop_gradient(model, w->data, t, q, &sum, p->dof, p->chain, w->tangent, w->tangent + n);
+    const kt_dual_motion at = {.model = model, .data = w->data, .t = t, .q = q, .dof = p->dof, .chain = p->chain};
+    kt_loop_gradient(&at, &sum, w->tangent, w->tangent + n);
     return KT_OK;
 }

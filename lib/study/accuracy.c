@@ -235,8 +235,10 @@ kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, con
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
         return refuse(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
     kt_status status = kt_accuracy_compile(study, variant, &model, &absolute, error);
-    if (status == KT_OK)
-        status = kt_accuracy_try(study, model, absolute, variant, method, adaptive, setting, point, error);
+    if (status == KT_OK) {
+        point->setting = setting;
+        status = kt_accuracy_try(study, model, absolute, variant, method, adaptive, point, error);
+    }
     kt_absolute_free(absolute);
     kt_model_free(model);
     return status;

@@ -95,10 +95,10 @@ double kt_accuracy_most(const kt_accuracy *study);
 KT_CHECKED kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *variant, kt_model **model,
                                          kt_absolute **absolute, kt_error *error);
 
-/* Runs once for the error and, if the run is usable, repeatedly for the time. Errors of the run are stored in the
- * point; a returned error ends the study. */
+/* Runs once for the error and, if the run is usable, repeatedly for the time, at point->setting. Errors of the run are
+ * stored in the point; a returned error ends the study. */
 KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
-                                     const kt_variant *variant, const kt_method *method, bool adaptive, double setting,
+                                     const kt_variant *variant, const kt_method *method, bool adaptive,
                                      kt_accuracy_point *point, kt_error *error);
 
 /* Computes all points of a curve, whose variant, method, `adaptive` and `first` are set; deadline: by the clock, s. */

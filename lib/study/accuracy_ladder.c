@@ -30,8 +30,9 @@ static const kt_variant *variant_of(const kt_ladder *ladder) {
 static kt_status try_setting(const kt_ladder *ladder, double setting, kt_accuracy_point *point, kt_error *error) {
     const kt_accuracy_curve *curve = ladder->curve;
     kt_accuracy *study = ladder->study;
+    point->setting = setting;
     return kt_accuracy_try(study, study->models[curve->variant], study->absolutes[curve->variant], variant_of(ladder),
-                           curve->method, curve->adaptive, setting, point, error);
+                           curve->method, curve->adaptive, point, error);
 }
 
 /* Inserts a point in the order of settings. */

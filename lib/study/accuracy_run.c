@@ -233,8 +233,9 @@ kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *varian
 }
 
 kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
-                          const kt_variant *variant, const kt_method *method, bool adaptive, double setting,
-                          kt_accuracy_point *point, kt_error *error) {
+                          const kt_variant *variant, const kt_method *method, bool adaptive, kt_accuracy_point *point,
+                          kt_error *error) {
+    const double setting = point->setting;
     const kt_run run = kt_accuracy_run(study, method, adaptive, setting);
     kt_simulation_options options = variant->simulation;
     kt_status status = KT_OK;

@@ -17,14 +17,16 @@ static size_t count_even(const double *time, size_t rows, double duration) {
     return count + 1 >= rows || time[count] > duration ? count : 0;
 }
 
-/* Copies one coordinate of a joint into every row of `states`. */
-static int take(const char *path, const kt_table *table, size_t count, const char *kind, const char *joint, int k,
-                bool is_alone, double *states, size_t width) {
-    char name[256];
+/* Writes the name of the column of a joint's coordinate k. */
+static void name_column(char name[256], const char *kind, const char *joint, int k, bool is_alone) {
     if (is_alone)
-        snprintf(name, sizeof name, "%s.%s", kind, joint);
+        snprintf(name, 256, "%s.%s", kind, joint);
     else
-        snprintf(name, sizeof name, "%s.%s[%d]", kind, joint, k);
+        snprintf(name, 256, "%s.%s[%d]", kind, joint, k);
+}
+
+/* Copies a column into every row of `states`. */
+static int take(const char *path, const kt_table *table, size_t count, const char *name, double *states, size_t width) {
     const double *column = kt_table_column(table, name);
     if (column == NULL) {
         kt_say("%s has no column '%s': is it of this scene, written by 'kinetree run'?", path, name);
@@ -46,10 +48,15 @@ static int fill(const char *path, const kt_table *table, size_t count, const kt_
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const char *name = kt_joint_name(model, body);
-        for (int k = 0; k < at.nq && code < 0; k++)
-            code = take(path, table, count, "position", name, k, at.nq == 1, q + at.q + k, nq);
-        for (int k = 0; k < at.nv && code < 0; k++)
-            code = take(path, table, count, "velocity", name, k, at.nv == 1, v + at.v + k, nv);
+        char column[256];
+        for (int k = 0; k < at.nq && code < 0; k++) {
+            name_column(column, "position", name, k, at.nq == 1);
+            code = take(path, table, count, column, q + at.q + k, nq);
+        }
+        for (int k = 0; k < at.nv && code < 0; k++) {
+            name_column(column, "velocity", name, k, at.nv == 1);
+            code = take(path, table, count, column, v + at.v + k, nv);
+        }
     }
     return code;
 }
