@@ -52,27 +52,7 @@ KT_INLINE void add(const double *a, column8 x, int n, column8 *y) {
         y[i] += splat(a[i]) * x;
 }
 
-/* As kt_front_shift and kt_front_shift_wrench. */
-KT_INLINE void shift(int c, kt_v4 r, column8 *x) {
-    if (c == KT_FRONT_SPACE / 2) {
-        x[1] -= x[0] * splat(r[1]);
-        x[2] += x[0] * splat(r[0]);
-        return;
-    }
-    x[3] += x[1] * splat(r[2]) - x[2] * splat(r[1]);
-    x[4] += x[2] * splat(r[0]) - x[0] * splat(r[2]);
-    x[5] += x[0] * splat(r[1]) - x[1] * splat(r[0]);
-}
-
-KT_INLINE void shift_wrench(int c, kt_v4 r, column8 *x) {
-    if (c == KT_FRONT_SPACE / 2) {
-        x[0] += splat(r[0]) * x[2] - splat(r[1]) * x[1];
-        return;
-    }
-    x[0] += splat(r[1]) * x[5] - splat(r[2]) * x[4];
-    x[1] += splat(r[2]) * x[3] - splat(r[0]) * x[5];
-    x[2] += splat(r[0]) * x[4] - splat(r[1]) * x[3];
-}
+KT_SHIFTS(column8, _of8)
 
 /* A group by fronts at one of its steps. */
 typedef struct front {

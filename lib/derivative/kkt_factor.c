@@ -11,41 +11,11 @@ static double *inertia_of(const kt_kkt *w, size_t i) {
     return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
 }
 
-static void read_spatial(const kt_articulated *x, double *to) {
-    for (int c = 0; c < 3; c++)
-        for (int r = 0; r < 3; r++) {
-            to[6 * c + r] = x->j[c][r];
-            to[6 * c + 3 + r] = x->g[c][r];
-            to[6 * (c + 3) + r] = x->h[c][r];
-            to[6 * (c + 3) + 3 + r] = x->m[c][r];
-        }
-}
-
-static void write_spatial(const double *from, kt_articulated *x) {
-    for (int c = 0; c < 3; c++) {
-        const double *a = from + 6 * c, *l = from + 6 * (c + 3);
-        x->j[c] = (kt_v4){a[0], a[1], a[2], 0.0};
-        x->g[c] = (kt_v4){a[3], a[4], a[5], 0.0};
-        x->h[c] = (kt_v4){l[0], l[1], l[2], 0.0};
-        x->m[c] = (kt_v4){l[3], l[4], l[5], 0.0};
-    }
-    x->moment = x->force = kt_v4_splat(0.0);
-}
-
-static void read_planar(const kt_planar_inertia *x, double *to) {
-    const double all[9] = {x->j, x->h[0], x->h[1], x->h[0], x->xx, x->xy, x->h[1], x->xy, x->yy};
-    memcpy(to, all, sizeof all);
-}
-
-static void write_planar(const double *from, kt_planar_inertia *x) {
-    *x = (kt_planar_inertia){.j = from[0], .h = {from[1], from[2]}, .xx = from[4], .xy = from[5], .yy = from[8]};
-}
-
 static void set_rigid(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE) {
         kt_articulated x;
         kt_articulated_rigid(&w->model->link[i], &w->data->motion[i], &(kt_link_origin){.moment = {0.0}}, &x);
-        read_spatial(&x, inertia_of(w, i));
+        kt_inertia_to_matrix(&x, inertia_of(w, i));
         return;
     }
     const int32_t k = kt_planar_index_shift(w->model, (int32_t)i);
@@ -53,15 +23,16 @@ static void set_rigid(const kt_kkt *w, size_t i, int c) {
     double first[2];
     kt_planar_rotate(&w->data->planar[k], link->moment, first);
     const kt_planar_inertia x = {.j = link->inertia, .h = {-first[1], first[0]}, .xx = link->mass, .yy = link->mass};
-    read_planar(&x, inertia_of(w, i));
+    kt_planar_inertia_to_matrix(&x, inertia_of(w, i));
 }
 
 /* The other way round: what the methods of a group read. */
 static void hand_over(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
-        write_spatial(inertia_of(w, i), &w->data->articulated[i]);
+        kt_inertia_from_matrix(inertia_of(w, i), &w->data->articulated[i]);
     else
-        write_planar(inertia_of(w, i), &w->data->planar_inertia[kt_planar_index_shift(w->model, (int32_t)i)]);
+        w->data->planar_inertia[kt_planar_index_shift(w->model, (int32_t)i)] =
+            kt_planar_inertia_from_matrix(inertia_of(w, i));
 }
 
 static void add_square(const double *from, int c, double *to) {
@@ -77,11 +48,11 @@ static void pass_on(const kt_kkt *w, size_t i, int c) {
     for (int k = 0; k < c; k++) {
         double x[KT_FRONT_SPACE] = {0.0}, y[KT_FRONT_SPACE] = {0.0};
         x[k] = 1.0;
-        kt_front_shift(c, r, x);
+        kt_motion_shift(c, r, x);
         for (int j = 0; j < c; j++)
             for (int l = 0; l < c; l++)
                 y[l] += inertia[j * c + l] * x[j];
-        kt_front_shift_wrench(c, r, y);
+        kt_wrench_shift(c, r, y);
         for (int l = 0; l < c; l++)
             parent[k * c + l] += y[l];
     }
@@ -187,7 +158,7 @@ static bool reduce_dense(kt_kkt *w, size_t g, double *parent) {
     if (!group->parent)
         return true;
     kt_group_onto_parent(&of, &total, &onto);
-    read_spatial(&onto, more);
+    kt_inertia_to_matrix(&onto, more);
     add_square(more, KT_FRONT_SPACE, parent);
     return true;
 }
@@ -206,7 +177,7 @@ static bool reduce_dense_planar(kt_kkt *w, size_t g, double *parent) {
     if (!top)
         return true;
     kt_planar_group_onto_parent(&of, &total, &onto);
-    read_planar(&onto, more);
+    kt_planar_inertia_to_matrix(&onto, more);
     add_square(more, KT_PLANAR_WIDTH, parent);
     return true;
 }

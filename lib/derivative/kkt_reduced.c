@@ -16,7 +16,7 @@ KT_INLINE void accelerate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
     column8 *a = motion_of(k, i);
     memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    shift(c, kt_kkt_offset(k->w, i, c), a);
+    kt_motion_shift_of8(c, kt_kkt_offset(k->w, i, c), a);
     for (int d = 0; d < kt_link_dofs(link); d++)
         add(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
 }
@@ -40,7 +40,7 @@ KT_INLINE void hand_down(const columns *k, size_t i, int c) {
                             splat(k->model->armature[link->v + d]) * k->x[link->v + d];
     if (!link->parent)
         return;
-    shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
+    kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
     for (int j = 0; j < c; j++)
         up[j] += p[j];
 }

@@ -13,7 +13,7 @@ static void enter(const columns *k, front *o) {
     clear(x, c);
     if (o->step->up >= 0) {
         memcpy(x, constant_of(k, o, o->step->up), (size_t)c * sizeof *x);
-        shift(c, kt_front_offset(&o->f, o->step->link), x);
+        kt_motion_shift_of8(c, kt_front_offset(&o->f, o->step->link), x);
     }
     memcpy(own, x, (size_t)c * sizeof *own);
     kt_front_enter(&o->f, o->s);
@@ -46,7 +46,7 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
             pull[p] -= splat(motion[j * n + p]) * wrench[j];
     if (!o->base)
         return;
-    shift_wrench(c, k->data->front_motion[o->f.group->v + k->model->link[i].local].point, wrench);
+    kt_wrench_shift_of8(c, k->data->front_motion[o->f.group->v + k->model->link[i].local].point, wrench);
     for (int j = 0; j < c; j++)
         k->pull[j] -= wrench[j];
 }
@@ -199,7 +199,7 @@ KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
             k->x[link->v + d] -= dot(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, p, c);
         if (link->parent == 0)
             continue;
-        shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
+        kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
         for (int j = 0; j < c; j++)
             up[j] += p[j];
     }
@@ -254,7 +254,7 @@ KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     }
     if (!link->parent)
         return;
-    shift_wrench(c, kt_kkt_offset(k->w, i, c), p);
+    kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
     for (int j = 0; j < c; j++)
         up[j] += p[j];
 }
@@ -263,7 +263,7 @@ KT_INLINE void respond(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
     column8 *a = motion_of(k, i);
     memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    shift(c, kt_kkt_offset(k->w, i, c), a);
+    kt_motion_shift_of8(c, kt_kkt_offset(k->w, i, c), a);
     for (int d = 0; d < kt_link_dofs(link); d++) {
         const size_t v = (size_t)link->v + (size_t)d;
         if (link->group < 0)

@@ -152,17 +152,9 @@ KT_INLINE void receive(const sweep *s, int32_t i, int components, bool from_chil
 
 /* To the origin of the parent: n += r x f. Wrenches that are not for the link before are stored. */
 KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool from_child, wrenches *p) {
-    kt_v4 *x = p->x;
-    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
-    if (components == KT_FRONT_SPACE / 2) {
-        x[0] += rx * x[2] - ry * x[1];
-    } else {
-        x[0] += ry * x[5] - rz * x[4];
-        x[1] += rz * x[3] - rx * x[5];
-        x[2] += rx * x[4] - ry * x[3];
-    }
+    kt_wrench_shift_of4(components, r, p->x);
     if (!from_child && up != 0)
-        store(s, up, components, x);
+        store(s, up, components, p->x);
 }
 
 /* S . p of an axis; of a planar revolute joint about n, whatever its sign. */

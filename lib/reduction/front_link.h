@@ -4,6 +4,7 @@
 #define KT_REDUCTION_FRONT_LINK_H
 
 #include "constraint/planar_rows.h"
+#include "reduction/components.h"
 #include "reduction/front.h"
 
 /* From the parent's origin to the link's. */
@@ -12,42 +13,6 @@ KT_INLINE kt_v4 kt_front_offset(const kt_front *f, int32_t i) {
         return f->data->motion[i].offset;
     const double *r = f->data->planar[kt_planar_index_shift(f->model, i)].offset;
     return (kt_v4){r[0], r[1], 0.0, 0.0};
-}
-
-/* The acceleration at the end of r of what moves at x at its beginning. */
-KT_INLINE void kt_front_shift(int components, kt_v4 r, double *x) {
-    if (components == KT_FRONT_SPACE / 2) {
-        x[1] -= x[0] * r[1];
-        x[2] += x[0] * r[0];
-        return;
-    }
-    x[3] += x[1] * r[2] - x[2] * r[1];
-    x[4] += x[2] * r[0] - x[0] * r[2];
-    x[5] += x[0] * r[1] - x[1] * r[0];
-}
-
-/* The same of four motions, one a lane. */
-KT_INLINE void kt_front_shift_lanes(int components, kt_v4 r, kt_v4 *x) {
-    const kt_v4 rx = kt_v4_splat(r[0]), ry = kt_v4_splat(r[1]), rz = kt_v4_splat(r[2]);
-    if (components == KT_FRONT_SPACE / 2) {
-        x[1] -= x[0] * ry;
-        x[2] += x[0] * rx;
-        return;
-    }
-    x[3] += x[1] * rz - x[2] * ry;
-    x[4] += x[2] * rx - x[0] * rz;
-    x[5] += x[0] * ry - x[1] * rx;
-}
-
-/* The wrench at the end of r, about its beginning. */
-KT_INLINE void kt_front_shift_wrench(int components, kt_v4 r, double *w) {
-    if (components == KT_FRONT_SPACE / 2) {
-        w[0] += r[0] * w[2] - r[1] * w[1];
-        return;
-    }
-    w[0] += r[1] * w[5] - r[2] * w[4];
-    w[1] += r[2] * w[3] - r[0] * w[5];
-    w[2] += r[0] * w[4] - r[1] * w[3];
 }
 
 /* S: the accelerations for unit ones of the link's coordinates, one after the other; zero for coordinates that count as
@@ -81,21 +46,14 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, double *s) {
 KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, double *bias) {
     if (f->components == KT_FRONT_SPACE / 2) {
         const kt_planar_inertia *x = &f->data->planar_inertia[kt_planar_index_shift(f->model, i)];
-        const double all[9] = {x->j, x->h[0], x->h[1], x->h[0], x->xx, x->xy, x->h[1], x->xy, x->yy};
-        memcpy(inertia, all, sizeof all);
+        kt_planar_inertia_to_matrix(x, inertia);
         bias[0] = x->moment;
         bias[1] = x->force[0];
         bias[2] = x->force[1];
         return;
     }
     const kt_articulated *x = &f->data->articulated[i];
-    for (int c = 0; c < 3; c++)
-        for (int r = 0; r < 3; r++) {
-            inertia[6 * c + r] = x->j[c][r];
-            inertia[6 * c + 3 + r] = x->g[c][r];
-            inertia[6 * (c + 3) + r] = x->h[c][r];
-            inertia[6 * (c + 3) + 3 + r] = x->m[c][r];
-        }
+    kt_inertia_to_matrix(x, inertia);
     for (int c = 0; c < 3; c++) {
         bias[c] = x->moment[c];
         bias[c + 3] = x->force[c];

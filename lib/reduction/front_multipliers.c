@@ -15,18 +15,12 @@
 #include <string.h>
 
 /* x += the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
-static void shift_wrench(int components, kt_v4 r, const double *w, double *x) {
-    if (components == KT_FRONT_SPACE / 2) {
-        x[0] += w[0] + (r[0] * w[2] - r[1] * w[1]);
-        x[1] += w[1];
-        x[2] += w[2];
-        return;
-    }
-    const kt_v4 moment = kt_v4_cross(r, (kt_v4){w[3], w[4], w[5], 0.0});
-    for (int c = 0; c < 3; c++) {
-        x[c] += w[c] + moment[c];
-        x[c + 3] += w[c + 3];
-    }
+static void add_shifted(int components, kt_v4 r, const double *w, double *x) {
+    double shifted[KT_FRONT_SPACE];
+    memcpy(shifted, w, sizeof shifted);
+    kt_wrench_shift(components, r, shifted);
+    for (int c = 0; c < components; c++)
+        x[c] += shifted[c];
 }
 
 /* r of all coordinates, in f->w.free. Requires the accelerations of the links. */
@@ -52,7 +46,7 @@ static void find_forces(const kt_front *f, const double *a) {
             f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d] +
                                    f->model->armature[v + d] * a[v + d];
         if (step->up >= 0)
-            shift_wrench(f->components, m->offset, w, kt_front_constant(f, step->up));
+            add_shifted(f->components, m->offset, w, kt_front_constant(f, step->up));
         memset(w, 0, KT_FRONT_SPACE * sizeof *w); /* for the link that has the slot before */
     }
 }
@@ -136,7 +130,7 @@ static void undo_step(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     double *w = kt_front_constant(f, s);
     if (step->up >= 0)
-        shift_wrench(f->components, kt_front_offset(f, step->link), w, kt_front_constant(f, step->up));
+        add_shifted(f->components, kt_front_offset(f, step->link), w, kt_front_constant(f, step->up));
     memset(w, 0, KT_FRONT_SPACE * sizeof *w);
     kt_front_release(f, s);
     for (int i = step->term; i < step->term + step->term_count; i++)

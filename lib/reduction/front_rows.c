@@ -215,7 +215,7 @@ static void move_at(const kt_front *f, const kt_front_step *step, const double *
     for (int k = 0; k < c; k++)
         out[k] = up ? up[k] : 0.0;
     if (up)
-        kt_front_shift(c, r, out);
+        kt_motion_shift(c, r, out);
     arm = fmax(fabs(r[0]), fmax(fabs(r[1]), fabs(r[2])));
     speed[0] = up ? up_speed[0] : 0.0;
     speed[1] = up ? fmax(up_speed[1], up_speed[0] * arm) : 0.0;

@@ -86,7 +86,7 @@ KT_INLINE void place_motion(const kt_front *f, const kt_front_step *step, const 
     for (int i = 0; i < base; i++) {
         double x[KT_FRONT_SPACE] = {0.0};
         x[i] = 1.0;
-        kt_front_shift(c, f->data->front_motion[f->group->v + f->model->link[step->link].local].point, x);
+        kt_motion_shift(c, f->data->front_motion[f->group->v + f->model->link[step->link].local].point, x);
         for (int k = 0; k < c; k++)
             t[k * f->stride + i] = x[k];
     }
@@ -149,7 +149,7 @@ KT_INLINE void carry_constant(const kt_front *f, const kt_front_step *step) {
     for (int k = 0; k < c; k++)
         x[k] = up ? up[k] : 0.0;
     if (up)
-        kt_front_shift(c, kt_front_offset(f, step->link), x);
+        kt_motion_shift(c, kt_front_offset(f, step->link), x);
     memcpy(own, x, (size_t)c * sizeof *own);
 }
 

@@ -1,6 +1,7 @@
 /* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h): what spatial_links.c is
  * in space. No joint connects planar and spatial links, and a group is entirely planar or entirely spatial.
  */
+#include "reduction/components.h"
 #include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/front4.h"
@@ -46,20 +47,17 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int
                             double *a) {
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};
     kt_front_total total;
-    const double *x = total.inertia, *bias = total.bias;
     if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
         return false;
     if (!top) {
         KT_KERNEL(kt_front_respond)(model, data, (size_t)g, NULL, a);
         return true;
     }
-    kt_planar_add(&data->planar_inertia[top], &(kt_planar_inertia){.j = x[0],
-                                                                   .h = {x[1], x[2]},
-                                                                   .xx = x[4],
-                                                                   .xy = x[5],
-                                                                   .yy = x[8],
-                                                                   .moment = bias[0],
-                                                                   .force = {bias[1], bias[2]}});
+    kt_planar_inertia x = kt_planar_inertia_from_matrix(total.inertia);
+    x.moment = total.bias[0];
+    x.force[0] = total.bias[1];
+    x.force[1] = total.bias[2];
+    kt_planar_add(&data->planar_inertia[top], &x);
     return true;
 }
 

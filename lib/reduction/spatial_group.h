@@ -18,7 +18,7 @@
 #ifndef KT_REDUCTION_SPATIAL_GROUP_H
 #define KT_REDUCTION_SPATIAL_GROUP_H
 
-#include "dynamics/aba.h"
+#include "reduction/components.h"
 #include "reduction/maggi_kane.h"
 
 #include <string.h>
@@ -114,12 +114,13 @@ static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *
             for (int c = 0; c < 6; c++)
                 fk[6 * c + r] += x * w->gain[(size_t)c * (size_t)w->m + (size_t)i];
         }
+    kt_articulated carried;
+    kt_inertia_from_matrix(fk, &carried);
     for (int c = 0; c < 3; c++) {
-        const double *a = fk + 6 * c, *l = fk + 6 * (c + 3);
-        total->j[c] -= (kt_v4){a[0], a[1], a[2], 0.0};
-        total->g[c] -= (kt_v4){a[3], a[4], a[5], 0.0};
-        total->h[c] -= (kt_v4){l[0], l[1], l[2], 0.0};
-        total->m[c] -= (kt_v4){l[3], l[4], l[5], 0.0};
+        total->j[c] -= carried.j[c];
+        total->g[c] -= carried.g[c];
+        total->h[c] -= carried.h[c];
+        total->m[c] -= carried.m[c];
     }
     total->moment += (kt_v4){f[0], f[1], f[2], 0.0};
     total->force += (kt_v4){f[3], f[4], f[5], 0.0};

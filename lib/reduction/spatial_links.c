@@ -39,16 +39,12 @@ void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, co
 }
 
 static void add_total(const kt_front_total *total, kt_articulated *to) {
-    const double *x = total->inertia;
-    for (int c = 0; c < 3; c++, x += KT_FRONT_SPACE) {
-        const double *l = x + 3 * KT_FRONT_SPACE;
-        to->j[c] += (kt_v4){x[0], x[1], x[2], 0.0};
-        to->g[c] += (kt_v4){x[3], x[4], x[5], 0.0};
-        to->h[c] += (kt_v4){l[0], l[1], l[2], 0.0};
-        to->m[c] += (kt_v4){l[3], l[4], l[5], 0.0};
-    }
-    to->moment += (kt_v4){total->bias[0], total->bias[1], total->bias[2], 0.0};
-    to->force += (kt_v4){total->bias[3], total->bias[4], total->bias[5], 0.0};
+    const double *b = total->bias;
+    kt_articulated x;
+    kt_inertia_from_matrix(total->inertia, &x);
+    x.moment = (kt_v4){b[0], b[1], b[2], 0.0};
+    x.force = (kt_v4){b[3], b[4], b[5], 0.0};
+    kt_articulated_add(to, &x);
 }
 
 static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
