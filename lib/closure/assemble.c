@@ -20,6 +20,7 @@
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
+#include "model/scratch.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -194,7 +195,6 @@ static void nearest_on_manifold(const approach *a, double *before) {
 
 static kt_status assemble_positions(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                     kt_error *error) {
-    const size_t lanes = kt_lanes8(model->n.v);
     bool *fixed = data->fixed;
     const approach a = {.model = model,
                         .data = data,
@@ -202,12 +202,12 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
                         .given = given,
                         .fixed = fixed,
                         .q = q,
-                        .d = data->scratch_v,
-                        .step = data->scratch_v + lanes};
+                        .d = kt_scratch_part(model, data, 0),
+                        .step = kt_scratch_part(model, data, 1)};
     close_around_given(model, data, t, given, q, fixed);
     double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED)) {
-        nearest_on_manifold(&a, data->scratch_v + 2 * lanes);
+        nearest_on_manifold(&a, kt_scratch_part(model, data, 2));
         gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
         /* A larger gap that is nearly closed comes from given values with fewer digits, and is closed by changing
          * these, too, in their last digits. */

@@ -26,11 +26,11 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
     kt_group_work w;
     double off = 0.0, terms = 1.0;
     kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, a, w.multiplier, w.residual);
+    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, a, kt_group_products(&w), w.residual);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
             continue;
-        off = fmax(off, fabs(w.multiplier[r] - w.right[r]) / w.scale[r]);
+        off = fmax(off, fabs(kt_group_products(&w)[r] - w.right[r]) / w.scale[r]);
         terms = fmax(terms, fmax(w.residual[r], fabs(w.right[r])) / w.scale[r]);
     }
     return off / terms;

@@ -71,10 +71,11 @@ static void note_alive_front(const kt_model *model, kt_data *data, size_t g, boo
         for (int i = 0; i < w.m; i++)
             data->scratch[model->group_v[group->v + i]] =
                 model->unit[group->v + i] * kt_generic((size_t)i + 131 * s) * (2.0 + kt_generic((size_t)i * (size_t)i));
-        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, w.multiplier, w.work);
+        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w),
+                                              w.work);
         for (int32_t row = 0; row < group->row_count; row++) {
             const int32_t r = model->slot[group->row + row];
-            if (fabs(w.multiplier[r]) > void_size(model) * fmax(w.scale[r], w.work[r]) ||
+            if (fabs(kt_group_products(&w)[r]) > void_size(model) * fmax(w.scale[r], w.work[r]) ||
                 fabs(w.residual[r]) > void_size(model) * w.scale[r])
                 alive[group->row + row] = true;
         }

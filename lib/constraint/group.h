@@ -86,6 +86,13 @@ static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_da
     return w;
 }
 
+/* Second purposes of arrays that their first ones have left: after the elimination, accelerations (m) and the forces on
+ * the coordinates that multipliers are computed from (m); sums A x (k) where there are no multipliers. */
+KT_INLINE double *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
+KT_INLINE double *kt_group_forces(const kt_group_work *w) { return w->half; }
+KT_INLINE double *kt_front_forces(const kt_group_work *w) { return w->free; }
+KT_INLINE double *kt_group_products(const kt_group_work *w) { return w->multiplier; }
+
 #define KT_GROUP_COUNT(name, count, meaning) +1
 _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
                "a group has room for the places of its matrices");

@@ -2,6 +2,7 @@
  * these matrices where loops are few, otherwise along the tree (derivative/kkt.h). */
 #include "control/mass_inverse.h"
 
+#include "derivative/dense_or_tree.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
@@ -16,18 +17,8 @@ typedef struct sizes {
 
 static bool is_closed(const kt_model *model) { return KT_HAS_LOOPS && model->n.group > 0; }
 
-/* From about so many products on, dense factors take longer than those along the tree, whose columns take longer. */
-#define FEW 5e4
-
-static bool is_along(const kt_model *model) {
-    if (!is_closed(model) || kt_linearized_is_dense(model))
-        return false;
-    const double n = (double)model->n.v, dofs = kt_model_mobility(model).minimal;
-    return model->structure == KT_STRUCTURE_FRONTS || n * n * (dofs + 4.0) > FEW;
-}
-
 static sizes sizes_of(const kt_model *model, int rows) {
-    const bool closed = is_closed(model), along = is_along(model);
+    const bool closed = is_closed(model), along = kt_mass_inverse_is_along(model);
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
                    .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
@@ -136,7 +127,7 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
     const kt_model *model = inverse->model;
     kt_status status;
     inverse->has_terms = false;
-    if (KT_HAS_LOOPS && is_along(model))
+    if (KT_HAS_LOOPS && kt_mass_inverse_is_along(model))
         status = compute_along(inverse, t, q, error);
     else if (is_closed(model))
         status = compute_closed(inverse, data, t, q, error);
@@ -157,7 +148,7 @@ static void apply_closed(kt_mass_inverse *w, double *x) {
 }
 
 void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
-    if (KT_HAS_LOOPS && is_along(inverse->model)) {
+    if (KT_HAS_LOOPS && kt_mass_inverse_is_along(inverse->model)) {
         kt_kkt_solve(&inverse->kkt, (size_t)columns, x, NULL);
         return;
     }

@@ -103,10 +103,13 @@ kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_e
 }
 
 /* The arrays of a group's equations. */
-typedef enum array { RIGHT, MULTIPLIER, RESIDUAL } array;
+typedef enum array { RIGHT, MULTIPLIER, RESIDUAL, PRODUCT } array;
 
 static double *array_of(const kt_group_work *w, array of) {
-    return of == RIGHT ? w->right : of == MULTIPLIER ? w->multiplier : w->residual;
+    return of == RIGHT        ? w->right
+           : of == MULTIPLIER ? w->multiplier
+           : of == RESIDUAL   ? w->residual
+                              : kt_group_products(w);
 }
 
 /* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others;
@@ -168,12 +171,13 @@ void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, doubl
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         if (kt_group_has_fronts(group))
-            kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, w.multiplier, NULL);
+            kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, kt_group_products(&w), NULL);
         for (int r = 0; r < w.k && !kt_group_has_fronts(group); r++) {
-            w.multiplier[r] = 0.0;
+            double *sum = &kt_group_products(&w)[r];
+            *sum = 0.0;
             for (int i = 0; i < w.m; i++)
-                w.multiplier[r] += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];
+                *sum += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];
         }
     }
-    exchange(model, data, MULTIPLIER, NULL, out);
+    exchange(model, data, PRODUCT, NULL, out);
 }

@@ -34,21 +34,6 @@
 KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model *model, size_t n, size_t p, size_t l,
                 size_t m, size_t k)
 
-/* From this number of coordinates on, dense factors take longer than fronts or groups that each have few of them (rows
- * of windows, ropes). */
-enum { FEW = 28 };
-
-bool kt_linearized_is_dense(const kt_model *model) {
-    if (!KT_HAS_LOOPS || !model->n.row)
-        return false;
-    if (!model->n.group || !model->reduction->fronts || model->structure == KT_STRUCTURE_DENSE)
-        return true;
-    bool dense = model->n.v < FEW;
-    for (size_t g = 0; g < model->n.group; g++)
-        dense = dense || (!kt_group_has_fronts(&model->group[g]) && 2 * (size_t)model->group[g].v_count > model->n.v);
-    return dense && model->structure != KT_STRUCTURE_FRONTS;
-}
-
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense) {
     const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
 #if KT_HAS_VARIABLE_MASS

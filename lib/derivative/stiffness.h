@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "constraint/dual_rows.h"
+#include "derivative/dense_or_tree.h"
 #include "derivative/effect_derivatives.h"
 #include "derivative/jacobian_qr.h"
 #include "dynamics/derivative.h"
@@ -51,10 +52,6 @@ typedef struct kt_linearized {
     double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
 } kt_linearized;
-
-/* Whether loops are so few that dense factors of their equations take less time than those along the tree
- * (kkt.h). */
-bool kt_linearized_is_dense(const kt_model *model);
 
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z
  * are wanted. */

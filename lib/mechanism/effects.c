@@ -8,6 +8,7 @@
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
 #include "mechanism/relative.h"
+#include "model/scratch.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -478,7 +479,7 @@ kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_st
 /* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
 static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const double *q, const kt_wrench *wrenches,
                                     double *forces, kt_error *error) {
-    double *with = data->scratch_v, *without = data->scratch_v + kt_lanes8(model->n.v);
+    double *with = kt_scratch_part(model, data, 0), *without = kt_scratch_part(model, data, 1);
     kt_status status = kt_inverse_trusted(model, data, q, NULL, NULL, wrenches, with, error);
     if (status == KT_OK)
         status = kt_inverse_trusted(model, data, q, NULL, NULL, NULL, without, error);
@@ -493,7 +494,7 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     kt_dynamic_state at = {.t = t, .q = q, .v = v, .tau = model->zero};
-    double *all = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    double *all = kt_scratch_part(model, data, 2);
     const kt_input input = {.q = q, .v = v};
     kt_status status = kt_input_check(model, &input, error);
     if (status == KT_OK)

@@ -33,9 +33,9 @@ static void write_columns(const kt_model *model, kt_data *data, size_t g, double
     for (int c = 0; c < group->v_count; c++) {
         const int32_t v = model->group_v[group->v + c];
         data->delta[v] = 1.0;
-        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, w.multiplier, NULL);
+        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
         data->delta[v] = 0.0;
-        kt_rows_scatter(model, group, w.k, w.multiplier, jacobian + (size_t)v * model->n.row);
+        kt_rows_scatter(model, group, w.k, kt_group_products(&w), jacobian + (size_t)v * model->n.row);
     }
 }
 
@@ -69,8 +69,8 @@ static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     for (int c = 0; c < group->v_count; c++)
         data->delta[model->group_v[group->v + c]] = 1.0;
-    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, w.multiplier, NULL);
-    return kt_all_finite(w.multiplier, k);
+    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
+    return kt_all_finite(kt_group_products(&w), k);
 }
 
 static kt_status refuse_group(const kt_model *model, size_t g, double t, kt_error *error) {

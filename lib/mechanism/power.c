@@ -13,6 +13,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "model/scratch.h"
 
 #include <stdio.h>
 
@@ -38,7 +39,7 @@ static double power_of_wrenches(const kt_model *model, kt_data *data, const doub
 /* v . (M a + h - tau - J' external) */
 static kt_status power_of_loops(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
                                 double *power, kt_error *error) {
-    double *needed = data->scratch_v + kt_lanes8(model->n.v);
+    double *needed = kt_scratch_part(model, data, 1);
     const kt_status status = kt_inverse_trusted(model, data, at->q, at->v, a, at->external, needed, error);
     if (status == KT_OK)
         *power = dot(at->v, needed, model->n.v) - (at->tau ? dot(at->v, at->tau, model->n.v) : 0.0);
@@ -62,7 +63,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     kt_dynamic_state loaded = {t, q, v, tau, external};
-    double *acceleration = data->scratch_v + 2 * kt_lanes8(model->n.v), loops = 0.0;
+    double *acceleration = kt_scratch_part(model, data, 2), loops = 0.0;
     kt_power sum = {0.0, 0.0};
     kt_status status = external ? kt_wrenches_check(model, q, v, external, error) : KT_OK;
     if (status == KT_OK && model->n.effect)

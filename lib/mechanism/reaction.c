@@ -10,6 +10,7 @@
  */
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "model/scratch.h"
 #include "model/switching.h"
 
 #include <stdio.h>
@@ -77,7 +78,7 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dyna
 
 kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                              kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
-    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    double *a = kt_scratch_part(model, data, 2);
     const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
     return status == KT_OK ? kt_motion_complete(model, data, at, a, links, joints, loops, error) : status;
 }
@@ -105,7 +106,7 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, multipliers || !model->n.row))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    double *a = data->scratch_v + 2 * kt_lanes8(model->n.v);
+    double *a = kt_scratch_part(model, data, 2);
     const kt_status status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
         return status;

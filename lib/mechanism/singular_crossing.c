@@ -38,6 +38,7 @@
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
+#include "model/scratch.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -162,7 +163,7 @@ static bool accelerate_next(const crossing *c, double *next) {
 
 /* Measures the errors of the acceleration that was computed directly. */
 static void measure_direct(crossing *c, const double *direct) {
-    double *next = c->data->scratch_v;
+    double *next = kt_scratch_part(c->model, c->data, 0);
     const bool measured = accelerate_next(c, next);
     c->open = measured ? difference(c->model, c->closed, direct) : (double)INFINITY;
     c->rounding = measured ? difference(c->model, next, c->closed) : (double)INFINITY;
@@ -213,7 +214,7 @@ static double interpolate(crossing *c, double dt, double *a) {
     static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};
     static const double inner[6] = {2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, -1.0 / 6.0, 0.0, 0.0};
     const size_t nv = c->model->n.v;
-    double *one = c->data->scratch_v, *four = c->data->scratch_v + 3 * kt_lanes8(nv);
+    double *one = kt_scratch_part(c->model, c->data, 0), *four = kt_scratch_part(c->model, c->data, 3);
     memset(a, 0, nv * sizeof *a);
     memset(four, 0, nv * sizeof *four);
     for (int k = 0; k < 6; k++) {
@@ -286,7 +287,7 @@ static void halve_distance(crossing *c, double dt, double apart, double *try, do
  * cannot be computed, or if the path bends. */
 static bool interpolate_across(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0};
-    double *try = c->data->scratch_v + 2 * kt_lanes8(c->model->n.v), *direction = c->data->moved_v, pull;
+    double *try = kt_scratch_part(c->model, c->data, 2), *direction = c->data->moved_v, pull;
     c->direction = direction;
     const double speed = choose_direction(c, a, direction, &pull);
     if (!(speed > KT_SPEED_LEAST))
@@ -340,7 +341,7 @@ static size_t choose(crossing *c, bool lost) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     double *a = data->scratch, s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
     size_t failed = 0;
-    c->closed = data->scratch_v + 4 * kt_lanes8(model->n.v);
+    c->closed = kt_scratch_part(model, data, 4);
     c->open = c->rounding = (double)INFINITY;
     if (s > sqrt(ROUNDING))
         measure_direct(c, a);

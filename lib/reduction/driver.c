@@ -169,7 +169,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
             KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
             continue;
         }
-        double *x = w.gain, *need = w.half; /* no longer needed */
+        double *x = kt_group_accelerations(&w), *need = kt_group_forces(&w);
         for (int i = 0; i < w.m; i++)
             x[i] = a[model->group_v[group->v + i]];
         kt_dense_apply(w.mass, w.m, w.m, x, need);

@@ -79,24 +79,32 @@ KT_FRONT_DECLARE(v4)
 
 /* ---- a group's arrays -------------------------------------------------------------------------------------------- */
 
+/* The active front of a group. What a step computes for the substitution back stays with the step (kt_front_factor);
+ * the arrays below are shared by all steps. The energy is that of the acceleration A of the parent, whose components
+ * come first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). */
 typedef struct kt_front {
     const kt_model *model;
     kt_data *data;
     const kt_group *group;
     const kt_front_plan *plan;
-    const kt_front_step *step;
-    kt_front_count *count;
+    const kt_front_step *step;      /* what each step takes and completes, one a link */
+    kt_front_count *count;          /* how many parameters and equations each step turned out to have */
     const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
-    kt_group_work w;
-    const bool *fixed;
-    int32_t *live, live_count;            /* slots in use: links', then relations' */
-    int components;                       /* of an acceleration: 3 or 6 */
-    int width, stride;                    /* strides: of what slots hold, of the energy */
-    double *link_acceleration, *constant; /* T' and t: a vector of `width` and a number a component */
-    double *copy;                         /* of T', as many vectors as there are parameters */
-    double *speed;                        /* two a slot */
-    double *energy, *pull, *size, *z, *spare, *product;
-    double **kept; /* of kt_front_aim */
+    kt_group_work w;                /* right-hand sides, scales, wrenches and multipliers of the group's equations */
+    const bool *fixed;              /* coordinates that count as constants */
+    int32_t *live, live_count;      /* holders of slots in use: links', then relations', then delayed equations' */
+    int components;                 /* of an acceleration: 3 or 6 */
+    int width, stride;              /* from one vector to the next: of what slots hold, of H */
+    double *link_acceleration;      /* T': the acceleration in a slot for each parameter, a vector a component */
+    double *constant;      /* t: its known part, a number a component; in multipliers, the wrench on the link */
+    double *copy;          /* the vectors of T' that are not zero, while coupled parameters are found */
+    double *speed;         /* the largest angular and linear speed of a slot's link, for sizes of terms */
+    double *energy, *pull; /* H by columns, and g */
+    double *size;          /* of the terms of H's diagonal: what is not above their rounding is no inertia */
+    double *z;             /* (A, p) while substituting back; scales of reflectors; in multipliers c */
+    double *spare;         /* a reflector in full, or the right-hand sides of the equations of a step */
+    double *product;       /* H times a reflector; the links' T with A in front */
+    double **kept;         /* of kt_front_aim */
 } kt_front;
 
 static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {

@@ -114,7 +114,7 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
-        double *need = kt_group_has_fronts(group) ? w.free : w.half; /* no longer needed */
+        double *need = kt_group_has_fronts(group) ? kt_front_forces(&w) : kt_group_forces(&w);
         for (int i = 0; i < w.m; i++)
             need[i] = force[model->group_v[group->v + i]];
         if (kt_group_has_fronts(group))
