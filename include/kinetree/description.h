@@ -175,7 +175,8 @@ typedef struct kt_marker {
     X(KT_SHAPE_ROD, rod)           /* between two points */                                                            \
     X(KT_SHAPE_BOX, box)           /* edges along the axes */                                                          \
     X(KT_SHAPE_SPHERE, sphere)     /* a ball */                                                                        \
-    X(KT_SHAPE_CYLINDER, cylinder) /* about its axis */
+    X(KT_SHAPE_CYLINDER, cylinder) /* about its axis */                                                                \
+    X(KT_SHAPE_POLYGON, polygon)   /* a plate of any outline */
 
 /* The solids that a body can be. */
 typedef enum kt_shape_type {
@@ -189,12 +190,14 @@ typedef enum kt_shape_type {
 typedef struct kt_shape {
     kt_shape_type type;   /* default: none */
     kt_vec3 from, to;     /* rod: its ends, body frame, m */
-    kt_vec3 at;           /* others: centre, body frame, m */
-    kt_rotation rotation; /* box, cylinder: solid's axes against the body's */
+    kt_vec3 at;           /* others: centre, of a polygon the origin of its corners, body frame, m */
+    kt_rotation rotation; /* box, cylinder, polygon: solid's axes against the body's */
     kt_vec3 size;         /* box: edge lengths, m */
     double radius;        /* rod (0: slender), sphere, cylinder, m */
-    double length;        /* cylinder, m */
+    double length;        /* cylinder; polygon: its thickness along z, half on either side, m */
     kt_vec3 axis;         /* cylinder: its axis, in the solid's axes */
+    const double *points; /* polygon: x, y of each corner, one after the other around it, from `at`, m; the caller's */
+    int point_count;      /* corners */
 } kt_shape;
 
 /* The mass of a body as a function of time: fuel burns, a vessel leaks, a belt is loaded. kt_body.mass, .com and .inertia

@@ -6,9 +6,12 @@
  *   box        I = R diag(m/12 (b^2 + c^2), m/12 (c^2 + a^2), m/12 (a^2 + b^2)) R'
  *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
  *   rod        the cylinder from one end to the other; slender: r = 0
+ *   polygon    I = R m [[yy + e, -xy, 0], [-xy, xx + e, 0], [0, 0, xx + yy]] R',  e = d^2 / 12, with the means of
+ *              polygon.h and the thickness d
  */
 #include "base/require.h"
 #include "compile/compile.h"
+#include "compile/polygon.h"
 #include "model/describe.h"
 
 #include <math.h>
@@ -48,6 +51,17 @@ static const kt_key cylinder_keys[] = {
      .needed = true},
     {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", KT_WORDS("in the axes of the solid"), .needed = false},
     {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
+    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
+     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
+};
+
+static const kt_key polygon_keys[] = {
+    {"shape.points", KT_KEY_CORNERS, offsetof(kt_shape, points), "m",
+     KT_WORDS("[[x, y], [x, y], ...], its corners in order, three or more"), .needed = true},
+    {"shape.thickness", KT_KEY_NUMBER, offsetof(kt_shape, length), "m",
+     KT_WORDS("d, along z, half on either side of the corners' plane"), .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the origin of the corners, body frame"),
+     .needed = false},
     {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
      KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
 };
@@ -119,6 +133,21 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .keys = cylinder_keys,
             .key_count = 5,
         },
+    [KT_SHAPE_POLYGON] =
+        {
+            .name = "polygon",
+            .help = KT_WORDS("a plate of any outline"),
+            .formula = KT_WORDS("I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
+                                "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
+            .example = KT_WORDS("bodies:\n"
+                                "  - name: bracket\n"
+                                "    joint: {type: revolute, axis: z, position: 30 deg}\n"
+                                "    mass: 2\n"
+                                "    shape: {type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], "
+                                "[0, 0.8]], thickness: 0.05}\n"),
+            .keys = polygon_keys,
+            .key_count = 4,
+        },
 };
 
 const kt_descriptor *kt_shape_descriptor(kt_shape_type type) {
@@ -126,6 +155,22 @@ const kt_descriptor *kt_shape_descriptor(kt_shape_type type) {
 }
 
 /* ---- rules ------------------------------------------------------------------------------------------------------- */
+
+static void check_polygon(kt_checker *checker, const kt_shape *shape) {
+    int first, second;
+    if (shape->points == NULL || shape->point_count < 3) {
+        kt_checker_fault(checker, "shape.points", -1, "a polygon has three corners or more");
+        return;
+    }
+    for (int i = 0; i < shape->point_count; i++)
+        if (!kt_checker_values(checker, "shape.points", i, "", shape->points + 2 * (size_t)i, 2))
+            return;
+    if (kt_polygon_crosses(shape->points, shape->point_count, &first, &second))
+        kt_checker_fault(checker, "shape.points", second,
+                         "the edges that begin at corners %d and %d of the polygon meet; give its corners in the order "
+                         "in which they follow each other around it",
+                         first, second);
+}
 
 static void check_shape(kt_checker *checker, const kt_shape *shape) {
     const kt_descriptor *descriptor = kt_shape_descriptor(shape->type);
@@ -142,6 +187,8 @@ static void check_shape(kt_checker *checker, const kt_shape *shape) {
     const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN if an end has a fault */
     if (shape->type == KT_SHAPE_ROD && length == 0.0)
         kt_checker_fault(checker, "shape.to", -1, "shape.to is where shape.from is; a rod needs a length");
+    if (KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON)
+        check_polygon(checker, shape);
 }
 
 /* A body without mass may have an inertia: a rotor whose mass is counted elsewhere. */
@@ -227,6 +274,13 @@ static kt_sym3 box_inertia(double mass, kt_vec3 size, kt_mat3 r) {
     return kt_sym3_rotate(r, kt_sym3_make(k * (bb + cc), k * (cc + aa), k * (aa + bb), 0.0, 0.0, 0.0));
 }
 
+static kt_sym3 polygon_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
+    const kt_polygon p = kt_polygon_measure(shape->points, shape->point_count);
+    const double e = shape->length * shape->length / 12.0;
+    return kt_sym3_rotate(
+        r, kt_sym3_make(mass * (p.yy + e), mass * (p.xx + e), mass * (p.xx + p.yy), -mass * p.xy, 0.0, 0.0));
+}
+
 /* The inertia about the centre of a shape that has passed the rules. */
 static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
     const kt_vec3 along = kt_vec3_sub(shape->to, shape->from);
@@ -241,6 +295,10 @@ static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
     }
     case KT_SHAPE_CYLINDER:
         return cylinder_inertia(mass, kt_mat3_apply(r, kt_vec3_normalize(shape->axis)), shape->radius, shape->length);
+    case KT_SHAPE_POLYGON:
+        if (KT_HAS_FORMULAS) /* a small library has none */
+            return polygon_inertia(shape, mass, r);
+        break;
     case KT_SHAPE_POINT:
     case KT_SHAPE_NONE:
     case KT_SHAPE_TYPE_COUNT:
@@ -249,7 +307,11 @@ static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
     return kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
-static kt_vec3 solid_centre(const kt_shape *shape) {
+static kt_vec3 solid_centre(const kt_shape *shape, kt_mat3 r) {
+    if (KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON) {
+        const kt_polygon p = kt_polygon_measure(shape->points, shape->point_count);
+        return kt_vec3_add(shape->at, kt_mat3_apply(r, kt_vec3_make(p.x, p.y, 0.0)));
+    }
     if (shape->type == KT_SHAPE_ROD)
         return kt_vec3_add(shape->from, kt_vec3_scale(0.5, kt_vec3_sub(shape->to, shape->from)));
     return shape->at;
@@ -273,11 +335,12 @@ kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, k
             return checker.first.code;
         }
         kt_mat3 r = kt_mat3_identity();
-        const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER;
+        const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER ||
+                               (KT_HAS_FORMULAS && body->shape.type == KT_SHAPE_POLYGON);
         if (is_turned && kt_rotation_evaluate(&body->shape.rotation, &r, error) != KT_OK)
             return KT_ERROR_MODEL; /* not reached: the shape has passed the rules */
         if (body->com_of_shape)
-            centre = solid_centre(&body->shape);
+            centre = solid_centre(&body->shape, r);
         if (body->inertia_of_shape)
             about_centre = solid_inertia(&body->shape, body->mass, r);
     }

@@ -117,6 +117,10 @@ bool kt_export_solid(kt_export *x, kt_shape *shape) {
         kt_export_lose(x, "shapes that are points or rods without a radius");
         return false;
     }
+    if (shape->type == KT_SHAPE_POLYGON) {
+        kt_export_lose(x, "shapes that are polygons");
+        return false;
+    }
     if (shape->type == KT_SHAPE_ROD) {
         axis = kt_vec3_sub(shape->to, shape->from);
         shape->length = kt_vec3_norm(axis);

@@ -58,9 +58,40 @@ static bool same_axis(const kt_field *field, const void *object, const void *sta
     return kt_kind_axis.same(field, object, standard);
 }
 
+/* ---- corners of a polygon ---------------------------------------------------------------------------------------- */
+
+static bool read_corners(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_shape *shape = object;
+    (void)field;
+    if (node->kind != KT_NODE_LIST || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a list of corners [[x, y], [x, y], ...]");
+    double *points = kt_pool_take(&r->keep, 2 * node->count, sizeof *points);
+    if (points == NULL)
+        return kt_reader_out_of_memory(r);
+    bool good = true;
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = kt_read_numbers(r, &here, item, 2, KT_QUANTITY_NUMBER, NULL, points + 2 * (size_t)i) && good;
+    }
+    shape->points = points;
+    shape->point_count = i;
+    return good;
+}
+
+static void write_corners(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_shape *shape = object;
+    (void)field, (void)standard;
+    kt_emit_list(e, true);
+    for (int i = 0; i < shape->point_count; i++)
+        kt_emit_numbers(e, shape->points + 2 * (size_t)i, 2);
+    kt_emit_end(e);
+}
+
 const kt_kind *kt_kind_of_value_key(const kt_key *key) {
     static const kt_kind number = {read_number, kt_number_write, kt_number_same};
     static const kt_kind six = {read_six, write_six, same_six}, axis = {read_axis, write_axis, same_axis};
+    static const kt_kind corners = {.read = read_corners, .write = write_corners};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_NUMBER] = &number,
         [KT_KEY_SIX] = &six,
@@ -68,6 +99,7 @@ const kt_kind *kt_kind_of_value_key(const kt_key *key) {
         [KT_KEY_AXIS] = &axis,
         [KT_KEY_ROTATION] = &kt_kind_rotation,
         [KT_KEY_FLAG] = &kt_kind_flag,
+        [KT_KEY_CORNERS] = &corners,
     };
     return kinds[key->kind];
 }

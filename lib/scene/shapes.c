@@ -13,6 +13,17 @@ static double length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;
 }
 
+static double area_of(const kt_shape *shape) {
+    double twice = 0.0;
+    for (int i = 0; i < shape->point_count; i++) {
+        const double *p = shape->points + 2 * (size_t)i,
+                     *q = shape->points + 2 * (size_t)((i + 1) % shape->point_count);
+        twice += (p[0] - shape->points[0]) * (q[1] - shape->points[1]) -
+                 (p[1] - shape->points[1]) * (q[0] - shape->points[0]);
+    }
+    return 0.5 * fabs(twice);
+}
+
 double kt_shape_volume(const kt_shape *shape) {
     static const double pi = 3.14159265358979323846;
     const double disc = pi * shape->radius * shape->radius;
@@ -23,6 +34,8 @@ double kt_shape_volume(const kt_shape *shape) {
         return 4.0 / 3.0 * disc * shape->radius;
     case KT_SHAPE_CYLINDER:
         return disc * shape->length;
+    case KT_SHAPE_POLYGON:
+        return area_of(shape) * shape->length;
     default:
         return disc * length_of(shape);
     }

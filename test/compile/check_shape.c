@@ -9,8 +9,11 @@ static const double nan_value = (double)NAN;
 
 /* Shapes without a fault. */
 static kt_shape shape_of(kt_shape_type type) {
+    static const double corners[] = {0.0, 0.0, 1.0, 0.0, 0.3, 0.2, 0.0, 1.0};
     kt_shape shape = kt_shape_default();
     shape.type = type;
+    shape.points = corners;
+    shape.point_count = 4;
     shape.to = kt_vec3_make(1.0, 0.0, 0.0);
     shape.size = kt_vec3_make(1.0, 2.0, 3.0);
     shape.length = 2.0;
@@ -35,8 +38,8 @@ KT_TEST(sound_shapes_pass) {
 }
 
 KT_TEST(numbers_of_shapes_are_checked) {
-    REFUSES((kt_shape_type)6, s->radius = 1.0, "shape.type",
-            "shape.type is 6, and there is no shape of that number; take one of kt_shape_type");
+    REFUSES(KT_SHAPE_TYPE_COUNT, s->radius = 1.0, "shape.type",
+            "shape.type is 7, and there is no shape of that number; take one of kt_shape_type");
     REFUSES(KT_SHAPE_ROD, s->from.x = nan_value, "shape.from", "shape.from[0] is nan; give a finite number");
     REFUSES(KT_SHAPE_ROD, s->to.y = nan_value, "shape.to", "shape.to[1] is nan; give a finite number");
     REFUSES(KT_SHAPE_ROD, s->from = s->to, "shape.to", "shape.to is where shape.from is; a rod needs a length");
@@ -54,6 +57,40 @@ KT_TEST(numbers_of_shapes_are_checked) {
             "shape.length is 1e+60, and the equations would overflow; magnitudes end at 1e+50");
     REFUSES(KT_SHAPE_CYLINDER, s->axis = kt_vec3_make(0.0, 0.0, 0.0), "shape.axis",
             "shape.axis is zero; give it a direction, such as [0, 0, 1]");
+}
+
+KT_TEST(corners_of_polygons_are_checked) {
+    static const double bow[] = {0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0}, flat[] = {0.0, 0.0, 1.0, 0.0, 0.5, 0.0};
+    static const double twice[] = {0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0};
+    static const double infinite[] = {0.0, 0.0, 1.0, HUGE_VAL, 1.0, 1.0};
+    REFUSES(KT_SHAPE_POLYGON, s->points = NULL, "shape.points", "a polygon has three corners or more");
+    REFUSES(KT_SHAPE_POLYGON, s->point_count = 2, "shape.points", "a polygon has three corners or more");
+    REFUSES(KT_SHAPE_POLYGON, s->length = 0.0, "shape.thickness", "shape.thickness is 0; it must be greater than 0");
+#define ORDER " of the polygon meet; give its corners in the order in which they follow each other around it"
+    static const struct {
+        const double *points;
+        int count;
+        const char *message;
+    } rows[] = {
+        {bow, 4, "the edges that begin at corners 0 and 2" ORDER},
+        {flat, 3, "the edges that begin at corners 0 and 1" ORDER},
+        {twice, 5, "the edges that begin at corners 0 and 2" ORDER},
+        {infinite, 3, "shape.points[1] is inf; give a finite number"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        kt_body body = kt_body_default();
+        kt_error error;
+        kt_vec3 com;
+        kt_sym3 inertia;
+        body.name = "plate";
+        body.mass = 1.0;
+        body.com_of_shape = true;
+        body.shape = shape_of(KT_SHAPE_POLYGON);
+        body.shape.points = rows[i].points;
+        body.shape.point_count = rows[i].count;
+        kt_check_equal_int("refused", kt_body_inertia(&body, &com, &inertia, &error), KT_ERROR_MODEL);
+        kt_check_text("message", error.message, rows[i].message);
+    }
 }
 
 KT_TEST(rotations_of_shapes_are_checked) {

@@ -171,6 +171,54 @@ KT_TEST(rod_has_the_inertia_of_its_points) {
     compare("thick", &body, cylinder_sums(body.shape.from, body.shape.to, 0.25), 1.3);
 }
 
+static void add_sums(sums *s, sums t) {
+    s->volume += t.volume;
+    s->first = kt_vec3_add(s->first, t.first);
+    s->second = kt_sym3_add(s->second, t.second);
+}
+
+/* An angle of two boxes, its corners either way round and from any of them. */
+KT_TEST(polygon_has_the_inertia_of_the_boxes_that_it_consists_of) {
+    static const double corners[6][2] = {{0.3, -0.2}, {1.3, -0.2}, {1.3, 0.1}, {0.7, 0.1}, {0.7, 1.4}, {0.3, 1.4}};
+    kt_body body = solid_of(KT_SHAPE_POLYGON);
+    const kt_mat3 r = turned();
+    const kt_vec3 at = body.shape.at;
+    sums both = box_sums(combine(at, 0.8, r.x, -0.05, r.y, 0.0, r.z), r, kt_vec3_make(1.0, 0.3, 0.25));
+    add_sums(&both, box_sums(combine(at, 0.5, r.x, 0.75, r.y, 0.0, r.z), r, kt_vec3_make(0.4, 1.3, 0.25)));
+    body.shape.length = 0.25;
+    body.shape.point_count = 6;
+    for (int first = 0; first < 6; first++)
+        for (int way = 0; way < 2; way++) {
+            double points[12];
+            for (int i = 0; i < 6; i++) {
+                const double *corner = corners[way ? (first + 6 - i) % 6 : (first + i) % 6];
+                points[2 * i] = corner[0];
+                points[2 * i + 1] = corner[1];
+            }
+            body.shape.points = points;
+            compare("polygon", &body, both, 2.0);
+        }
+}
+
+/* With legs a and b: means of squares from the centroid a^2 / 18 and b^2 / 18, of the product -a b / 36. */
+KT_TEST(triangle_has_the_inertia_of_its_closed_form) {
+    static const double points[6] = {0.0, 0.0, 0.6, 0.0, 0.0, 0.9};
+    kt_body body = solid_of(KT_SHAPE_POLYGON);
+    kt_vec3 com;
+    kt_sym3 inertia;
+    body.shape.at = kt_vec3_make(0.0, 0.0, 1.0);
+    body.shape.rotation = (kt_rotation){.type = KT_ROTATION_NONE};
+    body.shape.points = points;
+    body.shape.point_count = 3;
+    body.shape.length = 0.3;
+    kt_check_equal_int("status", kt_body_inertia(&body, &com, &inertia, NULL), KT_OK);
+    const double xx = 0.36 / 18.0, yy = 0.81 / 18.0, xy = -0.54 / 36.0, zz = 0.09 / 12.0, m = body.mass;
+    const double observed[] = {com.x, com.y, com.z, inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz};
+    const double expected[] = {0.2, 0.3, 1.0, m * (yy + zz), m * (xx + zz), m * (xx + yy), -m * xy, 0.0};
+    for (int i = 0; i < 8; i++)
+        kt_check_near("number", observed[i], expected[i], 8.0 * DBL_EPSILON);
+}
+
 KT_TEST(point_has_no_inertia) {
     kt_body body = solid_of(KT_SHAPE_POINT);
     kt_vec3 com;

@@ -96,6 +96,7 @@ static void describe_joint(kt_bytes *bytes, kt_wildness wild, kt_joint *joint) {
 }
 
 static void describe_shape(kt_bytes *bytes, kt_wildness wild, kt_shape *shape) {
+    static const double corners[] = {0.0, 0.0, 1.0, -0.2, 1.3, 0.7, 0.4, 0.3, -0.1, 0.9};
     *shape = kt_shape_default();
     shape->type = (kt_shape_type)kt_bytes_pick(bytes, KT_SHAPE_TYPE_COUNT + (wild == KT_WILD_ALL));
     shape->from = kt_bytes_vector(bytes, wild);
@@ -109,6 +110,8 @@ static void describe_shape(kt_bytes *bytes, kt_wildness wild, kt_shape *shape) {
     shape->radius = kt_bytes_positive(bytes, wild);
     shape->length = kt_bytes_positive(bytes, wild);
     shape->axis = kt_fuzz_axis(bytes, wild);
+    shape->points = corners;
+    shape->point_count = (int)kt_bytes_pick(bytes, 4) + (wild < KT_WILD_NUMBERS ? 3 : 2);
     kt_fuzz_rotation(bytes, wild, &shape->rotation);
 }
 

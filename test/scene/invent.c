@@ -138,6 +138,12 @@ static kt_shape shape(inventor *v) {
         made.size = kt_vec3_make(positive(v), positive(v), positive(v));
     if (made.type == KT_SHAPE_SPHERE || made.type == KT_SHAPE_CYLINDER)
         made.radius = positive(v);
+    if (made.type == KT_SHAPE_POLYGON) {
+        static const double corners[] = {0.0, 0.0, 1.0, -0.2, 1.3, 0.7, 0.4, 0.3, -0.1, 0.9};
+        made.points = corners;
+        made.point_count = 3 + pick(v, 3);
+        made.length = positive(v);
+    }
     if (made.type == KT_SHAPE_CYLINDER) {
         made.length = positive(v);
         made.axis = axis(v);
