@@ -33,11 +33,6 @@ typedef struct counts {
 
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
-/* A polygon is drawn by its edges: two faces, and the edges between them. */
-static size_t edges_of(const kt_shape *shape) {
-    return shape->type == KT_SHAPE_POLYGON ? 3 * (size_t)shape->point_count : 0;
-}
-
 /* A body has at most a solid of each of its shapes, a point at its mass, a rod to each joint, loop and effect on it, and
  * two to what it is fixed to. */
 static counts count(const kt_scene *scene, const kt_model *model) {
@@ -49,9 +44,9 @@ static counts count(const kt_scene *scene, const kt_model *model) {
         relations += 1 + (size_t)d->loops[i].term_count;
     size_t shapes = 0;
     for (int i = 0; i < d->body_count; i++) {
-        shapes += (size_t)d->bodies[i].shape_count + edges_of(&d->bodies[i].shape);
+        shapes += (size_t)d->bodies[i].shape_count + kt_solid_edge_count(&d->bodies[i].shape);
         for (int k = 0; k < d->bodies[i].shape_count; k++)
-            shapes += edges_of(&d->bodies[i].shapes[k]);
+            shapes += kt_solid_edge_count(&d->bodies[i].shapes[k]);
     }
     return (counts){.bodies = bodies,
                     .joints = bodies,
@@ -439,28 +434,14 @@ static void add_solid(maker *m, kt_solid solid) {
     p->solids[p->solid_count++] = solid;
 }
 
-/* A corner of a polygon on one of its faces, body frame. */
-static kt_vec3 corner_of(const kt_shape *shape, int i, double side) {
-    const double *p = shape->points + 2 * (size_t)(i % shape->point_count);
-    return kt_vec3_add(shape->at, kt_mat3_apply(kt_solid_rotation(&shape->rotation),
-                                                kt_vec3_make(p[0], p[1], 0.5 * side * shape->length)));
-}
-
-static void add_edge(maker *m, int body, kt_vec3 from, kt_vec3 to) {
-    kt_solid edge = kt_solid_rod(from, to, 0.0);
-    edge.body = body;
-    edge.source = KT_SOURCE_SLENDER;
-    add_solid(m, edge);
-}
-
 static void add_shape(maker *m, int body, const kt_shape *shape) {
     kt_solid solid = {.body = body};
     if (kt_solid_of_shape(shape, &solid))
         add_solid(m, solid);
-    for (int i = 0; i < shape->point_count && shape->type == KT_SHAPE_POLYGON; i++) {
-        for (int side = -1; side < 2; side += 2)
-            add_edge(m, body, corner_of(shape, i, side), corner_of(shape, i + 1, side));
-        add_edge(m, body, corner_of(shape, i, -1.0), corner_of(shape, i, 1.0));
+    for (size_t k = 0; k < kt_solid_edge_count(shape); k++) {
+        solid = kt_solid_edge(shape, k);
+        solid.body = body;
+        add_solid(m, solid);
     }
 }
 

@@ -55,6 +55,25 @@ bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid) {
     return true;
 }
 
+/* A corner of a polygon on one of its faces, body frame. */
+static kt_vec3 corner_of(const kt_shape *shape, size_t i, double side) {
+    const double *p = shape->points + 2 * (i % (size_t)shape->point_count);
+    return kt_vec3_add(shape->at, kt_mat3_apply(kt_solid_rotation(&shape->rotation),
+                                                kt_vec3_make(p[0], p[1], 0.5 * side * shape->length)));
+}
+
+size_t kt_solid_edge_count(const kt_shape *shape) {
+    return shape->type == KT_SHAPE_POLYGON ? 3 * (size_t)shape->point_count : 0;
+}
+
+kt_solid kt_solid_edge(const kt_shape *shape, size_t k) {
+    const size_t i = k / 3;
+    const double from = k % 3 == 1 ? 1.0 : -1.0, to = k % 3 == 0 ? -1.0 : 1.0;
+    kt_solid edge = kt_solid_rod(corner_of(shape, i, from), corner_of(shape, k % 3 < 2 ? i + 1 : i, to), 0.0);
+    edge.source = KT_SOURCE_SLENDER;
+    return edge;
+}
+
 double kt_solid_reach(const kt_solid *solid, kt_vec3 d) {
     const kt_vec3 h = solid->half;
     switch (solid->type) {

@@ -12,6 +12,11 @@ kt_mat3 kt_solid_rotation(const kt_rotation *rotation);
  * are of KT_SOURCE_SLENDER, their radius zero. */
 bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid);
 
+/* A polygon is shown by its edges, of two faces and between them: how many there are, 0 of another shape; and the k-th, a
+ * rod of KT_SOURCE_SLENDER in the frame of the body. */
+size_t kt_solid_edge_count(const kt_shape *shape);
+kt_solid kt_solid_edge(const kt_shape *shape, size_t k);
+
 /* A rod between two points, or a ball where they coincide. */
 kt_solid kt_solid_rod(kt_vec3 from, kt_vec3 to, double radius);
 
