@@ -78,6 +78,35 @@ KT_TEST(joint_types_are_ours) {
     }
 }
 
+/* The link is turned by 90 degrees about z: the model's x is its -y. Until 1.4 an axis is the model's, then the joint's,
+ * but for what until 1.6 says otherwise. */
+KT_TEST(axes_are_in_the_frame_that_the_version_says) {
+    static const struct {
+        const char *version, *within;
+        bool of_model;
+    } table[] = {{"1.4", "", true},
+                 {"1.5", "", false},
+                 {"1.6", "", false},
+                 {"1.6", "<use_parent_model_frame>true</use_parent_model_frame>", true},
+                 {"1.9", "", false}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[700];
+        kt_scene scene;
+        (void)snprintf(
+            text, sizeof text,
+            "<sdf version='%s'><model name='m'>" LINK("a") "<link name='b'><pose>0 0 0 0 0 %.17g</pose></link>" JOINT(
+                "j", "revolute", "a", "b", "<axis><xyz>1 0 0</xyz>%s</axis>") "</model></sdf>",
+            table[i].version, 0.5 * acos(-1.0), table[i].within);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        const kt_vec3 axis = find_body(&scene, "b")->joint.axis;
+        kt_note("version %s %s", table[i].version, table[i].within);
+        kt_check_near("x", axis.x, table[i].of_model ? 0.0 : 1.0, 1e-15);
+        kt_check_near("y", axis.y, table[i].of_model ? -1.0 : 0.0, 1e-15);
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(forces_of_both_axes_act_in_their_joints) {
     const kt_robot_options stops = {.stop_stiffness = 1e4, .stop_damping = 2.0};
     kt_scene scene;

@@ -24,9 +24,10 @@ static bool write_tube(char *path) {
     FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
     if (!kt_check_true("the file is there", file != NULL))
         return false;
-    for (int i = 0; i < 2 * SIDES; i++)
-        (void)fprintf(file, "v %.17g %.17g %d\n", 2.0 + cos(2.0 * pi * (i / 2) / SIDES),
-                      sin(2.0 * pi * (i / 2) / SIDES), i % 2 * 3);
+    for (int i = 0; i < SIDES; i++) {
+        const double x = 2.0 + cos(2.0 * pi * i / SIDES), y = sin(2.0 * pi * i / SIDES);
+        (void)fprintf(file, "v %.17g %.17g 0\nv %.17g %.17g 3\n", x, y, x, y);
+    }
     for (int i = 0; i < SIDES; i++) {
         const int a = 2 * i + 1, b = 2 * ((i + 1) % SIDES) + 1;
         (void)fprintf(file, "f %d %d %d %d\n", a, b, b + 1, a + 1);
