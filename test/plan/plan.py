@@ -168,4 +168,15 @@ if "avx2" in pathlib.Path("/proc/cpuinfo").read_text():
 else:
     skip("stiffness_matrices_cost_few_evaluations", "no kernels of x86-64-v3")
 
+
+def beam(segments):
+    return (f"kinetree: 1\nbeams:\n  - {{name: b, segments: {segments}, length: 1, mass_per_length: 1, GJ: 1, EI: [1, 2]}}\n"
+            "simulate: {duration: 0.02, integrator: rk4, step: 0.01}\n")
+
+
+beams = [counted(beam(n)).instructions for n in (10, 20, 40)]
+note(f"beams of 10, 20 and 40 segments: {', '.join(map(str, beams))} instructions")
+claim("beams_cost_in_proportion_to_their_segments",
+      [] if abs((beams[2] - beams[1]) / (2 * (beams[1] - beams[0])) - 1) < 0.01 else ["the second difference is not small"])
+
 finish()
