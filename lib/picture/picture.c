@@ -17,13 +17,14 @@
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 typedef struct counts {
-    size_t bodies, joints, loops, relations, effects, solids, planes, meshes;
+    size_t bodies, joints, loops, relations, effects, solids, planes, meshes, drawn;
 } counts;
 
 #define KT_PICTURE_FIELDS(X)                                                                                           \
     X(kt_solid, solids, n->solids, "what bodies look like")                                                            \
     X(kt_picture_joint, joints, n->joints + n->effects, "those that move, and coordinates of loops")                   \
     X(kt_picture_loop, loops, n->loops, "those between two ends")                                                      \
+    X(kt_stroke, strokes, KT_STROKES_MOST * n->drawn, "of curves and surfaces")                                        \
     X(kt_picture_relation, relations, n->relations, "couplings and motions")                                           \
     X(kt_picture_effect, effects, n->effects, "all")                                                                   \
     X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels and planar joints")                            \
@@ -39,7 +40,9 @@ static counts count(const kt_scene *scene, const kt_model *model) {
     const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
                  effects = (size_t)d->effect_count;
-    size_t relations = 0;
+    size_t relations = 0, drawn = 0;
+    for (size_t i = 0; i < loops; i++)
+        drawn += d->loops[i].type == KT_LOOP_CURVE || d->loops[i].type == KT_LOOP_SURFACE;
     for (size_t i = 0; i < loops; i++)
         relations += 1 + (size_t)d->loops[i].term_count;
     size_t shapes = 0;
@@ -52,6 +55,7 @@ static counts count(const kt_scene *scene, const kt_model *model) {
                     .joints = bodies,
                     .loops = loops,
                     .relations = relations,
+                    .drawn = drawn,
                     .effects = effects,
                     .meshes = (size_t)scene->mesh_count,
                     .solids = 6 * bodies + shapes + (size_t)scene->mesh_count + 2 * loops + 2 * effects,
@@ -370,6 +374,9 @@ kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds 
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             widen(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < p->loops[i].stroke_count; k++)
+            widen(&bounds, kt_pose_apply(kt_body_frame_pose(&p->loops[i].ends[0], poses), p->loops[i].strokes[k].to));
     for (int i = 0; i < p->effect_count; i++)
         for (int k = 0; k < p->effects[i].end_count; k++)
             if (kt_picture_shows_end(&p->effects[i], k))
@@ -662,6 +669,25 @@ static void imply_solids(maker *m) {
                 attach_frame(m, &p->effects[i].ends[k]);
 }
 
+/* ---- curves and surfaces ----------------------------------------------------------------------------------------- */
+
+static void list_strokes(maker *m, kt_bounds bounds) {
+    kt_picture *p = m->picture;
+    kt_stroke *next = p->strokes;
+    const double reach = 0.5 * kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
+    for (int i = 0; i < p->loop_count; i++) {
+        kt_picture_loop *loop = &p->loops[i];
+        if (loop->type != KT_LOOP_CURVE && loop->type != KT_LOOP_SURFACE)
+            continue;
+        const kt_pose first = kt_body_frame_pose(&loop->ends[0], m->poses);
+        const kt_pose second = kt_body_frame_pose(&loop->ends[1], m->poses);
+        const kt_vec3 middle = kt_mat3_apply_transposed(first.rotation, kt_vec3_sub(second.position, first.position));
+        loop->strokes = next;
+        loop->stroke_count = kt_strokes_of(&m->description->loops[loop->loop], middle, reach > 0.0 ? reach : 1.0, next);
+        next += loop->stroke_count;
+    }
+}
+
 /* ---- colours ----------------------------------------------------------------------------------------------------- */
 
 enum { COLOURS = 6 };
@@ -751,6 +777,7 @@ static kt_status fill(maker *m, double *lengths, kt_error *error) {
     }
     const kt_bounds bounds = measure(m, lengths);
     list_planes(m, bounds);
+    list_strokes(m, bounds);
     thicken(m);
     imply_solids(m);
     choose_colours(m);

@@ -59,12 +59,25 @@ typedef struct kt_picture_joint {
 } kt_picture_joint;
 
 /* A loop between two ends; those of joint positions (coupling, motion) are relations. */
+/* A straight stroke of a curve or a surface. */
+typedef struct kt_stroke {
+    kt_vec3 from, to;
+} kt_stroke;
+
+enum { KT_STROKES_MOST = 512 /* of a loop */ };
+
+/* Writes the strokes of a curve or a surface in the frame of the loop's first end; returns their number, 0 for loops of
+ * other types. middle: the second end in that frame; reach: how far lines and planes go around it. */
+int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke strokes[KT_STROKES_MOST]);
+
 typedef struct kt_picture_loop {
     kt_loop_type type;
-    int loop;              /* in the model */
-    kt_body_frame ends[2]; /* z along the loop's axis; rolling: the wheel's centre with z along the axle, and the
+    int loop;                 /* in the model */
+    kt_body_frame ends[2];    /* z along the loop's axis; rolling: the wheel's centre with z along the axle, and the
                                 plane with z along its normal */
-    double radius;         /* rolling */
+    double radius;            /* rolling */
+    const kt_stroke *strokes; /* curve, surface: in the frame of the first end */
+    int stroke_count;
     const char *name;
 } kt_picture_loop;
 
@@ -122,6 +135,7 @@ typedef struct kt_picture {
     int coordinate_count; /* coordinates of loops in which effects act: these follow the joints */
     kt_picture_loop *loops;
     int loop_count;
+    kt_stroke *strokes; /* of these */
     kt_picture_relation *relations;
     int relation_count;
     kt_picture_effect *effects;

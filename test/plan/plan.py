@@ -170,7 +170,7 @@ else:
 
 
 def beam(segments):
-    return (f"kinetree: 1\nbeams:\n  - {{name: b, segments: {segments}, length: 1, mass_per_length: 1, GJ: 1, EI: [1, 2]}}\n"
+    return (f"kinetree: 1\nbeams:\n  - {{name: b, segments: {segments}, length: 1, mass_per_length: 1, inertia_per_length: 1e-3, GJ: 1, EI: [1, 2]}}\n"
             "simulate: {duration: 0.02, integrator: rk4, step: 0.01}\n")
 
 

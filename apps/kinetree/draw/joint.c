@@ -261,12 +261,22 @@ static void paint_slot(const kt_sheet *sheet, const kt_picture_loop *loop) {
     }
 }
 
+/* A curve, or lines on a surface. */
+static void paint_strokes(const kt_sheet *sheet, const kt_picture_loop *loop) {
+    const kt_pose pose = kt_body_frame_pose(&loop->ends[0], sheet->poses);
+    for (int i = 0; i < loop->stroke_count; i++)
+        kt_paint_line(sheet, kt_sheet_place(sheet, kt_pose_apply(pose, loop->strokes[i].from)),
+                      kt_sheet_place(sheet, kt_pose_apply(pose, loop->strokes[i].to)),
+                      loop->type == KT_LOOP_CURVE ? 1.4 : 0.7, kt_sheet_faded(sheet, sheet->palette->quiet));
+}
+
 void kt_paint_loops(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     const kt_colour open = {0.85, 0.1, 0.1};
     for (int i = 0; i < p->loop_count; i++) {
         const kt_picture_loop *loop = &p->loops[i];
         const kt_spot a = kt_sheet_frame(sheet, &loop->ends[0]), b = kt_sheet_frame(sheet, &loop->ends[1]);
+        paint_strokes(sheet, loop);
         if (loop->type == KT_LOOP_DISTANCE)
             kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->ink), 1.4);
         else if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)

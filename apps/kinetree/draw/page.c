@@ -61,6 +61,11 @@ static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
             widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
+    for (int i = 0; i < p->loop_count; i++) {
+        const kt_pose frame = kt_body_frame_pose(&p->loops[i].ends[0], poses);
+        for (int k = 0; k < p->loops[i].stroke_count; k++)
+            widen(l, kt_camera_point(&d->camera, kt_pose_apply(frame, p->loops[i].strokes[k].to)));
+    }
     for (int i = 0; i < p->effect_count; i++)
         for (int k = 0; k < p->effects[i].end_count; k++)
             if (kt_picture_shows_end(&p->effects[i], k))

@@ -197,7 +197,7 @@ class Figure {
         if (shown.axes)
             this.data.joints.filter((joint) => !joint.loop).forEach((joint) => this.draw_axis(poses, joint));
         if (shown.loops)
-            this.data.loops.forEach((loop, i) => this.draw_gap(poses, loop, i));
+            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); this.draw_gap(poses, loop, i); });
         if (shown.springs)
             this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
                 .forEach((effect) => this.draw_spring(poses, effect));
@@ -248,6 +248,14 @@ class Figure {
         draw(turn(turn_of(poses, on, turned), [0, 0, 1]));
         if (axis2)
             draw(turn(turn_of(poses, body, [1, 0, 0, 0]), axis2));
+    }
+
+    /* A curve, or lines on a surface, six numbers each, in the frame of the first end. */
+    draw_strokes(poses, {type, ends, strokes = []}) {
+        const at = this.place(poses, ends[0]), turned = turn_of(poses, ends[0].body, ends[0].turn);
+        const point = (k) => add(at, turn(turned, strokes.slice(k, k + 3)));
+        for (let k = 0; k < strokes.length; k += 6)
+            this.line(type === "curve" ? this.thick : this.thin, point(k), point(k + 3), [...this.theme.ink, 0.35]);
     }
 
     draw_gap(poses, {type, ends}, i) {

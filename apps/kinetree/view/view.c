@@ -186,6 +186,8 @@ static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "name", loop->name);
     kt_put_text(out, "type", kt_loop_type_name(loop->type));
     put_ends(out, loop->ends, 2);
+    if (loop->stroke_count > 0)
+        kt_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
 }
 
 static void put_relation(kt_json_writer *out, const kt_motion *motion, int i) {
