@@ -669,25 +669,6 @@ static void imply_solids(maker *m) {
                 attach_frame(m, &p->effects[i].ends[k]);
 }
 
-/* ---- curves and surfaces ----------------------------------------------------------------------------------------- */
-
-static void list_strokes(maker *m, kt_bounds bounds) {
-    kt_picture *p = m->picture;
-    kt_stroke *next = p->strokes;
-    const double reach = 0.5 * kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
-    for (int i = 0; i < p->loop_count; i++) {
-        kt_picture_loop *loop = &p->loops[i];
-        if (loop->type != KT_LOOP_CURVE && loop->type != KT_LOOP_SURFACE)
-            continue;
-        const kt_pose first = kt_body_frame_pose(&loop->ends[0], m->poses);
-        const kt_pose second = kt_body_frame_pose(&loop->ends[1], m->poses);
-        const kt_vec3 middle = kt_mat3_apply_transposed(first.rotation, kt_vec3_sub(second.position, first.position));
-        loop->strokes = next;
-        loop->stroke_count = kt_strokes_of(&m->description->loops[loop->loop], middle, reach > 0.0 ? reach : 1.0, next);
-        next += loop->stroke_count;
-    }
-}
-
 /* ---- colours ----------------------------------------------------------------------------------------------------- */
 
 enum { COLOURS = 6 };
@@ -777,7 +758,7 @@ static kt_status fill(maker *m, double *lengths, kt_error *error) {
     }
     const kt_bounds bounds = measure(m, lengths);
     list_planes(m, bounds);
-    list_strokes(m, bounds);
+    kt_strokes_list(p, m->description->loops, m->poses, bounds);
     thicken(m);
     imply_solids(m);
     choose_colours(m);

@@ -174,6 +174,9 @@ kt_bounds kt_bounds_empty(void);
  * ground, which may be far away. */
 bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
 
+/* Fills the strokes of all loops of a picture; loops are the description's. */
+void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds);
+
 /* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 /* Lays the squares that are shown of planes below the middle of a box, as large as it asks for; poses: those of the

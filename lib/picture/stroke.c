@@ -139,3 +139,19 @@ int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke s
         draw_torus(&p, surface->radius, surface->tube);
     return p.count;
 }
+
+void kt_strokes_list(kt_picture *p, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds) {
+    kt_stroke *next = p->strokes;
+    const double reach = 0.5 * kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
+    for (int i = 0; i < p->loop_count; i++) {
+        kt_picture_loop *loop = &p->loops[i];
+        if (loop->type != KT_LOOP_CURVE && loop->type != KT_LOOP_SURFACE)
+            continue;
+        const kt_pose first = kt_body_frame_pose(&loop->ends[0], poses);
+        const kt_vec3 apart = kt_vec3_sub(kt_body_frame_pose(&loop->ends[1], poses).position, first.position);
+        const kt_vec3 middle = kt_mat3_apply_transposed(first.rotation, apart);
+        loop->strokes = next;
+        loop->stroke_count = kt_strokes_of(&loops[loop->loop], middle, reach > 0.0 ? reach : 1.0, next);
+        next += loop->stroke_count;
+    }
+}
