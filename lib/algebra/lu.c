@@ -18,6 +18,12 @@ static size_t largest(const double *column, size_t from, size_t n) {
     return best;
 }
 
+/* y -= x u, entries first .. last - 1. */
+static inline void subtract_real(double *restrict y, const double *restrict x, double u, size_t first, size_t last) {
+    for (size_t i = first; i < last; i++)
+        y[i] -= x[i] * u;
+}
+
 bool kt_lu_factor(double *a, size_t n, int *pivot) {
     for (size_t k = 0; k < n; k++) {
         double *l = a + k * n;
@@ -33,9 +39,8 @@ bool kt_lu_factor(double *a, size_t n, int *pivot) {
             l[i] *= r;
         for (size_t j = k + 1; j < n; j++) {
             double *column = a + j * n;
-            const double u = column[k];
-            for (size_t i = k + 1; i < n && u != 0.0; i++)
-                column[i] -= l[i] * u;
+            if (column[k] != 0.0)
+                subtract_real(column, l, column[k], k + 1, n);
         }
     }
     return true;
@@ -45,12 +50,10 @@ void kt_lu_solve(const double *a, size_t n, const int *pivot, double *b) {
     for (size_t k = 0; k < n; k++)
         exchange(&b[k], &b[pivot[k]]);
     for (size_t k = 0; k < n; k++)
-        for (size_t i = k + 1; i < n; i++)
-            b[i] -= a[k * n + i] * b[k];
+        subtract_real(b, a + k * n, b[k], k + 1, n);
     for (size_t k = n; k-- > 0;) {
         b[k] *= a[k * n + k];
-        for (size_t i = 0; i < k; i++)
-            b[i] -= a[k * n + i] * b[k];
+        subtract_real(b, a + k * n, b[k], 0, k);
     }
 }
 

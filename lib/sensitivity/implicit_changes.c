@@ -14,8 +14,10 @@
 static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
 
 /* to += factor x */
-static void add(double *to, double factor, const double *x, size_t n) {
-    for (size_t l = 0; l < n && factor != 0.0; l++)
+static void add(double *restrict to, double factor, const double *restrict x, size_t n) {
+    if (factor == 0.0)
+        return;
+    for (size_t l = 0; l < n; l++)
         to[l] += factor * x[l];
 }
 
@@ -76,14 +78,17 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
         add(right + rates, 1.0, held + at * n * w->held_most, n);
 }
 
-/* dK of one column, and where positions are plain dV. */
-static void solve_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
-    const size_t n = w->model->n.v, rates = w->unknowns - n;
+/* The right-hand sides of a column. */
+static void form_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
     for (size_t i = c.first; i < c.end; i++)
         gather(w, c, i, k);
     for (size_t i = c.first; i < c.end; i++)
         form_right(w, c, i, k, held);
-    kt_coupled_solve(w, c, w->correction);
+}
+
+/* dK of a column from the solution, and where positions are plain dV. */
+static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
+    const size_t n = w->model->n.v, rates = w->unknowns - n;
     for (size_t i = c.first; i < c.end; i++) {
         const double *x = w->correction + (i - c.first) * w->unknowns;
         if (rates)
@@ -95,19 +100,35 @@ static void solve_column(kt_step_work *w, kt_coupled c, const column *k, const d
             add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, n);
 }
 
+/* dK of the columns first .. end - 1, at most KT_LANES. */
+static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
+    const size_t u = (c.end - c.first) * w->unknowns, n = w->model->n.v;
+    for (size_t j = first; j < end; j++) {
+        const column k = column_of(w, columns, j);
+        form_column(w, c, &k, j < w->states ? NULL : w->by_held + (j - w->states) * n);
+        for (size_t l = 0; l < u; l++)
+            w->lanes[l][j - first] = w->correction[l];
+    }
+    w->products.solve(w->matrix, u, w->pivot, w->lanes);
+    for (size_t j = first; j < end; j++) {
+        const column k = column_of(w, columns, j);
+        for (size_t l = 0; l < u; l++)
+            w->correction[l] = w->lanes[l][j - first];
+        keep_column(w, c, &k);
+    }
+}
+
 kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
-    const size_t columns = w->states + held, n = w->model->n.v;
+    const size_t columns = w->states + held;
     kt_status status = kt_coupled_stages(w, q, v, error);
     for (kt_coupled c = {0, 0}; c.end < w->stages && status == KT_OK;) {
         c = kt_coupled_at(method, c.end);
         if (!kt_coupled_counts(method, c))
             continue;
         status = kt_coupled_differentiate(w, c, held, error);
-        for (size_t j = 0; j < columns && status == KT_OK; j++) {
-            const column k = column_of(w, columns, j);
-            solve_column(w, c, &k, j < w->states ? NULL : w->by_held + (j - w->states) * n);
-        }
+        for (size_t j = 0; j < columns && status == KT_OK; j += KT_LANES)
+            solve_columns(w, c, columns, j, j + KT_LANES < columns ? j + KT_LANES : columns);
     }
     return status;
 }

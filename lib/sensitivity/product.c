@@ -1,8 +1,9 @@
-/* Products and sums of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers
+/* Products, sums and solutions of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers
  * over all columns of A and then of B, in their order, so that results have the same bits whatever the width of the
  * registers; several columns at once, since each waits for its own sums. */
 #include "sensitivity/sensitivity.h"
 
+#include <stddef.h>
 #include <string.h>
 
 enum { AT_ONCE = 4 /* columns */ };
@@ -59,5 +60,41 @@ void KT_KERNEL(kt_sum)(double *out, const double *start, double h, const double 
             sum += h * row[j] * x;
         }
         memcpy(out + at, &sum, sizeof sum);
+    }
+}
+
+/* A vector of eight numbers as four pairs, which stay in registers where wider vectors would not. */
+typedef double pair __attribute__((vector_size(16)));
+enum { PAIRS = KT_LANES / 2 };
+
+/* row -= sum over `count` rows of x, from the first one on in steps of `next`, each times its factor. */
+KT_INLINE void eliminate(pair *row, size_t count, const double *factor, ptrdiff_t stride, const pair *x,
+                         ptrdiff_t next) {
+    pair a = row[0], b = row[1], c = row[2], d = row[3];
+    for (size_t k = 0; k < count; k++, factor += stride, x += next) {
+        const pair by = {*factor, *factor};
+        a -= by * x[0];
+        b -= by * x[1];
+        c -= by * x[2];
+        d -= by * x[3];
+    }
+    row[0] = a, row[1] = b, row[2] = c, row[3] = d;
+}
+
+void KT_KERNEL(kt_solve_lanes)(const double *lu, size_t n, const int *pivot, kt_v8 *x) {
+    pair *row = (pair *)(void *)x;
+    const ptrdiff_t stride = (ptrdiff_t)n;
+    for (size_t k = 0; k < n; k++) {
+        const kt_v8 kept = x[k];
+        x[k] = x[pivot[k]];
+        x[pivot[k]] = kept;
+    }
+    for (size_t i = 1; i < n; i++)
+        eliminate(row + PAIRS * i, i, lu + i, stride, row, PAIRS);
+    for (size_t i = n; i-- > 0;) {
+        if (i + 1 < n)
+            eliminate(row + PAIRS * i, n - 1 - i, lu + (n - 1) * n + i, -stride, row + PAIRS * (n - 1), -PAIRS);
+        for (int l = 0; l < PAIRS; l++)
+            row[PAIRS * i + (size_t)l] *= lu[i * n + i];
     }
 }

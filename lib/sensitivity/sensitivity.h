@@ -66,19 +66,23 @@ static inline size_t kt_padded(size_t n) { return (n + KT_LANES - 1) / KT_LANES 
 
 /* product: Y += A X + B Z with n x n matrices A and B; X, Z and Y have `columns` padded columns. scratch: 2 KT_LANES n
  * numbers.
+ * solve: eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h; the bits are those of
+ * kt_lu_solve.
  * sum: out = start + h sum_j row_j k_j over `count` rows k_j of n numbers, a multiple of KT_LANES, one after the other.
  * All but A and B are aligned as arrays of an arena are. */
 typedef struct kt_products {
     void (*product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
                     const double *z, double *y);
     void (*sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k, size_t n);
+    void (*solve)(const double *lu, size_t n, const int *pivot, kt_v8 *x);
 } kt_products;
 
 #define KT_PRODUCTS_DECLARE(isa)                                                                                       \
     void kt_product_##isa(size_t n, const double *a, const double *b, double *scratch, size_t columns,                 \
                           const double *x, const double *z, double *y);                                                \
     void kt_sum_##isa(double *out, const double *start, double h, const double *row, size_t count, const double *k,    \
-                      size_t n);
+                      size_t n);                                                                                       \
+    void kt_solve_lanes_##isa(const double *lu, size_t n, const int *pivot, kt_v8 *x);
 KT_PRODUCTS_DECLARE(baseline)
 KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
@@ -249,6 +253,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(int, pivot, u, "of its factors")                                                                                 \
     X(double, correction, u, "residual and correction, or a right-hand side and its solution")                         \
     X(double, mass, u && !model->n.group ? g * n * n : 0, "of each stage")                                             \
+    X(kt_v8, lanes, u, "eight right-hand sides, a vector a row")                                                       \
     X(double, taken, u, "the correction that is damped")                                                               \
     X(double, from, u, "the slopes where it begins")                                                                   \
     X(double, guess, u, "the slopes at first")                                                                         \
@@ -293,6 +298,7 @@ typedef struct kt_step_work {
     bool one_derivative;          /* by_q and by_v are those of one stage, for all */
     size_t derivative_at;         /* of this one */
     kt_parameter_work *parameter; /* NULL: what is held is tau */
+    kt_products products;
     kt_projection_work projection;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;

@@ -58,6 +58,17 @@ size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
     return is_function(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
 }
 
+static kt_products products_of(const kt_model *model) {
+#ifdef KT_ISAS
+    if (model->isa == KT_ISA_V4)
+        return (kt_products){kt_product_v4, kt_sum_v4, kt_solve_lanes_v4};
+    if (model->isa == KT_ISA_V3)
+        return (kt_products){kt_product_v3, kt_sum_v3, kt_solve_lanes_v3};
+#endif
+    (void)model;
+    return (kt_products){kt_product_baseline, kt_sum_baseline, kt_solve_lanes_baseline};
+}
+
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                         const kt_step *step, kt_error *error) {
     if (!is_function(step->method))
@@ -88,7 +99,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .coupled = kt_method_is_coupled(step->method),
                         .linear = kt_method_is_linear(step->method),
                         .unknowns = unknowns_of(model, step->method),
-                        .held_most = held_most(model)};
+                        .held_most = held_most(model),
+                        .products = products_of(model)};
     (void)place(w, memory, model, step->method);
     w->projection.data = data;
     w->projection.t = step->t + step->h;

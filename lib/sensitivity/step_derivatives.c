@@ -4,17 +4,6 @@
 
 #include <string.h>
 
-static kt_products products_of(const kt_model *model) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return (kt_products){kt_product_v4, kt_sum_v4};
-    if (model->isa == KT_ISA_V3)
-        return (kt_products){kt_product_v3, kt_sum_v3};
-#endif
-    (void)model;
-    return (kt_products){kt_product_baseline, kt_sum_baseline};
-}
-
 /* The changes at the start: unit vectors of xi and dv, zero for what is held. What pads the columns stays zero in all
  * that follows. */
 static void begin(kt_step_work *w, size_t columns) {
@@ -121,17 +110,17 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
 
 kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
-    const kt_products products = products_of(w->model);
+    const kt_products *products = &w->products;
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_step_start(w, q, v);
     begin(w, columns);
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
                        : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
-                                                      : differentiate_stages(w, &products, held, columns, error);
+                                                      : differentiate_stages(w, products, held, columns, error);
     if (status != KT_OK)
         return status;
     if (!w->linear)
-        combine(w, &products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
+        combine(w, products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
