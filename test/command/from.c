@@ -91,6 +91,14 @@ KT_TEST(what_does_not_fit_is_told) {
     kt_write_file("driven.yaml", text);
     kt_expect(0, "functions of time begin anew",
               "$K run driven.yaml --from r.csv --duration 0.1 --quiet --out /dev/null");
+    for (int with_t = 0; with_t < 2; with_t++) { /* a formula that reads t, or does not though it has the letter */
+        snprintf(text, sizeof text, "%.*s  - {type: expression, joint: arm, force: \"tan(position.arm) - %s*2\"}\n%s",
+                 (int)(simulate - chain), chain, with_t ? "t" : "atan(1)", simulate);
+        kt_write_file("driven.yaml", text);
+        ran = kt_shell("$K run driven.yaml --from r.csv --duration 0.1 --quiet --out /dev/null");
+        kt_check_equal_int("exit code", ran.code, 0);
+        kt_check_true("a formula of time is told", (strstr(ran.err, "begin anew") != NULL) == (with_t != 0));
+    }
 }
 
 /* A four-bar whose rocker's angle is but a guess. */

@@ -20,16 +20,18 @@ enum {
 
 kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
     const kt_run *run = outcome->run;
-    const kt_warning warning = {.code = "unknown_stability",
-                                .time = (double)NAN,
-                                .value = (double)NAN,
-                                .remedy = "Run it again with more memory, or compare with a run of half the step"};
+    kt_warning warning = {.code = "unknown_stability",
+                          .time = (double)NAN,
+                          .value = (double)NAN,
+                          .remedy = "Run 'kinetree stability', or compare with a run of half the step"};
     kt_mode_watch *watch = NULL;
     kt_error error = {0};
     if (!(run->step > 0.0) || !(run->duration > run->step) || kt_model_nv(outcome->model) == 0)
         return NULL;
     if (kt_mode_watch_create(outcome->model, &watch, &error) == KT_OK)
         return watch;
+    if (error.code == KT_ERROR_MEMORY)
+        warning.remedy = "Run it again with more memory, or compare with a run of half the step";
     kt_warn(&outcome->warnings, &warning, "whether steps of %g s are stable and short enough is not known: %s",
             run->step, error.message);
     return NULL;

@@ -180,6 +180,29 @@ static void say_unknown(const source *s, const kt_model *model) {
     }
 }
 
+/* Whether a formula reads t: a name of this letter alone. */
+static bool reads_time(const char *formula) {
+    const char *const in_names = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
+    for (const char *at = formula; at != NULL && *at != '\0';) {
+        const size_t length = strspn(at, in_names);
+        if (length == 1 && *at == 't')
+            return true;
+        at += length > 0 ? length : 1;
+    }
+    return false;
+}
+
+static bool has_formulas_of_time(const kt_description *d) {
+    for (int i = 0; i < d->effect_count; i++)
+        for (int k = 0; k < 6; k++)
+            if (d->effects[i].type == KT_EFFECT_EXPRESSION && reads_time(d->effects[i].formula[k]))
+                return true;
+    for (int i = 0; i < d->state_count; i++)
+        if (reads_time(d->states[i].rate))
+            return true;
+    return false;
+}
+
 static bool has_functions_of_time(const kt_scene *scene) {
     const kt_description *d = &scene->description;
     bool any = false;
@@ -226,7 +249,7 @@ static int take_state(kt_scene *scene, const source *s, const kt_model *model, d
     }
     if (missing[0] != '\0')
         kt_say("%s has no state of %s: what the scene gives stays", s->path, missing);
-    if (has_functions_of_time(scene))
+    if (has_functions_of_time(scene) || has_formulas_of_time(&scene->description))
         kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and what they drive is "
                "moved to where they begin",
                s->path);
