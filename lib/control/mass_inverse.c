@@ -125,8 +125,11 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
     if (KT_IS_OTHER_DATA(error, inverse->model, data) || KT_IS_MISSING(error, q || !inverse->model->n.q))
         return KT_ERROR_ARGUMENT;
     const kt_model *model = inverse->model;
-    kt_status status;
+    kt_status status = kt_masses_update(model, data, t, error);
     inverse->has_terms = false;
+    inverse->kkt.model = kt_model_now(model, data);
+    if (status != KT_OK)
+        return status;
     if (KT_HAS_LOOPS && kt_mass_inverse_is_along(model))
         status = compute_along(inverse, t, q, error);
     else if (is_closed(model))

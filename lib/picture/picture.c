@@ -198,36 +198,6 @@ static int end_count_of(const kt_effect *effect) {
     return count;
 }
 
-/* A value that tells the sign and the size of a function. */
-static double typical_value(const kt_function *f) {
-    double value = 0.0;
-    switch (f->type) {
-    case KT_FUNCTION_SINE:
-        return f->offset != 0.0 ? f->offset : f->amplitude;
-    case KT_FUNCTION_RAMP:
-        return f->to != 0.0 ? f->to : f->from;
-    case KT_FUNCTION_POLYNOMIAL:
-        for (int i = f->number_count - 1; i >= 0; i--)
-            value = f->numbers[i] != 0.0 ? f->numbers[i] : value;
-        return value;
-    case KT_FUNCTION_TABLE:
-        for (int i = 1; i < f->number_count; i += 2)
-            value = fabs(f->numbers[i]) > fabs(value) ? f->numbers[i] : value;
-        return value;
-    case KT_FUNCTION_BUMP:
-        return f->amplitude;
-    case KT_FUNCTION_SUM:
-    case KT_FUNCTION_PRODUCT:
-        for (int i = f->part_count - 1; i >= 0; i--)
-            value = typical_value(&f->parts[i]) != 0.0 ? typical_value(&f->parts[i]) : value;
-        return value;
-    case KT_FUNCTION_EXPRESSION: /* it has a direction, but neither sign nor size are known without evaluation */
-        return 1.0;
-    default:
-        return f->value;
-    }
-}
-
 /* The coordinate of a loop in which an effect acts, as a joint: between the loop's ends, z along the motion. */
 static int coordinate_of(maker *m, int effect) {
     kt_picture *p = m->picture;
@@ -256,22 +226,6 @@ static int coordinate_of(maker *m, int effect) {
     return p->joint_count + p->coordinate_count++;
 }
 
-/* Thrust is against what leaves, and along what arrives. */
-static kt_vec3 thrust_direction(const kt_effect *effect) {
-    double mass[3];
-    const bool arrives = kt_function_evaluate(&effect->mass, 0.0, mass, NULL) == KT_OK && mass[1] > 0.0;
-    return kt_vec3_scale(arrives ? 1.0 : -1.0, effect->exhaust);
-}
-
-static kt_vec3 direction_of(const kt_effect *effect) {
-    const bool thrusts = effect->type == KT_EFFECT_THRUST;
-    const kt_vec3 value = thrusts ? thrust_direction(effect)
-                                  : kt_vec3_make(typical_value(&effect->value[0]), typical_value(&effect->value[1]),
-                                                 typical_value(&effect->value[2]));
-    const bool is_load = thrusts || effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE;
-    return is_load && kt_vec3_dot(value, value) > 0.0 ? kt_vec3_normalize(value) : kt_vec3_make(0.0, 0.0, 0.0);
-}
-
 static void list_effects(maker *m) {
     kt_picture *p = m->picture;
     for (int i = 0; i < m->description->effect_count; i++) {
@@ -288,7 +242,7 @@ static void list_effects(maker *m) {
                                      .upper = effect->upper,
                                      .has_stiffness = effect->stiffness > 0.0,
                                      .has_damping = effect->damping > 0.0,
-                                     .direction = direction_of(effect),
+                                     .direction = kt_load_direction(effect),
                                      .is_carried = effect->frame == KT_FRAME_BODY || effect->type == KT_EFFECT_THRUST,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)

@@ -174,6 +174,10 @@ kt_bounds kt_bounds_empty(void);
  * ground, which may be far away. */
 bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
 
+/* The unit direction of a typical value of a force, a torque or a thrust, along its axes; zero of others, or where there
+ * is none. */
+kt_vec3 kt_load_direction(const kt_effect *effect);
+
 /* Fills the strokes of all loops of a picture; loops are the description's. */
 void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds);
 
