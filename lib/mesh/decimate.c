@@ -65,8 +65,7 @@ static void number_clusters(clusters *c, int cubes) {
 
 static bool remains(const clusters *c, int triangle, kt_triangle *made) {
     const int *v = c->mesh->triangles[triangle].corner;
-    for (int k = 0; k < 3; k++)
-        made->corner[k] = c->cluster_of[v[k]];
+    *made = (kt_triangle){{c->cluster_of[v[0]], c->cluster_of[v[1]], c->cluster_of[v[2]]}};
     return made->corner[0] != made->corner[1] && made->corner[1] != made->corner[2] &&
            made->corner[2] != made->corner[0];
 }

@@ -344,7 +344,8 @@ static kt_status create_picture(motion *m, const kt_draw_arguments *arguments, k
     const kt_picture_options shown = {.boxes = arguments->boxes};
     const kt_status status = kt_picture_create(&m->scene, m->model, m->poses, &shown, &m->picture, error);
     if (status == KT_OK && m->picture->lost_meshes > 0)
-        kt_say("%d meshes are not shown; the first is %s", m->picture->lost_meshes, m->picture->lost_reason);
+        kt_say("%d mesh%s not shown; the first is %s", m->picture->lost_meshes,
+               m->picture->lost_meshes == 1 ? " is" : "es are", m->picture->lost_reason);
     return status;
 }
 

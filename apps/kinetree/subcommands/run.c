@@ -457,8 +457,8 @@ static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
                              .value = (double)motion->picture->lost_meshes,
                              .remedy = "Mend the file, or take the item out of `meshes`"};
     if (motion->picture->lost_meshes > 0)
-        kt_warn(&outcome->warnings, &lost, "%d meshes are not shown; the first is %s", motion->picture->lost_meshes,
-                motion->picture->lost_reason);
+        kt_warn(&outcome->warnings, &lost, "%d mesh%s not shown; the first is %s", motion->picture->lost_meshes,
+                motion->picture->lost_meshes == 1 ? " is" : "es are", motion->picture->lost_reason);
     const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
     const kt_warning thinned = {.code = "thinned_view",
                                 .time = (double)NAN,
