@@ -25,13 +25,6 @@ void kt_checker_variable_mass(kt_checker *checker, const kt_body *body) {
                          "belong");
 }
 
-static bool has_moments(const kt_variable_mass *variable) {
-    for (int k = 0; k < 6; k++)
-        if (variable->inertia[k].type != KT_FUNCTION_NONE)
-            return true;
-    return false;
-}
-
 void kt_attach_count_masses(const kt_description *description, kt_counts *n) {
     for (int i = 0; i < description->body_count; i++) {
         const kt_variable_mass *variable = description->bodies[i].variable_mass;
@@ -43,6 +36,14 @@ void kt_attach_count_masses(const kt_description *description, kt_counts *n) {
     }
 }
 
+#if KT_HAS_VARIABLE_MASS
+static bool has_moments(const kt_variable_mass *variable) {
+    for (int k = 0; k < 6; k++)
+        if (variable->inertia[k].type != KT_FUNCTION_NONE)
+            return true;
+    return false;
+}
+
 static kt_curve compile_curve(const kt_function *function, kt_model *m, size_t *number) {
     const kt_curve curve = kt_curve_compile(function, m->number, *number);
     *number += kt_curve_number_count(function);
@@ -50,7 +51,6 @@ static kt_curve compile_curve(const kt_function *function, kt_model *m, size_t *
 }
 
 void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number) {
-#if KT_HAS_VARIABLE_MASS
     size_t count = 0;
     for (size_t b = 1; b < m->n.body; b++) {
         const kt_variable_mass *variable = description->bodies[m->body[b].source].variable_mass;
@@ -64,7 +64,9 @@ void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_
         for (size_t other = 1; other < m->n.body; other++)
             m->body[other].beside_variable |= m->body[other].link == m->body[b].link;
     }
-#else
-    (void)description, (void)m, (void)number;
-#endif
 }
+#else
+void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number) {
+    (void)description, (void)m, (void)number;
+}
+#endif
