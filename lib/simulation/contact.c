@@ -10,7 +10,8 @@
  *   and what comes slower than its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. The kinetic
  *   energy changes by p . (u + u+) / 2, and by what moving loops supply. Where a contact that parts is struck by the impulse
  *   of another, the rule can make it grow: then all e are halved until it does not (with e = 0 it never does), and counted.
- * - Those with u+ = 0 are closed from now on whose reaction presses: with w the accelerations of their gaps without it,
+ * - Those with u+ = 0, or no faster than the rest velocity (two that close in turn would go on for ever), are closed from
+ *   now on whose reaction presses: with w the accelerations of their gaps without it,
  *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
  *
  * Friction of a joint that sticks (kt_effect.stick) is of the same kind: it slips, and its rate is watched, in the direction
@@ -382,7 +383,7 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         const kt_contact *contact = &c->item[c->list[i]];
         const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
         (void)along(c, i, c->v, c->rate, &size);
-        if (is_side && u[i] > fmax(1e-3 * loop_of(simulation, i)->rest_velocity, rounding * size))
+        if (is_side && u[i] > fmax(loop_of(simulation, i)->rest_velocity, rounding * size))
             continue;
         if (!is_side && fabs(c->v[contact->v]) > resting)
             continue;
@@ -534,7 +535,13 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     if (status == KT_OK)
         status = press(simulation, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
-    return status == KT_OK ? settle(simulation, on, lost, error) : status;
+    if (status == KT_OK)
+        status = settle(simulation, on, lost, error);
+    /* One that is left open where it touches comes to the free side first. */
+    for (int i = 0; status == KT_OK && i < c->meeting; i++)
+        if (!is_closed(simulation->model, &c->item[c->list[i]]))
+            simulation->event_memory[c->list[i]].side = -1;
+    return status;
 }
 
 static const kt_contact_calls calls = {.open = open_all, .resolve = resolve};

@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -710,6 +711,106 @@ KT_TEST(what_cannot_be_hard_is_told) {
     kt_check_contains("where", error.where, "contact 'a.lower' at t = 0 s");
     kt_check_contains("words", error.message, "it is 0.01 (m or rad) beyond its boundary");
     kt_model_free(model);
+}
+
+/* ---- random mechanisms ------------------------------------------------------------------------------------------- */
+
+enum { LINKS = 4 };
+
+typedef struct chain {
+    kt_body body[LINKS];
+    kt_effect effect[2 * LINKS];
+    kt_loop rope;
+    char name[LINKS][8];
+    kt_description description;
+} chain;
+
+/* Links in a chain or a tree, each revolute or prismatic about any axis, with a stop on one side, and perhaps a rope from the last one to the world. */
+static void chain_make(chain *c, kt_random *random) {
+    int used = 0, switches = 0;
+    *c = (chain){.description = kt_description_default()};
+    for (int i = 0; i < LINKS; i++) {
+        kt_body *body = &c->body[i];
+        double axis[3];
+        *body = kt_body_default();
+        (void)snprintf(c->name[i], sizeof c->name[i], "b%d", i);
+        body->name = c->name[i];
+        body->parent = i > 0 ? c->name[kt_random_int(random, 0, i - 1)] : NULL;
+        body->joint.type = kt_random_int(random, 0, 2) == 0 ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
+        kt_random_direction(random, 3, axis);
+        body->joint.axis = kt_vec3_make(axis[0], axis[1], axis[2]);
+        body->joint.at = kt_vec3_make(i > 0 ? 0.5 : 0.0, 0.0, 0.0);
+        body->joint.velocity[0] = kt_random_uniform(random, -2.0, 2.0);
+        body->mass = kt_random_uniform(random, 0.3, 2.0);
+        body->com = kt_vec3_make(kt_random_uniform(random, -0.4, 0.4), kt_random_uniform(random, -0.4, 0.4), 0.2);
+        body->inertia.xx = body->inertia.yy = body->inertia.zz = kt_random_uniform(random, 0.05, 0.3);
+        kt_effect *effect = &c->effect[used++];
+        *effect = kt_effect_default();
+        effect->joint = body->name;
+        effect->type = KT_EFFECT_JOINT_LIMIT;
+        effect->lower = -kt_random_uniform(random, 0.1, 1.0);
+        effect->restitution = kt_random_int(random, 0, 2) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.9);
+        switches++;
+    }
+    c->rope = kt_loop_default();
+    c->rope.name = "rope";
+    c->rope.type = KT_LOOP_DISTANCE;
+    c->rope.slack = true;
+    c->rope.between[0].at = kt_vec3_make(0.3, 0.2, 2.0);
+    c->rope.between[1] = (kt_end){.body = c->name[LINKS - 1], .at = kt_vec3_make(0.2, 0.0, 0.0)};
+    c->rope.function = kt_function_constant(4.0);
+    c->description.gravity = kt_vec3_make(0.0, 0.0, -g);
+    c->description.bodies = c->body;
+    c->description.body_count = LINKS;
+    c->description.effects = c->effect;
+    c->description.effect_count = used;
+    c->description.loops = &c->rope;
+    c->description.loop_count = switches < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0;
+}
+
+/* No stop is passed, no energy comes from nowhere, and no chain of events is without end. KT_CONTACTS mechanisms, or 20. */
+KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
+    kt_random random = kt_random_named("contacts");
+    const char *asked = getenv("KT_CONTACTS");
+    const int count = asked != NULL ? atoi(asked) : 20;
+    double deepest = 0.0, drift = 0.0;
+    unsigned long long impacts = 0, sticks = 0;
+    int failed = 0;
+    for (int n = 0; n < count; n++) {
+        chain c;
+        chain_make(&c, &random);
+        kt_model *model = kt_scene_compile(&c.description);
+        kt_simulation *simulation = start(model, "dopri5", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
+        kt_error error = {0};
+        const double energy = simulation != NULL ? balance_of(simulation) : 0.0;
+        kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+        for (int k = 1; status == KT_OK && k <= 300; k++) {
+            status = kt_simulation_advance(simulation, 0.01 * k, &error);
+            for (int i = 0; i < LINKS; i++)
+                if (c.effect[i].type == KT_EFFECT_JOINT_LIMIT) {
+                    const double q = kt_simulation_positions(
+                        simulation)[kt_body_coordinates(model, kt_body_find(model, c.name[i])).q];
+                    deepest = fmax(deepest, c.effect[i].lower - q);
+                }
+        }
+        if (status != KT_OK) {
+            const kt_contact_counts seen = kt_simulation_contacts(simulation);
+            kt_note("mechanism %d: %s: %s (%llu impacts, %llu closings, %llu openings, %llu sticks, %llu slips)", n,
+                    error.where, error.message, (unsigned long long)seen.impacts, (unsigned long long)seen.closings,
+                    (unsigned long long)seen.openings, (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
+            failed++;
+        } else {
+            drift = fmax(drift, fabs(balance_of(simulation) - energy));
+            impacts += kt_simulation_contacts(simulation).impacts;
+            sticks += kt_simulation_contacts(simulation).sticks;
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_note("%llu impacts, %llu sticks", impacts, sticks);
+    kt_check_equal_int("failed", failed, 0);
+    kt_check_below("beyond a stop, rad or m", deepest, 1e-9);
+    kt_check_below("drift of the balance, J", drift, 1e-6);
 }
 
 /* ---- complementarity --------------------------------------------------------------------------------------------- */
