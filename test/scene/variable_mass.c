@@ -472,3 +472,24 @@ KT_TEST(scenes_with_them_are_written_and_read_again) {
     free(text);
     kt_scene_free(&scene);
 }
+
+/* ---- functions without a model ----------------------------------------------------------------------------------- */
+
+KT_TEST(functions_are_evaluated_before_a_model_has_them) {
+    static const double numbers[] = {1.0, 2.0, 3.0}, backwards[] = {1.0, 0.0, 0.0, 1.0};
+    const kt_function polynomial = kt_function_polynomial(numbers, 3), formula = kt_function_expression("exp(2*t)");
+    const kt_function parts[] = {polynomial, formula}, sum = kt_function_sum(parts, 2);
+    const kt_function wrong = kt_function_table(backwards, 4, KT_INTERPOLATION_LINEAR);
+    double x[3] = {7.0, 7.0, 7.0};
+    kt_error e = {0};
+    const double y = exp(3.0);
+    if (fine("evaluated", kt_function_evaluate(&sum, 1.5, x, &e), &e)) {
+        kt_check_near("value", x[0], 10.75 + y, 1e-14 * y);
+        kt_check_near("first derivative", x[1], 11.0 + 2.0 * y, 1e-14 * y);
+        kt_check_near("second derivative", x[2], 6.0 + 4.0 * y, 2e-14 * y);
+    }
+    x[0] = 7.0;
+    kt_check_equal_int("a table that goes back", kt_function_evaluate(&wrong, 1.5, x, &e), KT_ERROR_MODEL);
+    kt_check_contains("words", e.message, "times must increase");
+    kt_check_near("what it leaves", x[0], 7.0, 0.0);
+}
