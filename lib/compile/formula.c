@@ -31,12 +31,12 @@ static void count_part(void *user, const kt_expression_term *term, size_t count)
 /* Where the next part goes. */
 typedef struct kt_part_place {
     kt_model *model;
-    size_t *number, *part;
+    size_t *number, part;
 } kt_part_place;
 
 static void fill_part(void *user, const kt_expression_term *term, size_t count) {
-    const kt_part_place *to = user;
-    kt_curve *curve = &to->model->time_part[(*to->part)++];
+    kt_part_place *to = user;
+    kt_curve *curve = &to->model->time_part[to->part++];
     *curve = (kt_curve){.type = KT_FUNCTION_EXPRESSION, .first = *to->number};
     kt_expression_part_copy(term, count, to->model->number + *to->number);
     *to->number += numbers_of_part(count);
@@ -88,7 +88,7 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
 
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
                                   size_t *number, size_t *variable, size_t *part, kt_error *error) {
-    const kt_part_place place = {m, number, part};
+    kt_part_place place = {m, number, *part};
     kt_formula_names names = kt_formula_names_of(a->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     r->variable = (int32_t)*variable;
@@ -102,10 +102,11 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
             return status;
         r->formula[k] = *number + 1;
         *number += numbers_of(effect->formula[k]);
-        kt_expression_parts(expression, time_of(&names), fill_part, (void *)&place);
+        kt_expression_parts(expression, time_of(&names), fill_part, &place);
     }
     for (int k = 0; k < names.count; k++)
         m->variable[(*variable)++] = record_of(a, m, &names.variable[k]);
     r->variable_count = (int32_t)names.count;
+    *part = place.part;
     return KT_OK;
 }
