@@ -104,7 +104,7 @@ static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    double *slope = w->time_derivative, *other = w->beside, *f = w->slope;
+    double *slope = w->time_derivative, *other = w->neighbour, *f = w->slope;
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
     if (!model->driven && !kt_model_is_differenced(model)) {
@@ -214,7 +214,7 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
     kt_status status = KT_OK;
     for (int k = 1; k <= 4 && status == KT_OK; k++) {
         const double t = w->step->t + k * e * ahead * w->step->h;
-        double *y = w->beside, *slope = w->beside_slope;
+        double *y = w->neighbour, *slope = w->neighbour_slope;
         memcpy(y, w->y, N * sizeof *y);
         add(y, k * e, w->increment + i * N, N);
         status = evaluate(w, t, y, slope, error);

@@ -262,8 +262,8 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, seed, u ? g *N : 0, "gradients by the slopes")                                                           \
     X(double, increment, r *s *N, "U_i of a linearly implicit method")                                                 \
     X(double, time_derivative, r *N, "h f_t")                                                                          \
-    X(double, beside, r *N, "a neighbouring state")                                                                    \
-    X(double, beside_slope, r *N, "its slope")                                                                         \
+    X(double, neighbour, r *N, "a neighbouring state")                                                                 \
+    X(double, neighbour_slope, r *N, "its slope")                                                                      \
     X(double, moved, r *s *c *N, "dU_i of all columns")                                                                \
     X(double, changed, r *c *N, "dY_i")                                                                                \
     X(double, right, r *c *N, "right-hand sides")                                                                      \
