@@ -79,7 +79,7 @@ static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_er
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "method",
             "steps of %s have no derivatives here; those of explicit Runge-Kutta methods have, such as rk4 or "
-            "dop853, and of implicit-euler, crank-nicolson and radau5",
+            "dop853, and of implicit-euler, crank-nicolson, radau5 and rodas5p",
             o->method->name);
     return KT_OK;
 }

@@ -264,7 +264,7 @@ KT_TEST(options_of_a_period_are_checked) {
     static const char *const where[] = {"period", "steps", "method"};
     bad[0].period = -1.0;
     bad[1].steps = 3;
-    bad[2].method = kt_method_find("rodas5p");
+    bad[2].method = kt_method_find("rkc2");
     for (int i = 0; i < 3; i++) {
         kt_floquet *f = NULL;
         kt_error e = {0};
