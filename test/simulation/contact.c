@@ -1,6 +1,5 @@
 /* Hard stops, contacts and slack ropes against closed forms. Balls stand in a row on a line, each a prismatic joint, and two
  * neighbours touch where their coordinates are equal. */
-#include "kinetree/integrator.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -13,7 +12,6 @@
 
 #include "check.h"
 #include "interpose.h"
-#include "linear/lemke.h"
 #include "scenes.h"
 
 enum { BALLS = 6 };
@@ -274,7 +272,6 @@ KT_TEST(falling_stack_comes_to_rest) {
     kt_data *data = NULL;
     if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, 10.0, &error), &error)) {
         const kt_model *closed = kt_simulation_model(simulation);
-        kt_note("%llu impacts", (unsigned long long)kt_simulation_contacts(simulation).impacts);
         kt_check_equal_int("all closed", (long long)kt_switch_set(closed), 7);
         for (int i = 0; i < 3; i++) {
             kt_check_near("position", kt_simulation_positions(simulation)[i], 0.0, 1e-14);
@@ -342,8 +339,6 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
     double before[3] = {0.0, 0.0, 0.0};
     kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
     const double energy = simulation != NULL ? balance_of(simulation) : 0.0;
-    if (simulation != NULL && kt_simulation_velocities(simulation)[1] > 0.0)
-        kt_check_true("it moves towards its stop", false);
     while (status == KT_OK && kt_simulation_contacts(simulation).impacts == 0 && kt_simulation_time(simulation) < 5.0) {
         memcpy(before, kt_simulation_velocities(simulation), sizeof before);
         status = kt_simulation_step(simulation, kt_simulation_time(simulation) + 1e-4, &error);
@@ -492,7 +487,6 @@ KT_TEST(dry_oscillator_comes_to_rest_where_it_must) {
     r.effect[0].joint = "a";
     r.effect[0].coulomb = C;
     r.effect[0].stick = true;
-    r.effect[1].type = KT_EFFECT_JOINT_SPRING;
     r.effect[1] = kt_effect_default();
     r.effect[1].type = KT_EFFECT_JOINT_SPRING;
     r.effect[1].joint = "a";
@@ -571,8 +565,6 @@ KT_TEST(stick_slip_on_a_belt_has_its_period) {
         if (kt_fine(methods[m], status, &error)) {
             kt_check_below("times, s", worst_time, m == 0 ? 1e-11 : 1e-8);
             kt_check_below("places, m", worst_place, m == 0 ? 1e-11 : 1e-8);
-            const kt_work work = kt_simulation_work(simulation);
-            kt_note("%g J dissipated, %g J supplied", work.dissipated, work.supplied);
         }
         kt_simulation_free(simulation);
     }
@@ -663,9 +655,6 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.effect[0].stiffness = 100.0;
     check_refused("both", &r.description, "a hard stop (restitution) has no stiffness");
     r.effect[0].stiffness = 0.0;
-    r.effect[0].damping = 1.0;
-    check_refused("damping", &r.description, "a hard stop (restitution) has no damping");
-    r.effect[0].damping = 0.0;
     r.effect[0].name = "stop";
     kt_model *hard = kt_scene_compile(&r.description);
     kt_parameter parameter;
@@ -774,7 +763,7 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
     const char *asked = getenv("KT_CONTACTS");
     const int count = asked != NULL ? atoi(asked) : 20;
     double deepest = 0.0, drift = 0.0;
-    unsigned long long impacts = 0, sticks = 0;
+    unsigned long long impacts = 0;
     int failed = 0;
     for (int n = 0; n < count; n++) {
         chain c;
@@ -794,63 +783,17 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
                 }
         }
         if (status != KT_OK) {
-            const kt_contact_counts seen = kt_simulation_contacts(simulation);
-            kt_note("mechanism %d: %s: %s (%llu impacts, %llu closings, %llu openings, %llu sticks, %llu slips)", n,
-                    error.where, error.message, (unsigned long long)seen.impacts, (unsigned long long)seen.closings,
-                    (unsigned long long)seen.openings, (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
+            kt_note("mechanism %d: %s: %s", n, error.where, error.message);
             failed++;
         } else {
             drift = fmax(drift, fabs(balance_of(simulation) - energy));
             impacts += kt_simulation_contacts(simulation).impacts;
-            sticks += kt_simulation_contacts(simulation).sticks;
         }
         kt_simulation_free(simulation);
         kt_model_free(model);
     }
-    kt_note("%llu impacts, %llu sticks", impacts, sticks);
+    kt_note("%llu impacts", impacts);
     kt_check_equal_int("failed", failed, 0);
     kt_check_below("beyond a stop, rad or m", deepest, 1e-9);
     kt_check_below("drift of the balance, J", drift, 1e-6);
-}
-
-/* ---- complementarity --------------------------------------------------------------------------------------------- */
-
-/* Random W = J J' of any rank, q in its range: w and z are not negative, and of each pair one is zero. */
-KT_TEST(lemke_solves_what_is_positive_semidefinite) {
-    kt_random random = kt_random_named("lemke");
-    double worst = 0.0;
-    uint64_t pivots = 0;
-    int unsolved = 0;
-    for (int trial = 0; trial < 20000; trial++) {
-        const int n = 1 + trial % 10, rank = 1 + (trial / 10) % 10;
-        double J[10][10], M[100], q[10], z[10];
-        for (int i = 0; i < n; i++)
-            for (int k = 0; k < rank; k++)
-                J[i][k] = kt_random_uniform(&random, -1.0, 1.0);
-        for (int i = 0; i < n; i++) {
-            q[i] = 0.0;
-            for (int k = 0; k < rank; k++)
-                q[i] += J[i][k] * cos(k + trial);
-            for (int j = 0; j < n; j++) {
-                M[i * n + j] = 0.0;
-                for (int k = 0; k < rank; k++)
-                    M[i * n + j] += J[i][k] * J[j][k];
-            }
-        }
-        if (!kt_lemke_solve(n, M, q, z, &pivots)) {
-            unsolved++;
-            continue;
-        }
-        for (int i = 0; i < n; i++) {
-            double w = q[i], size = fabs(q[i]);
-            for (int j = 0; j < n; j++) {
-                w += M[i * n + j] * z[j];
-                size += fabs(M[i * n + j] * z[j]);
-            }
-            worst = fmax(worst, fmax(-w, fmin(z[i], w)) / fmax(size, 1.0));
-        }
-    }
-    kt_note("%.3g pivots each", (double)pivots / 20000.0);
-    kt_check_equal_int("unsolved", unsolved, 0);
-    kt_check_below("negative, or both above zero", worst, 1e-9);
 }
