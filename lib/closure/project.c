@@ -53,6 +53,11 @@ static double smallest(const kt_model *model, const kt_data *data, kt_rows rows)
     return least;
 }
 
+/* What rounding leaves of the velocity equation in a direction of size s that is nearly lost, relative to the speed: the
+ * position is known to c / s, along a path whose radius of curvature is s (x y = d), so that its tangent is known to
+ * c / s^2, and the equation, of size s, to c / s. */
+static double left_by_rounding(double s) { return LEFT_OPEN / fmax(s, RESOLVED); }
+
 /* Whether a gap is closed in a direction that is nearly lost, as last factored, too. */
 static bool closes_nearly_lost(const kt_model *model, const kt_data *data, double gap) {
     const double s = smallest(model, data, KT_ROWS_CLOSED);
@@ -128,9 +133,10 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     const kt_closure closure = project_velocities(model, data, true, v, changed, violation);
     if (closure != KT_CLOSURE_DONE || !kt_is_near_singular(model, data))
         return closure;
-    /* a velocity that is left in the direction becomes one along the path where that bends */
+    /* a velocity that is left in the direction becomes one along the path where that bends; but nearer than rounding, as
+     * where a dead point is met, the equation does not know the velocity, and the one given is better */
     const double s = smallest(model, data, KT_ROWS_ALL);
-    const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : 0.1 * KT_CLOSED_STEP;
+    const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : left_by_rounding(s);
     return violation->slip > open * violation->speed ? project_velocities(model, data, false, v, changed, violation)
                                                      : closure;
 }
@@ -161,11 +167,10 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
     tolerance = fmax(tolerance, left_by_disagreement(model, data));
     if (violation->slip <= tolerance * violation->speed)
         return KT_CLOSURE_DONE;
-    /* In a direction of size s that is nearly lost, rounding leaves a velocity of 1e-16 / s, whose changes are what
-     * remains here; what contradicts the drives remains at their own size. What is left above rounding has been through
-     * project_velocities, which tells whether there is such a direction. */
+    /* What contradicts the drives remains at their own size. What is left above rounding has been through
+     * project_velocities, which tells whether there is such a direction. Where two loops fold at once, more is left. */
     if (kt_is_near_singular(model, data))
-        tolerance = fmax(tolerance, KT_CLOSED_ASSEMBLED);
+        tolerance = fmax(tolerance, fmax(KT_CLOSED_ASSEMBLED, left_by_rounding(smallest(model, data, KT_ROWS_ALL))));
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
                ? KT_CLOSURE_DONE
                : KT_CLOSURE_OPEN;

@@ -362,7 +362,10 @@ LONG = {"forty_windows": 2.0, "ten_windows": 5.0}
 LEFT_OUT = {"ten_windows", "forty_windows"}
 EVERY_METHOD = {"dopri5", "dop853", "radau5", "rk4", "svd", "partition", "absolute", "spatial", "mass", "auto-tight"}
 EVERY_RUN = {"change_point", "slider_crank_equal"}
-ALSO = {("parallelogram_driven", "svd"), ("parallelogram_driven", "partition"), ("parallelogram_driven", "spatial"), ("sarrus", "absolute")}
+ALSO = {
+    ("toggle", "dop853"), ("parallelogram_driven", "svd"), ("parallelogram_driven", "partition"), ("parallelogram_driven", "spatial"),
+    ("sarrus", "absolute"),
+}  # fmt: skip
 
 
 def distances(full, one_sided):
