@@ -727,27 +727,6 @@ KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
     }
 }
 
-/* A box of 0.1 x 0.2 x 0.3 m at 1000 kg/m^3; a link with <inertial>, or without a shape, keeps its mass. */
-KT_TEST(masses_come_from_shapes_and_a_density) {
-    const kt_robot_options options = {.density = 1000.0};
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 0.15'/><geometry>"
-                     "<box size='0.1 0.2 0.3'/></geometry></visual></link>" LINK("b") HINGE("ja", "base", "a", "")
-                         HINGE("jb", "a", "b", "") "</robot>",
-                     &options, &scene))
-        return;
-    kt_vec3 com;
-    kt_sym3 inertia;
-    const kt_body *a = find_body(&scene, "a");
-    kt_check_near("mass", a->mass, 6.0, 1e-14);
-    kt_check_equal_bits("that of the file", &find_body(&scene, "b")->mass, &(double){1.0}, 1);
-    kt_check_equal_int("status", kt_body_inertia(a, &com, &inertia, NULL), KT_OK);
-    kt_check_near("centre", com.z, 0.15, 1e-16);
-    kt_check_near("about x", inertia.xx, 6.0 * (0.04 + 0.09) / 12.0, 1e-15);
-    kt_check_equal_int("told", count_notes(&scene, "by --density: 1"), 1);
-    kt_scene_free(&scene);
-}
-
 /* ---- masses that the file does not have -------------------------------------------------------------------------- */
 
 static const char *find_note(const kt_scene *scene, const char *begins) {
@@ -788,21 +767,6 @@ KT_TEST(robot_without_masses_has_places_but_no_accelerations) {
         kt_model_free(model);
         kt_scene_free(&scene);
     }
-}
-
-KT_TEST(masses_of_links_are_those_that_options_name) {
-    static const char *const right[] = {"b=4"}, *const wrong[] = {"c=1", "b=-1"};
-    const kt_robot_options options = {.masses = right, .mass_count = 1}, bad = {.masses = wrong, .mass_count = 2};
-    kt_scene scene;
-    if (parse_right(PAIR("", ""), &options, &scene)) {
-        kt_check_equal_bits("mass", &find_body(&scene, "b")->mass, &(double){4.0}, 1);
-        kt_check_equal_bits("its inertia grows with it", &find_body(&scene, "b")->inertia.xx, &(double){4.0}, 1);
-        kt_scene_free(&scene);
-    }
-    kt_check_equal_int("refused", parse(PAIR("", ""), &bad, &scene), KT_ERROR_SCENE);
-    kt_check_text("faults", faults.text,
-                  "1:1: mass 'c=1': there is no link of this name\n"
-                  "1:1: mass 'b=-1': expected LINK=MASS, with a mass above zero\n");
 }
 
 /* n^2 J at the joint. */

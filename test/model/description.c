@@ -8,7 +8,7 @@ KT_TEST(types_have_the_names_of_the_scene_format) {
     /* Written out once more from the format's page. */
     static const char *const joints[] = {"fixed",  "revolute",  "prismatic", "screw", "cylindrical",
                                          "planar", "universal", "spherical", "free"};
-    static const char *const shapes[] = {"none", "point", "rod", "box", "sphere", "cylinder"};
+    static const char *const shapes[] = {"none", "point", "rod", "box", "sphere", "cylinder", "polygon"};
     static const char *const loops[] = {
         "spherical", "inline",     "inplane",     "distance",    "parallel", "coaxial",   "orthogonal", "revolute",
         "prismatic", "screw",      "cylindrical", "planar",      "weld",     "universal", "coupling",   "motion",
