@@ -51,6 +51,8 @@ static kt_effect effect_of(kt_effect_type type) {
     e.formula[0] = "-3*(length - 0.2) - 0.5*speed";
     e.torque = kt_function_constant(0.7);
     e.target = kt_function_constant(0.7);
+    e.mass = kt_function_ramp(1.0, 0.5, 0.0, 1.0);
+    e.exhaust = kt_vec3_make(0.3, 0.0, 1.0);
     for (int k = 0; k < 3; k++)
         e.value[k] = kt_function_constant(0.7);
     for (int k = 0; k < 6; k++)

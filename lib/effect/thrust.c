@@ -36,7 +36,12 @@ static void write_time_derivative(const kt_effect_record *effect, const double *
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = kt_effect_energetics_of_curves,
+/* A constant mass thrusts nothing. */
+static kt_energetics energetics(const kt_effect_record *effect) {
+    return kt_curve_rests(&effect->curve[0]) ? KT_ENERGY_CONSERVED : KT_ENERGY_SUPPLIED;
+}
+
+const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = energetics,
                                                     .wrench = evaluate_wrench,
                                                     .jacobian = KT_IF_JACOBIAN(write_jacobian),
                                                     .time_derivative = KT_IF_JACOBIAN(write_time_derivative),

@@ -155,15 +155,15 @@ static int jump_of(const kt_expression *expression) {
 }
 
 /* The first corner after t, of which times next to 0 are not told apart from 0. */
-static double next_corner(const kt_expression *expression, double t, int *order) {
+static double next_corner(const kt_expression *expression, double t, double until, int *order) {
     search s = {.expression = expression, .corners = true};
     bool known;
     const int jump = jump_of(expression);
-    double next = jump < 3 ? seek(&s, t, horizon, &known) : HUGE_VAL;
+    double next = jump < 3 ? seek(&s, t, until, &known) : HUGE_VAL;
     if (next < HUGE_VAL && known)
         *order = jump;
     s.corners = false;
-    const double feature = seek(&s, t, fmin(next, horizon), &known);
+    const double feature = seek(&s, t, fmin(next, until), &known);
     if (feature < next) {
         next = feature;
         *order = 4;
@@ -171,12 +171,12 @@ static double next_corner(const kt_expression *expression, double t, int *order)
     return next;
 }
 
-double kt_expression_next_corner(const kt_expression *expression, double t, int *order) {
+double kt_expression_next_corner(const kt_expression *expression, double t, double until, int *order) {
     static const double nearest = 1e-30; /* s: from 0 */
     *order = 4;
     if (!(fabs(t) < horizon) || kt_expression_symbols(expression, 0, NULL) == 0)
         return HUGE_VAL;
-    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, order);
+    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, fmin(until, horizon), order);
     return fabs(next) <= nearest ? 0.0 : next;
 }
 

@@ -62,9 +62,9 @@ enum { KT_CORNER_ORDER_MAX = 3 };
  * corners it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
 bool kt_curve_has_corners(const kt_curve *curve);
 
-/* The first corner after t. O(1); of a table O(log rows), and 1 for each row without a corner; of a formula some hundred
- * evaluations. */
-kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t);
+/* The first corner after t; those of formulas are sought up to `until`. O(1); of a table O(log rows), and 1 for each row
+ * without a corner; of a formula some hundred evaluations. */
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until);
 
 /* The longest step whose stages cannot miss what the function does between two corners: a quarter of a sine's period,
  * of a product of sines that of the sum of their frequencies; HUGE_VAL for all others. */

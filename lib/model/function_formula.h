@@ -15,7 +15,7 @@ size_t kt_curve_formula_numbers(const kt_function *function);
 void kt_curve_formula_compile(const kt_function *function, double *numbers, kt_curve *curve);
 void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, double t);
-kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t);
+kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until);
 
 /* Reads a formula whose only name is t. */
 KT_CHECKED kt_status kt_formula_of_time(const char *text, void *memory, size_t size, const kt_expression **expression,

@@ -236,7 +236,8 @@ static bool same_end(const kt_field *field, const void *object, const void *stan
 }
 static bool same_joint(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
-    return ((const kt_effect *)object)->joint == NULL;
+    const kt_effect *effect = object;
+    return effect->joint == NULL || effect->end_count != 0;
 }
 
 const kt_kind *kt_kind_of_item_key(const kt_key *key) {

@@ -37,7 +37,7 @@ static void meet(corner *first, double t, double time, bool jumps) {
 
 /* order: the highest derivative of the function that the accelerations depend on. */
 static void meet_curve(corner *first, double t, const kt_curve *curve, const double *numbers, int order) {
-    const kt_corner next = kt_curve_next_corner(curve, numbers, t);
+    const kt_corner next = kt_curve_next_corner(curve, numbers, t, HUGE_VAL);
     meet(first, t, next.time, next.order <= order);
 }
 
@@ -96,8 +96,8 @@ double kt_simulation_longest_step(const kt_model *model) {
 /* The least distance of two corners of one function that is not above `least`, at times from 0 on. */
 static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, double least) {
     double last = -HUGE_VAL;
-    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0); c.time < duration;
-         c = kt_curve_next_corner(curve, numbers, c.time)) {
+    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0, duration); c.time < duration;
+         c = kt_curve_next_corner(curve, numbers, c.time, duration)) {
         least = fmin(least, c.time - last);
         last = c.time;
     }
@@ -199,12 +199,12 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
     return begin[0] != middle[0] || middle[0] != end[0];
 }
 
-/* The first corner after t at which something jumps. */
-static double next_jump(const kt_curve *curve, const double *numbers, double t) {
-    kt_corner next = kt_curve_next_corner(curve, numbers, t);
-    while (next.order > KT_CORNER_ORDER_MAX && next.time < HUGE_VAL)
-        next = kt_curve_next_corner(curve, numbers, next.time);
-    return next.time;
+/* The first corner after t at which something jumps; HUGE_VAL: there is none before `until`. */
+static double next_jump(const kt_curve *curve, const double *numbers, double t, double until) {
+    kt_corner next = {t, KT_CORNER_ORDER_MAX + 1};
+    while (next.order > KT_CORNER_ORDER_MAX && next.time < until)
+        next = kt_curve_next_corner(curve, numbers, next.time, until);
+    return next.time < until ? next.time : HUGE_VAL;
 }
 
 /* Whether t lies between two corners of the function, *a and *b, both within the last step, where it changes and no
@@ -213,10 +213,10 @@ static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, do
     const kt_integrator *integrator = simulation->integrator;
     const double *numbers = simulation->model->number;
     const double t0 = kt_integrator_previous_time(integrator), t1 = kt_integrator_time(integrator);
-    *b = next_jump(curve, numbers, nextafter(t0, -HUGE_VAL));
+    *b = next_jump(curve, numbers, nextafter(t0, -HUGE_VAL), t1);
     do {
         *a = *b;
-        *b = next_jump(curve, numbers, *a);
+        *b = next_jump(curve, numbers, *a, t1);
     } while (*b < t);
     return *a < t && *b < t1 && changes(curve, numbers, *a, *b) &&
            !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);

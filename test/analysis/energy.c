@@ -72,6 +72,7 @@ KT_TEST(effects_tell_what_they_can_do_to_the_energy) {
                 expected = KT_ENERGY_SUPPLIED;
             }
             e->torque = e->value[0] = e->value[1] = constant(0.0);
+            e->mass = lossy ? kt_function_ramp(1.0, 0.5, 0.0, 1.0) : constant(1.0); /* of a thrust */
             e->value[2] = constant(c);
             if (type == KT_EFFECT_MOTOR)
                 e->torque = constant(c);
@@ -81,7 +82,8 @@ KT_TEST(effects_tell_what_they_can_do_to_the_energy) {
                 e->target = constant(0.0);
                 expected = KT_ENERGY_SUPPLIED;
             }
-            if (type == KT_EFFECT_FORCE || type == KT_EFFECT_TORQUE || type == KT_EFFECT_MOTOR)
+            if (type == KT_EFFECT_FORCE || type == KT_EFFECT_TORQUE || type == KT_EFFECT_MOTOR ||
+                type == KT_EFFECT_THRUST)
                 expected = lossy ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
             kt_check_equal_int(kt_effect_type_name((kt_effect_type)type), energetics_of(&s), (int)expected);
         }

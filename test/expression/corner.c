@@ -106,7 +106,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_true(rows[i].text, f != NULL);
         while (f != NULL && found < rows[i].count && steps++ < 200) {
             int order;
-            t = kt_expression_next_corner(f, t, &order);
+            t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
             if (order > 3)
                 continue;
             kt_check_equal_int("order", order, rows[i].order);
@@ -116,7 +116,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_equal_int("found", found, rows[i].count);
         for (steps = 0; f != NULL && rows[i].count < 4 && t < 1e11 && steps < 100; steps++) {
             int order;
-            t = kt_expression_next_corner(f, t, &order);
+            t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
             kt_check_true("no more", order > 3);
         }
     }
@@ -136,7 +136,7 @@ KT_TEST(formulas_are_monotone_between_features) {
             enum { SAMPLES = 60 };
             int order, signs[2] = {0, 0};
             const double from = t;
-            t = fmin(kt_expression_next_corner(f, t, &order), 8.0);
+            t = fmin(kt_expression_next_corner(f, t, HUGE_VAL, &order), 8.0);
             pieces++;
             for (int k = 1; k < SAMPLES; k++) {
                 const double at = from + (t - from) * (0.001 + 0.998 * k / SAMPLES), rate = 1.0;

@@ -258,6 +258,8 @@ static bool draw_effect(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
         effect->torque = draw_function(bytes, m, 0.0, false);
     if (effect->type == KT_EFFECT_SERVO)
         effect->target = draw_function(bytes, m, 0.0, false);
+    if (effect->type == KT_EFFECT_THRUST)
+        effect->mass = draw_function(bytes, m, 1.0, false);
     if (effect->type == KT_EFFECT_JOINT_SPRING)
         effect->rest = draw_function(bytes, m, 0.0, false);
     if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE)

@@ -59,7 +59,7 @@ static void find_corners(const kt_expression *formula) {
         kt_fuzz_must(!isfinite(value) || !isfinite(room) || isnan(jet.c[0].lo) ||
                          (jet.c[0].lo - room <= value && value <= jet.c[0].hi + room),
                      "%.17g is between %.17g and %.17g", value, jet.c[0].lo, jet.c[0].hi);
-        const double next = kt_expression_next_corner(formula, t, &order);
+        const double next = kt_expression_next_corner(formula, t, HUGE_VAL, &order);
         kt_fuzz_must(next > t, "the corner %.17g after %.17g comes later", next, t);
         t = next;
     }

@@ -34,7 +34,7 @@ static void check_corners(const char *name, kt_function function, int count, con
     double t = -1.0;
     kt_check_equal_int(name, kt_curve_has_corners(&c.of), count > 0);
     for (int k = 0; k < count; k++) {
-        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t);
+        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL);
         kt_check_near("time, s", corner.time, times[k], 0.0);
         if (!kt_check_equal_int("order", corner.order, orders[k]) || corner.order < 1)
             return;
@@ -44,7 +44,7 @@ static void check_corners(const char *name, kt_function function, int count, con
             kt_check_above("jumps", jump(&c, corner.time, corner.order), 1e-3);
         t = corner.time;
     }
-    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t).time == HUGE_VAL, 1);
+    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL).time == HUGE_VAL, 1);
 }
 
 #define KT_CORNERS(name, function, ...)                                                                                \

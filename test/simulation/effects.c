@@ -90,7 +90,7 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
 
 /* Where nothing is driven there is no servo, and no kinks where all is smooth. */
 static bool fits(const kt_effect *e, loss_kind kind) {
-    if (e->type == KT_EFFECT_EXPRESSION) /* there is none in absolute coordinates */
+    if (e->type == KT_EFFECT_EXPRESSION || e->type == KT_EFFECT_THRUST) /* there are none in absolute coordinates */
         return false;
     if (kind == NOTHING)
         return e->type != KT_EFFECT_SERVO;
