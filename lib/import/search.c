@@ -3,7 +3,7 @@
  * "package://NAME/REST" and "model://NAME/REST" are looked for in the folders of the search path, in the order given,
  * then in the folder of the robot and in those around it: as FOLDER/NAME/REST, or where FOLDER itself is called NAME as
  * FOLDER/REST. "file://PATH" and PATH are in the robot's folder, if they are not absolute, and else on the search path.
- * Meshes may lie anywhere, since robots are published as NAME/urdf beside NAME/meshes; what a robot includes may not
+ * Meshes may lie anywhere, since robots are published as NAME/urdf next to NAME/meshes; what a robot includes may not
  * (include.c).
  */
 #define _XOPEN_SOURCE 700 /* realpath */

@@ -300,6 +300,14 @@ KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
     kt_write_file("small.csv", "time,position.a,constraint.position\n0,1,1e-222\n1,2,3e-222\n");
     ran = kt_shell("$K plot small.csv --columns position,constraint --out small.svg");
     kt_check_contains("a residual that is none", ran.err, "rounding noise: constraint.position\n");
+    kt_write_file("zeros.csv", "time,position.a,constraint.position\n0,1,0\n1,2,0\n");
+    ran = kt_shell("$K plot zeros.csv --out zeros.svg");
+    kt_check_contains("residuals that are zero", ran.err, "rounding noise: constraint.position\n");
+    kt_check_true("have no panel", strstr(kt_read_file("zeros.svg"), "Loops open by") == NULL);
+    kt_write_file("late.csv", "time,position.a,constraint.position\n0,101,0\n5,103,1e-16\n6,104,3e-16\n10,107,2e-16\n");
+    kt_expect(0, NULL, "$K plot late.csv --out late.svg");
+    const char *two = strstr(kt_read_file("late.svg"), ">2<");
+    kt_check_true("panels have one axis of time", two != NULL && strstr(two + 1, ">2<") != NULL);
     kt_write_file("units.csv", "time,effect.strut.force [N],effect.strut.power [W]\n0,1,2\n1,2,3\n");
     kt_expect(0, NULL, "$K plot units.csv --columns effect.strut --out units.svg");
     kt_check_contains("a column without its unit", kt_read_file("units.svg"), ">strut.force<");

@@ -121,7 +121,7 @@ bool kt_raster_paint(kt_raster *r, const kt_solid *solid, int thing, kt_colour c
 
 /* ---- the image --------------------------------------------------------------------------------------------------- */
 
-/* Whether something else begins beside or below a sample: there is a line around each thing. */
+/* Whether something else begins next to or below a sample: there is a line around each thing. */
 static bool is_edge(const kt_raster *r, int x, int y) {
     const sample *s = &r->samples[(size_t)y * (size_t)r->width + (size_t)x];
     const int right = x + 2 < r->width ? s[2].thing : -1,

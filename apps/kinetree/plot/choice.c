@@ -54,10 +54,10 @@ static int place_of(const kt_candidate *candidates, int count, int column, doubl
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
     for (int i = 0; i < count; i++)
         measure(&candidates[i], rows);
-    for (int i = 0; i < count; i++) { /* where all are zeros, none is noise next to another */
+    for (int i = 0; i < count; i++) { /* where all are zeros, none is noise next to another; zeros have no logarithm */
         const double size = size_of_family(candidates, count, &candidates[i]);
-        candidates[i].is_noise =
-            size > 0.0 && !(candidates[i].size > (candidates[i].is_error ? NOTHING : NOISE * size));
+        candidates[i].is_noise = (size > 0.0 || candidates[i].is_error) &&
+                                 !(candidates[i].size > (candidates[i].is_error ? NOTHING : NOISE * size));
     }
     for (int i = 0; i < count; i++)
         candidates[i].is_shown =

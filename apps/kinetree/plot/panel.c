@@ -259,7 +259,8 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
 
 /* ---- ranges ------------------------------------------------------------------------------------------------------ */
 
-/* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis. */
+/* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis. Curves
+ * over a rising x have all of it, also where there is nothing to show: panels above each other have one axis. */
 static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
     *low = HUGE_VAL;
     *high = -HUGE_VAL;
@@ -267,7 +268,8 @@ static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, doubl
         for (size_t i = 0; i < panel->series[s].count; i++) {
             const double value = of_y ? panel->series[s].y[i] : panel->series[s].x[i];
             const double other = of_y ? panel->series[s].x[i] : panel->series[s].y[i];
-            if (!isfinite(value) || !isfinite(other) || (is_log && !(value > 0.0)))
+            if (!isfinite(value) || (!isfinite(other) && (of_y || !panel->series[s].is_dense)) ||
+                (is_log && !(value > 0.0)))
                 continue;
             *low = fmin(*low, value);
             *high = fmax(*high, value);

@@ -303,11 +303,12 @@ static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     if (seen.count > 0)
         fprintf(stderr,
-                "  %llu impact%s dissipate %g J; contacts close %llu times, open %llu; joints stick %llu times, slip "
+                "  %llu impact%s, which dissipate%s %g J; contacts close %llu times, open %llu; joints stick %llu "
+                "times, slip "
                 "%llu\n",
-                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.dissipated,
-                (unsigned long long)seen.closings, (unsigned long long)seen.openings, (unsigned long long)seen.sticks,
-                (unsigned long long)seen.slips);
+                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.impacts == 1 ? "s" : "",
+                seen.dissipated, (unsigned long long)seen.closings, (unsigned long long)seen.openings,
+                (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
 }
 
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
