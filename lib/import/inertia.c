@@ -155,8 +155,8 @@ static void refuse(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
         odd <= excess_most ? "warn" : "accept");
 }
 
-/* Whether an inertia is what rounding leaves of a zero: compared with that of the part, or where the part has none, with the
- * moment m c^2 about the link's origin, of which a parallel axis subtracts as much. */
+/* Whether an inertia is what rounding leaves of a zero: compared with that of the part, or where the part has none, with
+ * the moment m c^2 about the link's origin, of which a parallel axis subtracts as much. */
 static bool is_rounding(const parts *p, int b) {
     const kt_body *body = &p->j->bodies[b];
     const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);
