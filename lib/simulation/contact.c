@@ -373,7 +373,8 @@ typedef struct reactions {
     double z[KT_LEMKE_MAX];
 } reactions;
 
-/* Those that can have a reaction, with the accelerations that they leave. */
+/* Those that can have a reaction, with the accelerations that they leave. A contact whose reaction has ended has none: the
+ * event has found its sign; a few rounding units of the time earlier, where the step ends, it may still press. */
 static void list_reactions(kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
                            reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
@@ -387,9 +388,9 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
             continue;
         if (!is_side && fabs(c->v[contact->v]) > resting)
             continue;
-        const double free = along(c, i, c->a, c->drift, &size);
-        if (is_side && leaves && free >= -1e3 * rounding * size)
+        if (is_side && leaves)
             continue;
+        const double free = along(c, i, c->a, c->drift, &size);
         r->slip[r->n] = is_side ? 0.0 : slip_of(simulation->model, contact);
         r->limit[r->n] = is_side ? 0.0 : limit_of(simulation->model, contact);
         r->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
@@ -530,6 +531,8 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
             u[i] = 0.0;
         closes = closes || (i < c->meeting && u[i] < 0.0);
     }
+    for (int k = 0; closes && k < c->sides; k++) /* behind impulses any may press */
+        leaving &= ~c->item[k].bit;
     if (status == KT_OK && closes)
         status = strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK)

@@ -111,7 +111,7 @@ static void describe_shape(kt_bytes *bytes, kt_wildness wild, kt_shape *shape) {
     shape->length = kt_bytes_positive(bytes, wild);
     shape->axis = kt_fuzz_axis(bytes, wild);
     shape->points = corners;
-    shape->point_count = (int)kt_bytes_pick(bytes, 4) + (wild < KT_WILD_NUMBERS ? 3 : 2);
+    shape->point_count = (int)kt_bytes_pick(bytes, 3) + (wild < KT_WILD_NUMBERS ? 3 : 2);
     kt_fuzz_rotation(bytes, wild, &shape->rotation);
 }
 
