@@ -56,7 +56,9 @@ static kt_status differentiate_state(kt_linearization *l, size_t k, size_t colum
 }
 
 /* The number of states that are positions or velocities. */
-static size_t moving_of(const kt_linear_system *system) { return (size_t)(system->positions + system->velocities); }
+static size_t moving_of(const kt_linear_system *system) {
+    return (size_t)system->positions + (size_t)system->velocities;
+}
 
 static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;

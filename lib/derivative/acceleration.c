@@ -119,9 +119,11 @@ static kt_status refuse_unknown(const work *w, kt_error *error) {
     return kt_derivatives_refuse_unknown(w->of.t, w->of.error, most, error);
 }
 
-kt_status kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
-                                      const double *q, const double *v, const double *tau, const kt_wrench *external,
-                                      double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
+kt_status
+kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
+                            const double *q, const double *v, const double *tau, const kt_wrench *external,
+                            /* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the matrices */
+                            double *da_dq, double *da_dv, double *da_dtau, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) ||
         KT_IS_MISSING(error, q || !model->n.q, da_dq || !model->n.v, da_dv || !model->n.v))
         return KT_ERROR_ARGUMENT;

@@ -318,6 +318,7 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
 
 kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,
                                 const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                /* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the matrices */
                                 const double *a, double *basis, double *mass, double *stiffness, double *damping,
                                 kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) ||
