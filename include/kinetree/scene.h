@@ -109,7 +109,16 @@ typedef struct kt_scene_options {
      * `where` is then the setting itself. */
     const char *const *settings;
     int setting_count; /* length of settings */
+
+    /* Values that kt_scene_vary changes after the scene has been read: the PATH of each, as of a setting, and the number that
+     * it has first, as by a setting behind the others. */
+    const char *const *variables;
+    const double *values; /* variable_count numbers */
+    int variable_count;   /* length of variables */
 } kt_scene_options;
+
+/* The numbers of a scene that follow from its variables. */
+typedef struct kt_scene_variables kt_scene_variables;
 
 /* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
 typedef struct kt_scene {
@@ -132,7 +141,7 @@ typedef struct kt_scene {
     int column_count;                     /* length of columns */
     const kt_scene_mesh *meshes;          /* `meshes`, for pictures alone; NULL: none */
     int mesh_count;                       /* length of meshes */
-    const kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
+    kt_scene_parameter *parameters;       /* in the order of the file; NULL: none */
     int parameter_count;                  /* length of parameters */
     const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */
     int setting_count;                    /* length of settings */
@@ -141,6 +150,7 @@ typedef struct kt_scene {
     int note_count;              /* length of notes */
     void *memory;                /* where the arrays and strings live; for kt_scene_free */
     const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
+    kt_scene_variables *variables; /* for kt_scene_vary; NULL: none */
 } kt_scene;
 
 /* Returns a scene with an empty mechanism and kt_run_default, but no method named. */
@@ -168,6 +178,14 @@ KT_API KT_CHECKED kt_status kt_scene_read_with(const char *path, const kt_scene_
 KT_API KT_CHECKED kt_status kt_scene_parse_with(const char *path, const char *text, size_t size,
                                                 const kt_scene_options *options, kt_scene *scene,
                                                 kt_scene_report *report, void *user, kt_error *error);
+
+/* Gives the variables of a scene other values, variable_count finite numbers: its numbers, and the values of its parameters,
+ * are then those of the file read with these values, to the bit, without reading it. What kt_description_check and
+ * kt_run_check judge, they judge when the scene is compiled and run. Errors, the scene being as before:
+ * KT_ERROR_UNSUPPORTED (more than numbers follows from a variable: a formula of time, a rotation, a table; error->where is
+ * such a place; read the scene again), KT_ERROR_SCENE (a number would not be finite, or not above 0 where it must be),
+ * KT_ERROR_ARGUMENT (no variables). Allocates nothing. O(numbers that follow). */
+KT_API KT_CHECKED kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error);
 
 /* Adds the position in the file to a fault that only kt_model_compile finds: error->where, "body 'crank'" or "loop
  * 'close'", becomes "FILE:LINE:COLUMN", and its former text begins the message. Returns false, with the error

@@ -1,5 +1,6 @@
 /* Bodies: the list, and the keys of each. */
 #include "scene/shapes.h"
+#include "scene/vary.h"
 
 #include <math.h>
 #include <string.h>
@@ -92,6 +93,13 @@ static bool read_inertias(kt_reader *r, const kt_scope *scope, kt_node *node, kt
     return good;
 }
 
+static void follow_inertia(kt_reader *r, const kt_node *list, kt_sym3 *inertia) {
+    double *const places[] = {&inertia->xx, &inertia->yy, &inertia->zz, &inertia->xy, &inertia->xz, &inertia->yz};
+    int k = 0;
+    for (kt_node *item = list->of.first; item != NULL; item = item->next)
+        (void)kt_number_follows(r, item, false, places[k++]);
+}
+
 static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     double values[6] = {0.0};
     bool varies = false;
@@ -104,6 +112,8 @@ static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, con
         return false;
     kt_sym3 *inertia = kt_field_in(object, field);
     *inertia = kt_sym3_make(values[0], values[1], values[2], values[3], values[4], values[5]);
+    if (!varies)
+        follow_inertia(r, node, inertia);
     return true;
 }
 
@@ -190,7 +200,7 @@ static const kt_table marker_table = {.fields = marker_fields, .count = KT_COUNT
 /* A point, or a frame: tip: [1, 0, 0], tool: {at: [1, 0, 0], rotation: ROTATION}. */
 static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
     return node->kind == KT_NODE_MAP ? kt_table_read(r, scope, node, &marker_table, marker)
-                                     : kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &marker->at);
+                                     : kt_put_vector(r, scope, node, &marker->at);
 }
 
 static void write_marker(kt_emitter *e, const kt_marker *marker) {

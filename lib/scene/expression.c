@@ -3,6 +3,7 @@
 
 #include "expression/expression.h"
 #include "scene/number.h"
+#include "scene/vary.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -77,7 +78,8 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
 typedef struct kt_formula_names {
     kt_reader *r;
     const kt_symbols *variables;
-    bool waits; /* a parameter has no value: that has been reported */
+    bool waits;  /* a parameter has no value: that has been reported */
+    bool varies; /* a parameter depends on a variable */
 } kt_formula_names;
 
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
@@ -88,6 +90,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
         return false;
     const kt_named_number *parameter = &names->r->parameters[symbol->index];
     names->waits = names->waits || !parameter->is_known;
+    names->varies = names->varies || parameter->varies;
     symbol->is_fixed = true;
     symbol->number = parameter->value;
     return true;
@@ -158,6 +161,8 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
                                               "with numbers in place of parameters the formula has more than %d "
                                               "characters; compute a part of it as a parameter",
                                               KT_EXPRESSION_LENGTH_MAX);
+    if (names.varies)
+        kt_varying_note_fixed(r, node);
     *text = filled;
     return true;
 }
@@ -200,5 +205,6 @@ bool kt_read_expression(kt_reader *r, const kt_scope *scope, kt_node *node, bool
             r, KT_ERROR_SCENE, scope, node,
             "expected a number, found the angle %s; divide by 1 rad where its number in radians is meant",
             kt_name_quote(node->of.text).text);
+    kt_varying_note(r, node, expression);
     return kt_expression_value(r, scope, node, expression, out);
 }

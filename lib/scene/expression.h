@@ -16,6 +16,7 @@ struct kt_named_number {
     int missing; /* parameters that its expression uses and whose values are not yet known */
     bool is_known, is_angle;
     bool is_used; /* by anything */
+    bool varies;  /* it depends on a variable (vary.h) */
 };
 
 /* Whether there is a parameter of this name. */

@@ -1,6 +1,7 @@
 /* Tree joints: type, frame, initial position and velocity. */
 #include "model/relative.h"
 #include "scene/part.h"
+#include "scene/vary.h"
 
 #include <string.h>
 
@@ -95,7 +96,7 @@ static bool same_turn(const kt_field *field, const void *object, const void *sta
 }
 
 static bool read_rates(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_numbers(r, scope, node, 3, KT_QUANTITY_RATE, NULL, kt_field_in(object, field));
+    return kt_put_numbers(r, scope, node, 3, KT_QUANTITY_RATE, NULL, kt_field_in(object, field));
 }
 
 static void write_rates(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -151,8 +152,8 @@ static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node,
     for (int k = 0; k < count; k++)
         quantities[k] = is_length(type, k) ? KT_QUANTITY_NUMBER : of_angle;
     if (count == 1 && !is_list_of_one(node))
-        return kt_read_number(r, scope, node, quantities[0], out);
-    return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
+        return kt_put_number(r, scope, node, quantities[0], out);
+    return kt_put_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
 }
 
 static void note_given(kt_joint *joint, const kt_node *node, const char *key, unsigned part) {
@@ -241,11 +242,15 @@ static bool read_armature(kt_reader *r, const kt_scope *scope, kt_node *node, co
     const int count = velocity_counts[joint->type];
     (void)field;
     if (is_list_of_one(node) || (count > 1 && node->kind == KT_NODE_LIST))
-        return kt_read_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, NULL, joint->armature);
+        return kt_put_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, NULL, joint->armature);
     if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &joint->armature[0]))
         return false;
-    for (int k = 1; k < count; k++)
+    const bool follows = kt_number_follows(r, node, false, &joint->armature[0]);
+    for (int k = 1; k < count; k++) {
         joint->armature[k] = joint->armature[0];
+        if (follows)
+            kt_number_follows_too(r, &joint->armature[k]);
+    }
     return true;
 }
 
@@ -283,8 +288,8 @@ static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const bool is_rate = field->offset == offsetof(kt_joint, limits.velocity);
     const bool is_effort = field->offset == offsetof(kt_joint, limits.effort);
     const kt_quantity turning = is_rate ? KT_QUANTITY_RATE : KT_QUANTITY_ANGLE;
-    return kt_read_number(r, scope, node, slides || is_effort ? KT_QUANTITY_NUMBER : turning,
-                          kt_field_in(object, field));
+    return kt_put_number(r, scope, node, slides || is_effort ? KT_QUANTITY_NUMBER : turning,
+                         kt_field_in(object, field));
 }
 
 static void write_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {

@@ -2,6 +2,7 @@
 #include "model/formula.h"
 #include "scene/expression.h"
 #include "scene/part.h"
+#include "scene/vary.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -11,7 +12,7 @@
 /* If the key is missing, the distance is the initial one, which is the default before reading. */
 static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     ((kt_effect *)object)->initial_length = false;
-    return kt_read_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+    return kt_put_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static bool same_distance(const kt_field *field, const void *object, const void *standard) {
@@ -113,7 +114,7 @@ static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
         const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
         good = kt_read_name(r, scope, key, "the name of a joint", &terms[i].joint) && good;
-        good = kt_read_number(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
+        good = kt_put_number(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
         if (kt_joint_quantity(r, terms[i].joint) == KT_QUANTITY_ANGLE)
             r->joint_quantity = KT_QUANTITY_ANGLE;
     }
@@ -136,8 +137,17 @@ static void write_terms(kt_emitter *e, const kt_field *field, const void *object
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
+/* A function that stays where it is read. */
+static bool put_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
+    if (!kt_read_function(r, scope, node, quantity, out))
+        return false;
+    if (out->type == KT_FUNCTION_CONSTANT)
+        (void)kt_number_follows(r, node, false, &out->value);
+    return true;
+}
+
 static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_function(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+    return put_function(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -159,7 +169,7 @@ static bool read_functions(kt_reader *r, const kt_scope *scope, kt_node *node, c
     int i = 0;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
+        good = put_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
     }
     return good;
 }

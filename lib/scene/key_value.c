@@ -20,11 +20,11 @@ kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
 }
 
 static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+    return kt_put_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static bool read_six(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
+    return kt_put_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
 }
 
 static void write_six(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {

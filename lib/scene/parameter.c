@@ -8,6 +8,7 @@
 #include "scene/expression.h"
 #include "scene/number.h"
 #include "scene/part.h"
+#include "scene/vary.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -44,7 +45,8 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
     const size_t count = map->count;
     void *slots = kt_pool_take(&r->scratch, kt_names_size(count), 1);
     r->parameters = kt_pool_take(&r->scratch, count + 1, sizeof *r->parameters);
-    r->parameter_values = kt_pool_take(&r->scratch, count + 1, sizeof *r->parameter_values);
+    r->parameter_values =
+        kt_pool_take(r->varying != NULL ? &r->keep : &r->scratch, count + 1, sizeof *r->parameter_values);
     if (slots == NULL || r->parameters == NULL || r->parameter_values == NULL)
         return kt_reader_out_of_memory(r);
     kt_names_init(&r->parameter_names, count, slots);
@@ -61,10 +63,12 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
     return true;
 }
 
-static void set_value(kt_reader *r, kt_named_number *parameter, double value) {
+static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     parameter->value = value;
     parameter->is_known = true;
     r->parameter_values[parameter - r->parameters] = value;
+    parameter->varies = parameter->node->follows;
+    (void)kt_number_follows(r, parameter->node, false, &r->parameter_values[parameter - r->parameters]);
 }
 
 /* A number or an angle; whether it is one or the other is known from its text. */
@@ -73,7 +77,7 @@ static void read_plain(kt_reader *r, const kt_scope *scope, kt_named_number *par
     if (parameter->node->kind == KT_NODE_TEXT)
         parameter->is_angle = kt_scalar_classify(parameter->node->of.text, &value) == KT_SCALAR_ANGLE;
     if (kt_read_number(r, scope, parameter->node, parameter->is_angle ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER, &value))
-        set_value(r, parameter, value);
+        put_value(r, parameter, value);
 }
 
 /* ---- the order of evaluation ------------------------------------------------------------------------------------- */
@@ -118,8 +122,11 @@ static bool list_uses(kt_reader *r, kt_uses *u) {
 static void compute(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
     const kt_scope scope = {.outer = outer, .key = parameter->name};
     double value = 0.0;
-    if (parameter->expression != NULL && kt_expression_value(r, &scope, parameter->node, parameter->expression, &value))
-        set_value(r, parameter, value);
+    if (parameter->expression != NULL &&
+        kt_expression_value(r, &scope, parameter->node, parameter->expression, &value)) {
+        kt_varying_note(r, parameter->node, parameter->expression);
+        put_value(r, parameter, value);
+    }
 }
 
 /* The units of an expression follow from those of what it uses, so that it is read again once these are known. */

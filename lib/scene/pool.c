@@ -56,6 +56,15 @@ char *kt_pool_text(kt_pool *pool, const char *text, size_t length) {
     return copy;
 }
 
+bool kt_pool_has(const kt_pool *pool, const double *number) {
+    for (const kt_chunk *chunk = pool->chunks; chunk != NULL; chunk = chunk->next) {
+        const uintptr_t at = (uintptr_t)number, begin = (uintptr_t)chunk->bytes;
+        if (at >= begin && at - begin < chunk->size)
+            return true;
+    }
+    return false;
+}
+
 kt_chunk *kt_pool_join(kt_chunk *chunks, kt_chunk *others) {
     kt_chunk *last = chunks;
     if (chunks == NULL)

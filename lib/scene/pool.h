@@ -2,6 +2,7 @@
 #ifndef KT_SCENE_POOL_H
 #define KT_SCENE_POOL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 typedef struct kt_chunk kt_chunk;
@@ -18,6 +19,9 @@ void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 
 /* A terminated copy of `length` bytes; NULL where there is no memory. */
 char *kt_pool_text(kt_pool *pool, const char *text, size_t length);
+
+/* Whether a number lies in memory that was taken from a pool. O(chunks). */
+bool kt_pool_has(const kt_pool *pool, const double *number);
 
 /* Puts the chunks of one pool before those of another (NULL: none), to be released together; returns the first. */
 kt_chunk *kt_pool_join(kt_chunk *chunks, kt_chunk *others);

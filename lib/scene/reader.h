@@ -52,6 +52,7 @@ struct kt_reader {
     bool parameters_are_hidden;  /* they could not be read: what uses them is not told */
     kt_names parameter_names;    /* to indices */
     const char *const *settings; /* texts that have replaced values of the file */
+    kt_scene_variables *varying; /* NULL: none */
 
     kt_node *root;
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,

@@ -12,6 +12,7 @@
 #include "scene/number.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
+#include "scene/vary.h"
 
 #include <locale.h>
 #include <stdio.h>
@@ -207,6 +208,7 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
         kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
         return;
     }
+    kt_varying_start(r, options);
     kt_settings_apply(r, options, &table);
     if (!check_version(r, r->root))
         return;
@@ -218,8 +220,10 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
         kt_exhausts_add(r, &scene->description);
     if (!r->out_of_memory)
         kt_check_description(r, &scene->description);
-    if (!r->out_of_memory && r->fault_count == 0 && mark_scene(r, path, scene))
+    if (!r->out_of_memory && r->fault_count == 0 && mark_scene(r, path, scene)) {
         kt_parameters_finish(r, path, options, scene);
+        kt_varying_finish(r, path, scene);
+    }
 }
 
 kt_scene kt_scene_default(void) {
@@ -286,6 +290,13 @@ static kt_status check_options(const kt_scene_options *options, kt_error *error)
     for (int k = 0; k < options->setting_count; k++)
         if (options->settings[k] == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "options", "settings[%d] cannot be NULL", k);
+    if (options->variable_count < 0 ||
+        (options->variable_count > 0 && (options->variables == NULL || options->values == NULL)))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
+                            "variables and values must be arrays of variable_count texts and numbers");
+    for (int k = 0; k < options->variable_count; k++)
+        if (options->variables[k] == NULL)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "options", "variables[%d] cannot be NULL", k);
     return KT_OK;
 }
 

@@ -212,10 +212,30 @@ static void apply(const kt_setting *s) {
     node->next = next;
 }
 
+/* The settings, and those that variables stand for; NULL: out of memory. */
+static const char *const *list_settings(kt_reader *r, const kt_scene_options *options) {
+    const int count = options->setting_count + options->variable_count;
+    const char **texts = kt_pool_take(&r->scratch, (size_t)count, sizeof *texts);
+    for (int k = 0; texts != NULL && k < count; k++) {
+        const int variable = k - options->setting_count;
+        const size_t room = variable < 0 ? 0 : strlen(options->variables[variable]) + 32;
+        char *own = variable < 0 ? NULL : kt_pool_take(&r->scratch, room, 1);
+        if (own != NULL)
+            (void)snprintf(own, room, "%s=%.17g", options->variables[variable], options->values[variable]);
+        texts[k] = variable < 0 ? options->settings[k] : own;
+        if (texts[k] == NULL)
+            texts = NULL;
+    }
+    if (texts == NULL)
+        (void)kt_reader_out_of_memory(r);
+    return texts;
+}
+
 void kt_settings_apply(kt_reader *r, const kt_scene_options *options, const kt_table *top) {
-    r->settings = options != NULL ? options->settings : NULL;
-    for (int k = 0; options != NULL && k < options->setting_count && !r->out_of_memory; k++) {
-        const kt_setting setting = {.r = r, .text = options->settings[k], .index = k, .top = top};
+    const int count = options != NULL ? options->setting_count + options->variable_count : 0;
+    r->settings = count > 0 ? list_settings(r, options) : NULL;
+    for (int k = 0; k < count && !r->out_of_memory; k++) {
+        const kt_setting setting = {.r = r, .text = r->settings[k], .index = k, .top = top};
         apply(&setting);
     }
 }

@@ -1,6 +1,7 @@
 /* The sections `simulate` and `output`: the settings of a run, and what it records. */
 #include "scene/event.h"
 #include "scene/part.h"
+#include "scene/vary.h"
 
 #include <math.h>
 #include <string.h>
@@ -75,6 +76,8 @@ static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, c
         if (!kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &value))
             return false;
         run->relative = run->absolute = value;
+        if (kt_number_follows(r, node, true, &run->relative))
+            kt_number_follows_too(r, &run->absolute);
         return true;
     }
     if (node->kind == KT_NODE_LIST)
@@ -114,6 +117,7 @@ static bool read_duration(kt_reader *r, const kt_scope *scope, kt_node *node, co
     if (value < 0.0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' cannot be negative", node->of.text);
     memcpy(kt_field_in(object, field), &value, sizeof value);
+    (void)kt_number_follows(r, node, true, kt_field_in(object, field)); /* 0 is read anew */
     return true;
 }
 

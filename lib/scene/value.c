@@ -3,6 +3,7 @@
 
 #include "scene/expression.h"
 #include "scene/number.h"
+#include "scene/vary.h"
 
 #include <string.h>
 
@@ -53,6 +54,8 @@ static bool take_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_q
                         double *out) {
     if (quantity == KT_QUANTITY_POSITIVE && !(value > 0.0))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' must be greater than 0", node->of.text);
+    if (!kt_is_expression(node))
+        kt_varying_note(r, node, NULL);
     *out = value;
     return true;
 }
@@ -122,16 +125,38 @@ bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
     return true;
 }
 
+bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out) {
+    if (!kt_read_number(r, scope, node, quantity, out))
+        return false;
+    (void)kt_number_follows(r, node, quantity == KT_QUANTITY_POSITIVE, out);
+    return true;
+}
+
+bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
+                    const kt_quantity *quantities, double *out) {
+    if (!kt_read_numbers(r, scope, node, count, quantity, quantities, out))
+        return false;
+    kt_numbers_follow(r, node, out);
+    return true;
+}
+
+bool kt_put_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out) {
+    if (!kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, out))
+        return false;
+    kt_numbers_follow(r, node, &out->x);
+    return true;
+}
+
 static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+    return kt_put_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
 }
 
 static bool read_positive(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, kt_field_in(object, field));
+    return kt_put_number(r, scope, node, KT_QUANTITY_POSITIVE, kt_field_in(object, field));
 }
 
 static bool read_angle(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_number(r, scope, node, KT_QUANTITY_ANGLE, kt_field_in(object, field));
+    return kt_put_number(r, scope, node, KT_QUANTITY_ANGLE, kt_field_in(object, field));
 }
 
 void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -151,7 +176,7 @@ const kt_kind kt_kind_angle = {read_angle, kt_number_write, kt_number_same};
 /* ---- vectors ----------------------------------------------------------------------------------------------------- */
 
 static bool read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+    return kt_put_vector(r, scope, node, kt_field_in(object, field));
 }
 
 static void write_vector(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {

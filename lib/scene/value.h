@@ -18,6 +18,11 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
+/* The same of numbers that stay in *out, of which nothing else is concluded (vary.h). */
+bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
+bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
+                    const kt_quantity *quantities, double *out);
+bool kt_put_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out);
 /* Free text; the name of something, where `expected` says of what ("a name"). Kept with the scene. kt_description_check
  * decides whether a name is valid. */
 bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out);

@@ -4,6 +4,7 @@
 sweep.py COMMAND
 """
 import csv
+import json
 import math
 import os
 import pathlib
@@ -133,6 +134,53 @@ def killed():
     same(f"after {breaks} kills", pathlib.Path("k.csv").read_bytes() == whole, True)
 
 
+BOUNCE = """kinetree: 1
+parameters: {v: 3, h: 1, g: 9.81}
+gravity: [0, 0, =-g]
+bodies: [{name: stone, joint: {type: prismatic, axis: z, position: =h, velocity: =v}, mass: 1}]
+effects: [{name: air, type: joint_damper, joint: stone, damping: 0.1}]
+events: [{name: apex, when: velocity.stone, direction: falling, then: record}]
+simulate: {duration: 5, until: position.stone < 0}
+output: {record: [position, velocity, energy], columns: {height: 2*position.stone}}
+"""
+
+
+def alone(scene, name, value, line):
+    """The numbers of a run alone, those of its line: the same bits."""
+    done = subprocess.run([command, "run", scene, "--set", f"{name}={value}", "--quiet", "--out", "a.csv", "--summary", "a.json"], check=False)
+    same(f"{scene}, {name}={value}: exit code", done.returncode, 0)
+    records = rows(pathlib.Path("a.csv").read_text())
+    summary = json.loads(pathlib.Path("a.json").read_text())
+    for column in (c for c in records[0] if c != "time" and f"{c}.end" in line):
+        values = [r[column] for r in records]
+        same(f"{scene}, {name}={value}: {column} at the end", line[f"{column}.end"], values[-1])
+        same(f"{scene}, {name}={value}: its range", (float(line[f"{column}.min"]), float(line[f"{column}.max"])), (min(map(float, values)), max(map(float, values))))
+    same(f"{scene}, {name}={value}: steps", int(line["steps"]), summary["cost"]["steps"])
+    return summary
+
+
+def as_alone():
+    """Runs of a sweep, whose scene is read once, against runs alone."""
+    pathlib.Path("bounce.yaml").write_text(BOUNCE)
+    lines = rows(run("bounce.yaml", "--vary", "v=1,4,7", "--jobs", "1", "--out", "-").stdout)
+    same("own columns and events have cells", "height.end" in lines[0] and "event.apex" in lines[0], True)
+    for line in lines:
+        summary = alone("bounce.yaml", "v", line["v"], line)
+        same(f"events at v={line['v']}", int(line["event.apex"]), summary["events"]["apex"])
+    for path in ("simulate.tolerance", "bodies.stone.mass", "effects.air.damping"):
+        for line in rows(run("bounce.yaml", "--vary", f"{path}=1e-3,1e-2", "--jobs", "1", "--out", "-").stdout):
+            alone("bounce.yaml", path, line[path], line)
+    told = run("bounce.yaml", "--vary", "v=1:2:5", "--out", "b.csv").stderr
+    same("read once: nothing is told", "anew" in told, False)
+    pathlib.Path("formula.yaml").write_text(BOUNCE.replace("until: position.stone < 0", "until: position.stone < h/2"))
+    told = run("formula.yaml", "--vary", "h=1:2:5", "--jobs", "2", "--out", "b.csv").stderr
+    same(f"a formula of it: told with its place ({told.strip()[-60:]!r})", "read anew" in told and "formula.yaml:7:" in told, True)
+    for line in rows(pathlib.Path("b.csv").read_text()):
+        alone("formula.yaml", "h", line["h"], line)
+    pathlib.Path("from.yaml").write_text(BOUNCE + "initial: {from: a.csv}\n")
+    same("a state from a file is refused", "initial.from" in run("from.yaml", "--vary", "g=1,2", code=2).stderr, True)
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -150,7 +198,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -96,7 +96,9 @@ static int write_line(void *user, int64_t run, const char *line) {
 
 /* Whether a line of an earlier sweep is what this one computes. */
 static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
-    char *own = kt_sweep_line(sweep, run);
+    kt_sweep_worker worker = {.has_scene = false};
+    char *own = kt_sweep_line(sweep, &worker, run);
+    kt_sweep_worker_free(&worker);
     const bool same = own != NULL && strcmp(own, line) == 0;
     if (own == NULL)
         kt_say("sweep: there is not enough memory");
@@ -150,11 +152,15 @@ static int threads_of(const kt_sweep_arguments *arguments) {
     return jobs > 0 ? (int)(jobs < 256 ? jobs : 256) : 1;
 }
 
-static void report(const sink *s, const char *out, int64_t before) {
+static void report(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
     const int64_t runs = s->end - s->first;
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
     if (before > 0)
         fprintf(stderr, "; %lld more were there already", (long long)before);
+    if (all->why[0] != '\0')
+        fprintf(stderr,
+                "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
+                all->why);
     fprintf(stderr, "\n  %s\n", strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
 }
 
@@ -181,10 +187,11 @@ static int write_runs(const kt_sweep *sweep, FILE *file, const char *name, const
               .first = next,
               .end = end,
               .start = kt_clock()};
-    const int failed = next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_line, &s) : 0;
+    kt_sweep_worker all = {.has_scene = false};
+    const int failed = next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_line, &s, &all) : 0;
     kt_progress_end(&s.progress);
     if (failed == 0 && !arguments->quiet)
-        report(&s, out, next - first);
+        report(&s, &all, out, next - first);
     return failed == 0 ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }
 

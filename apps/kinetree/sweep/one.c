@@ -23,25 +23,30 @@ typedef struct cells {
 
 static void add(cells *to, const char *format, ...) KT_PRINTF(2, 3);
 
+static bool grow(cells *to, size_t more) {
+    const size_t room = 2 * to->room + more + 1024;
+    char *at = realloc(to->at, room);
+    to->failed = at == NULL;
+    if (to->failed)
+        return false;
+    to->at = at;
+    to->room = room;
+    return true;
+}
+
+/* Mostly there is room, and the text is made once. */
 static void add(cells *to, const char *format, ...) {
     va_list arguments, again;
     va_start(arguments, format);
     va_copy(again, arguments);
-    const int length = vsnprintf(NULL, 0, format, arguments);
-    va_end(arguments);
-    if (length >= 0 && !to->failed && to->used + (size_t)length + 1 > to->room) {
-        const size_t room = 2 * to->room + (size_t)length + 256;
-        char *more = realloc(to->at, room);
-        if (more == NULL) {
-            to->failed = true;
-        } else {
-            to->at = more;
-            to->room = room;
-        }
-    }
+    size_t left = to->room - to->used;
+    int length = to->failed ? -1 : vsnprintf(left > 0 ? to->at + to->used : NULL, left, format, arguments);
+    if (length >= 0 && (size_t)length >= left && grow(to, (size_t)length))
+        length = vsnprintf(to->at + to->used, to->room - to->used, format, again);
     if (length >= 0 && !to->failed)
-        to->used += (size_t)vsnprintf(to->at + to->used, to->room - to->used, format, again);
+        to->used += (size_t)length;
     va_end(again);
+    va_end(arguments);
 }
 
 /* A number that has none is an empty cell. */
@@ -78,10 +83,12 @@ static char *end_line(cells *to) {
 
 /* What is made for a run. */
 typedef struct made {
-    kt_scene scene;
+    kt_scene own;    /* read for this run */
+    kt_scene *scene; /* that, or the worker's; NULL: there is none */
     kt_model *model;
     kt_absolute *absolute;
     kt_simulation *simulation;
+    kt_scene_watch *watch;
     kt_columns columns;
     kt_extremes extremes;
     kt_energy_watch energy;
@@ -91,9 +98,11 @@ static void release(made *m) {
     kt_extremes_free(&m->extremes);
     kt_columns_free(&m->columns);
     kt_simulation_free(m->simulation);
+    kt_scene_watch_free(m->watch);
     kt_absolute_free(m->absolute);
     kt_model_free(m->model);
-    kt_scene_free(&m->scene);
+    kt_scene_free(&m->own);
+    *m = (made){.scene = NULL};
 }
 
 static void keep_first(void *user, const kt_error *fault) {
@@ -105,28 +114,25 @@ static void keep_first(void *user, const kt_error *fault) {
 /* Reads the scene with the values of a run. */
 static kt_status read_scene(const kt_sweep *sweep, const double *values, kt_scene *scene, kt_scene_report *report,
                             void *user, kt_error *error) {
-    enum { ROOM = 512 };
     const kt_settings *fixed = &sweep->arguments->settings;
-    const char *settings[KT_SETTINGS_MAX + KT_SWEEP_AXES_MAX];
-    char own[KT_SWEEP_AXES_MAX][ROOM];
-    for (int i = 0; i < fixed->count; i++)
-        settings[i] = fixed->text[i];
-    for (int i = 0; i < sweep->plan.count; i++) {
-        if (snprintf(own[i], ROOM, "%s=%.17g", sweep->plan.axes[i].path, values[i]) >= ROOM)
-            return kt_error_set(error, KT_ERROR_ARGUMENT, "sweep", "the name of a value is too long");
-        settings[fixed->count + i] = own[i];
-    }
-    const kt_scene_options options = {.settings = settings, .setting_count = fixed->count + sweep->plan.count};
+    const char *variables[KT_SWEEP_AXES_MAX];
+    for (int i = 0; i < sweep->plan.count; i++)
+        variables[i] = sweep->plan.axes[i].path;
+    const kt_scene_options options = {.settings = fixed->text,
+                                      .setting_count = fixed->count,
+                                      .variables = variables,
+                                      .values = values,
+                                      .variable_count = sweep->plan.count};
     return kt_scene_parse_with(sweep->path, sweep->text, sweep->size, &options, scene, report, user, error);
 }
 
 static kt_status compile(made *m, kt_error *error) {
-    const kt_model_options options = kt_compile_options(&m->scene);
-    kt_status status = kt_model_compile(&m->scene.description, &options, &m->model, error);
+    const kt_model_options options = kt_compile_options(m->scene);
+    kt_status status = kt_model_compile(&m->scene->description, &options, &m->model, error);
     if (status == KT_ERROR_MODEL)
-        (void)kt_scene_locate(&m->scene, error);
-    if (status == KT_OK && m->scene.formulation == KT_FORMULATION_ABSOLUTE)
-        status = kt_absolute_create(&m->scene.description, &options, m->model, &m->absolute, error);
+        (void)kt_scene_locate(m->scene, error);
+    if (status == KT_OK && m->scene->formulation == KT_FORMULATION_ABSOLUTE)
+        status = kt_absolute_create(&m->scene->description, &options, m->model, &m->absolute, error);
     return status;
 }
 
@@ -136,8 +142,8 @@ static kt_status no_memory(kt_error *error) {
 
 /* Own columns with them; *record: what these need besides. */
 static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
-    return kt_columns_list(&m->columns, m->model, &m->scene.run, kt_run_record(&m->scene.run, m->model))
-               ? kt_columns_add_own(&m->columns, &m->scene, record, error)
+    return kt_columns_list(&m->columns, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
+               ? kt_columns_add_own(&m->columns, m->scene, record, error)
                : no_memory(error);
 }
 
@@ -151,11 +157,56 @@ static kt_status prepare(made *m, kt_error *error) {
     m->energy = kt_energy_watch_start(m->model);
     status = list_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
+    options.events = kt_scene_event_room(m->scene);
     if (status == KT_OK)
-        status = kt_simulation_create(m->model, &m->scene.run, &options, &m->simulation, error);
+        status = kt_simulation_create(m->model, &m->scene->run, &options, &m->simulation, error);
+    if (status == KT_OK && options.events > 0)
+        status = kt_scene_watch_create(m->scene, m->model, m->simulation, NULL, -1, &m->watch, error);
     if (status == KT_OK && !kt_extremes_start(&m->extremes, m->columns.count))
         status = no_memory(error);
     return status;
+}
+
+/* From the scene that the worker has, by its numbers alone. Whatever fails is told by reading the scene. */
+static bool prepare_again(kt_sweep_worker *worker, const double *values, made *m) {
+    kt_error error = {0};
+    if (!worker->has_scene || worker->why[0] != '\0')
+        return false;
+    kt_status status = kt_scene_vary(&worker->scene, values, &error);
+    if (status == KT_ERROR_UNSUPPORTED)
+        (void)snprintf(worker->why, sizeof worker->why, "%s", error.where);
+    m->scene = &worker->scene;
+    if (status == KT_OK)
+        status = prepare(m, &error);
+    if (status != KT_OK)
+        release(m);
+    return status == KT_OK;
+}
+
+/* From the text; the worker takes the first scene over. */
+static kt_status prepare_anew(const kt_sweep *sweep, kt_sweep_worker *worker, const double *values, made *m,
+                              kt_error *error) {
+    kt_error fault = {0};
+    const kt_status status = read_scene(sweep, values, &m->own, keep_first, &fault, error);
+    worker->anew++;
+    if (fault.code != KT_OK)
+        *error = fault;
+    if (status != KT_OK)
+        return status;
+    m->scene = &m->own;
+    if (!worker->has_scene) {
+        worker->scene = m->own;
+        worker->has_scene = true;
+        m->own = kt_scene_default();
+        m->scene = &worker->scene;
+    }
+    return prepare(m, error);
+}
+
+void kt_sweep_worker_free(kt_sweep_worker *worker) {
+    if (worker->has_scene)
+        kt_scene_free(&worker->scene);
+    worker->has_scene = false;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
@@ -221,23 +272,31 @@ char *kt_sweep_header(const kt_sweep *sweep) {
     for (int i = 0; i < sweep->plan.count; i++)
         add(&line, ",%s", sweep->plan.axes[i].path);
     add(&line, ",status,time,steps,evaluations,energy.error");
+    for (size_t i = 0; i < sweep->event_count; i++)
+        add(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         add(&line, ",%s.end,%s.min,%s.max", sweep->columns[i], sweep->columns[i], sweep->columns[i]);
     add(&line, ",why");
     return end_line(&line);
 }
 
-char *kt_sweep_line(const kt_sweep *sweep, int64_t number) {
+/* How often each event has happened; a run that did not begin has empty cells. */
+static void add_events(cells *line, const kt_sweep *sweep, const made *m) {
+    for (size_t i = 0; i < sweep->event_count; i++)
+        if (m->simulation != NULL)
+            add(line, ",%llu", (unsigned long long)kt_simulation_event_count(m->simulation, sweep->events[i]));
+        else
+            add(line, ",");
+}
+
+char *kt_sweep_line(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
     cells line = {NULL, 0, 0, false};
     double values[KT_SWEEP_AXES_MAX];
-    made m = {.model = NULL};
-    kt_error error = {0}, fault = {0};
+    made m = {.scene = NULL};
+    kt_error error = {0};
     kt_sweep_plan_values(&sweep->plan, number, values);
-    kt_status status = read_scene(sweep, values, &m.scene, keep_first, &fault, &error);
-    if (fault.code != KT_OK)
-        error = fault;
-    if (status == KT_OK)
-        status = prepare(&m, &error);
+    worker->runs++;
+    kt_status status = prepare_again(worker, values, &m) ? KT_OK : prepare_anew(sweep, worker, values, &m, &error);
     if (status == KT_OK)
         status = run(&m, &error);
     add(&line, "%lld", (long long)number);
@@ -248,6 +307,7 @@ char *kt_sweep_line(const kt_sweep *sweep, int64_t number) {
     add_number(&line, kt_simulation_time(m.simulation));
     add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     add_number(&line, m.energy.records > 0 ? kt_energy_watch_error(&m.energy) : (double)NAN);
+    add_events(&line, sweep, &m);
     add_columns(&line, sweep, &m);
     if (status == KT_OK)
         add(&line, ",");
@@ -310,12 +370,25 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
     return -1;
 }
 
+/* `until` is in the time that is reached. */
+static bool add_events_of(kt_sweep *sweep, const kt_scene *scene) {
+    sweep->events = calloc((size_t)scene->event_count + 1, sizeof *sweep->events);
+    for (int i = 0; sweep->events != NULL && i < scene->event_count; i++) {
+        sweep->events[i] = strdup(scene->events[i].name);
+        if (sweep->events[i] == NULL)
+            return false;
+        sweep->event_count++;
+    }
+    return sweep->events != NULL;
+}
+
 /* Reads and compiles the scene of a run. */
 static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scene_report *report, void *user,
                             kt_error *error) {
     double values[KT_SWEEP_AXES_MAX];
     kt_sweep_plan_values(&sweep->plan, run, values);
-    const kt_status status = read_scene(sweep, values, &m->scene, report, user, error);
+    const kt_status status = read_scene(sweep, values, &m->own, report, user, error);
+    m->scene = status == KT_OK ? &m->own : NULL;
     return status == KT_OK ? compile(m, error) : status;
 }
 
@@ -323,7 +396,7 @@ static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scen
 static int64_t find_right(const kt_sweep *sweep) {
     const int64_t runs = kt_sweep_plan_runs(&sweep->plan), most = runs < 1000 ? runs : 1000;
     for (int64_t run = 0; run < most; run++) {
-        made m = {.model = NULL};
+        made m = {.scene = NULL};
         kt_error error = {0};
         const kt_status status = make_model(sweep, run, &m, NULL, NULL, &error);
         release(&m);
@@ -334,7 +407,7 @@ static int64_t find_right(const kt_sweep *sweep) {
 }
 
 int kt_sweep_list_columns(kt_sweep *sweep) {
-    made m = {.model = NULL};
+    made m = {.scene = NULL};
     kt_error error = {0};
     int code = -1;
     kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
@@ -346,7 +419,15 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))
         status = no_memory(&error);
-    if (status != KT_OK && (read || m.scene.memory != NULL)) /* faults of reading were printed */
+    if (status == KT_OK && !add_events_of(sweep, m.scene))
+        status = no_memory(&error);
+    if (status == KT_OK && m.scene->from != NULL && code < 0) {
+        kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
+               "scene",
+               kt_show(m.scene->from).text);
+        code = KT_EXIT_SCENE;
+    }
+    if (status != KT_OK && (read || m.scene != NULL)) /* faults of reading were printed */
         kt_say_error(&error);
     if (status != KT_OK)
         code = kt_exit_code(status);
@@ -358,6 +439,9 @@ void kt_sweep_free(kt_sweep *sweep) {
     kt_sweep_plan_free(&sweep->plan);
     for (size_t i = 0; i < sweep->column_count; i++)
         free(sweep->columns[i]);
+    for (size_t i = 0; i < sweep->event_count; i++)
+        free(sweep->events[i]);
     free(sweep->columns);
+    free(sweep->events);
     free(sweep->text);
 }

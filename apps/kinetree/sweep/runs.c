@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { WINDOW = 1024, THREADS_MAX = 256 };
 
@@ -13,12 +14,21 @@ typedef struct shared {
     int64_t written;     /* runs before this one have been handed over */
     char *lines[WINDOW]; /* of run k in k % WINDOW; NULL: not there yet */
     bool failed, stops;
+    kt_sweep_worker *all;
     pthread_mutex_t mutex;
     pthread_cond_t line, room; /* there is a new line; there is room for one */
 } shared;
 
+static void add_counts(kt_sweep_worker *all, const kt_sweep_worker *worker) {
+    all->runs += worker->runs;
+    all->anew += worker->anew;
+    if (all->why[0] == '\0')
+        memcpy(all->why, worker->why, sizeof all->why);
+}
+
 static void *work(void *user) {
     shared *s = user;
+    kt_sweep_worker worker = {.has_scene = false};
     (void)pthread_mutex_lock(&s->mutex);
     for (;;) {
         while (!s->stops && s->next < s->end && s->next >= s->written + WINDOW)
@@ -27,7 +37,7 @@ static void *work(void *user) {
             break;
         const int64_t run = s->next++;
         (void)pthread_mutex_unlock(&s->mutex);
-        char *line = kt_sweep_line(s->sweep, run);
+        char *line = kt_sweep_line(s->sweep, &worker, run);
         (void)pthread_mutex_lock(&s->mutex);
         s->lines[run % WINDOW] = line;
         s->failed = s->failed || line == NULL;
@@ -35,7 +45,9 @@ static void *work(void *user) {
         if (s->failed)
             break;
     }
+    add_counts(s->all, &worker);
     (void)pthread_mutex_unlock(&s->mutex);
+    kt_sweep_worker_free(&worker);
     return NULL;
 }
 
@@ -66,7 +78,8 @@ static int hand_over(shared *s, int64_t first, kt_sweep_sink *sink, void *user) 
     return failed;
 }
 
-int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user) {
+int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user,
+                     kt_sweep_worker *all) {
     pthread_t thread[THREADS_MAX];
     shared *s = calloc(1, sizeof *s);
     int count = 0, failed = -1;
@@ -75,6 +88,7 @@ int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int thre
         return -1;
     }
     s->sweep = sweep;
+    s->all = all;
     s->next = s->written = first;
     s->end = end;
     (void)pthread_mutex_init(&s->mutex, NULL);

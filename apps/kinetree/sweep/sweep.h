@@ -71,11 +71,26 @@ typedef struct kt_sweep {
     size_t size;
     char **columns; /* names of the columns of records that lines have extremes of */
     size_t column_count;
+    char **events; /* names of the events that lines count */
+    size_t event_count;
 } kt_sweep;
 
-/* The first line, and that of a run: text that the caller frees, with its newline; NULL: not enough memory. */
+/* What a thread keeps from run to run: the scene, whose numbers are replaced where that is all in which runs differ. A struct
+ * of zeros is an empty one. */
+typedef struct kt_sweep_worker {
+    kt_scene scene;
+    bool has_scene;
+    int64_t runs, anew; /* lines, and those of them for which the scene was read */
+    char why
+        [KT_WHERE_SIZE]; /* where the scene has what is no number and follows from a value that varies; "": nowhere */
+} kt_sweep_worker;
+
+void kt_sweep_worker_free(kt_sweep_worker *worker);
+
+/* The first line, and that of a run: text that the caller frees, with its newline; NULL: not enough memory. A line is the
+ * same whatever the worker has done before. */
 char *kt_sweep_header(const kt_sweep *sweep);
-char *kt_sweep_line(const kt_sweep *sweep, int64_t number);
+char *kt_sweep_line(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 
 /* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */
 int kt_sweep_list_columns(kt_sweep *sweep);
@@ -86,8 +101,9 @@ void kt_sweep_free(kt_sweep *sweep);
 /* Takes a line; returns 0 to go on. */
 typedef int kt_sweep_sink(void *user, int64_t run, const char *line);
 
-/* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order.
- * Returns 0, or -1 if the sink stopped or memory or threads ran out. */
-int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user);
+/* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order; *all
+ * receives the sums of what the threads have counted. Returns 0, or -1 if the sink stopped or memory or threads ran out. */
+int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user,
+                     kt_sweep_worker *all);
 
 #endif

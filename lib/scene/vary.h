@@ -1,0 +1,33 @@
+/* Numbers of a scene that follow from variables (kt_scene_options.variables) and can be changed after it has been read.
+ *
+ * Every number that is read passes kt_read_number, which notes whether it depends on a variable. A reader that has put a
+ * number where it stays, and draws no other conclusion from it, says so by kt_number_follows; what no reader says so of
+ * cannot be changed without reading the scene again.
+ */
+#ifndef KT_SCENE_VARY_H
+#define KT_SCENE_VARY_H
+
+#include "kinetree/expression.h"
+#include "scene/reader.h"
+
+/* Begins and ends the reading of a scene with variables; options without any: nothing is done. */
+void kt_varying_start(kt_reader *r, const kt_scene_options *options);
+void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene);
+
+/* Notes that a number which has been read at this node is that of a variable, or by an expression that depends on one. */
+void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression);
+
+/* Notes that something has been made of a parameter, here, that no later value can change. */
+void kt_varying_note_fixed(kt_reader *r, kt_node *node);
+
+/* Says that the number of a node is in *at and nowhere else; with `positive` it is to be above 0. Returns whether it
+ * depends on a variable. */
+bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at);
+
+/* Behind such a call: it is in *at, too. */
+void kt_number_follows_too(kt_reader *r, double *at);
+
+/* The same of the items of a list. */
+void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at);
+
+#endif
