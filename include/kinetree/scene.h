@@ -134,23 +134,23 @@ typedef struct kt_scene {
      * command acts upon it; a program reads the file and calls kt_scene_start_from. */
     const char *from;
 
-    const kt_scene_event *events;         /* `events`; NULL: none */
-    int event_count;                      /* length of events */
-    kt_scene_event until;                 /* `simulate.until`; its `when` is NULL: there is none */
-    const kt_scene_column *columns;       /* `output.columns`; NULL: none */
-    int column_count;                     /* length of columns */
-    const kt_scene_mesh *meshes;          /* `meshes`, for pictures alone; NULL: none */
-    int mesh_count;                       /* length of meshes */
-    kt_scene_parameter *parameters;       /* in the order of the file; NULL: none */
-    int parameter_count;                  /* length of parameters */
-    const char *const *settings;          /* those of kt_scene_options, as they were given; NULL: none */
-    int setting_count;                    /* length of settings */
-    const kt_scene_note *notes;  /* what an import (import.h) has left out or changed, each kind once, and parameters
+    const kt_scene_event *events;   /* `events`; NULL: none */
+    int event_count;                /* length of events */
+    kt_scene_event until;           /* `simulate.until`; its `when` is NULL: there is none */
+    const kt_scene_column *columns; /* `output.columns`; NULL: none */
+    int column_count;               /* length of columns */
+    const kt_scene_mesh *meshes;    /* `meshes`, for pictures alone; NULL: none */
+    int mesh_count;                 /* length of meshes */
+    kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
+    int parameter_count;            /* length of parameters */
+    const char *const *settings;    /* those of kt_scene_options, as they were given; NULL: none */
+    int setting_count;              /* length of settings */
+    const kt_scene_note *notes;     /* what an import (import.h) has left out or changed, each kind once, and parameters
                                  * that nothing uses; NULL: nothing */
-    int note_count;              /* length of notes */
-    void *memory;                /* where the arrays and strings live; for kt_scene_free */
-    const kt_scene_marks *marks; /* for kt_scene_locate; NULL: not read from a file or text */
-    kt_scene_variables *variables; /* for kt_scene_vary; NULL: none */
+    int note_count;                 /* length of notes */
+    void *memory;                   /* where the arrays and strings live; for kt_scene_free */
+    const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
+    kt_scene_variables *variables;  /* for kt_scene_vary; NULL: none */
 } kt_scene;
 
 /* Returns a scene with an empty mechanism and kt_run_default, but no method named. */

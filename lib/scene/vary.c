@@ -7,7 +7,7 @@
 
 #include "base/require.h"
 #include "expression/expression.h"
-#include "scene/expression.h"
+#include "scene/expression.h" /* kt_named_number */
 #include "scene/parameter.h"
 
 #include <math.h>
@@ -24,15 +24,22 @@ typedef struct kt_follower {
     size_t offset;
 } kt_follower;
 
+/* What has been read and depends on a variable, until a reader has said where it stays. */
+typedef struct kt_noted {
+    const kt_node *node;
+    const kt_expression *expression; /* a copy, as long as the scene; NULL: the value of a variable, or no number */
+} kt_noted;
+
 struct kt_scene_variables {
     kt_follower *followers;
     size_t count, room;
     int variable_count, first_setting;
-    double *values;            /* of the variables, now */
-    double *parameters;        /* values of all parameters, now */
-    size_t noted, followed;    /* numbers that depend on variables, and those of them that can be changed */
-    bool is_fixed;             /* some cannot */
-    char where[KT_WHERE_SIZE]; /* such a one */
+    double *values;     /* of the variables, now */
+    double *parameters; /* values of all parameters, now */
+    kt_noted *noted;    /* while the scene is read */
+    size_t noted_count, noted_room;
+    bool is_fixed;             /* something has been left there, which cannot be changed */
+    char where[KT_WHERE_SIZE]; /* the first of it */
 };
 
 /* ---- while a scene is read --------------------------------------------------------------------------------------- */
@@ -68,46 +75,67 @@ static bool depends(const kt_reader *r, const kt_expression *expression) {
     return false;
 }
 
-void kt_varying_note_fixed(kt_reader *r, kt_node *node) {
-    if (r->varying == NULL)
+/* Room for one more in an array that is taken from a pool; NULL: out of memory. */
+static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t *room, size_t size) {
+    if (count < *room)
+        return items;
+    void *more = kt_pool_take(pool, 2 * *room + 16, size);
+    if (more == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return NULL;
+    }
+    if (count > 0)
+        memcpy(more, items, count * size);
+    *room = 2 * *room + 16;
+    return more;
+}
+
+static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expression) {
+    kt_scene_variables *v = r->varying;
+    kt_noted *noted = grow(r, &r->scratch, v->noted, v->noted_count, &v->noted_room, sizeof *noted);
+    if (noted == NULL)
         return;
+    noted[v->noted_count++] = (kt_noted){node, expression};
+    v->noted = noted;
     node->follows = true;
-    r->varying->noted++;
+}
+
+void kt_varying_note_fixed(kt_reader *r, kt_node *node) {
+    if (r->varying != NULL)
+        add_noted(r, node, NULL);
 }
 
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
-    if (r->varying != NULL && (expression != NULL ? depends(r, expression) : variable_of(r->varying, node) >= 0))
-        kt_varying_note_fixed(r, node); /* until a reader says more */
+    if (r->varying == NULL || (expression != NULL ? !depends(r, expression) : variable_of(r->varying, node) < 0))
+        return;
+    const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
+    kt_expression *kept = expression != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
+    if (kept != NULL)
+        memcpy(kept, expression, size);
+    if (kept == NULL && expression != NULL)
+        (void)kt_reader_out_of_memory(r);
+    else
+        add_noted(r, node, kept);
 }
 
 static kt_follower *add_follower(kt_reader *r) {
     kt_scene_variables *v = r->varying;
-    if (v->count == v->room) {
-        const size_t room = 2 * v->room + 16;
-        kt_follower *more = kt_pool_take(&r->keep, room, sizeof *more);
-        if (more == NULL) {
-            (void)kt_reader_out_of_memory(r);
-            return NULL;
-        }
-        if (v->count > 0)
-            memcpy(more, v->followers, v->count * sizeof *more);
-        v->followers = more;
-        v->room = room;
-    }
-    return &v->followers[v->count++];
+    kt_follower *followers = grow(r, &r->keep, v->followers, v->count, &v->room, sizeof *followers);
+    if (followers == NULL)
+        return NULL;
+    v->followers = followers;
+    return &followers[v->count++];
 }
 
-/* The expression of a node, as long as the scene. */
-static const kt_expression *keep_expression(kt_reader *r, kt_node *node) {
-    const kt_scope nowhere = {.key = ""};
-    const kt_expression *read = kt_expression_of_node(r, &nowhere, node);
-    const size_t size = read != NULL ? sizeof *read + read->count * sizeof read->term[0] : 0;
-    kt_expression *kept = read != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
-    if (kept == NULL)
-        (void)kt_reader_out_of_memory(r);
-    else
-        memcpy(kept, read, size);
-    return kept;
+/* Takes what was noted of a node last out of the list. */
+static kt_noted take_noted(kt_scene_variables *v, const kt_node *node) {
+    size_t k = v->noted_count - 1;
+    while (v->noted[k].node != node)
+        k--;
+    const kt_noted found = v->noted[k];
+    memmove(&v->noted[k], &v->noted[k + 1], (v->noted_count - k - 1) * sizeof found);
+    v->noted_count--;
+    return found;
 }
 
 bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
@@ -116,13 +144,12 @@ bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
     kt_follower *follower = add_follower(r);
     if (follower == NULL)
         return false;
-    const kt_expression *expression = kt_is_expression(node) ? keep_expression(r, node) : NULL;
-    *follower = (kt_follower){.expression = expression,
-                              .variable = expression == NULL ? variable_of(r->varying, node) : -1,
+    const kt_noted noted = take_noted(r->varying, node);
+    *follower = (kt_follower){.expression = noted.expression,
+                              .variable = noted.expression == NULL ? variable_of(r->varying, node) : -1,
                               .positive = positive,
                               .at = at};
     node->follows = false;
-    r->varying->followed++;
     return true;
 }
 
@@ -162,34 +189,26 @@ static bool is_in_place(const kt_reader *r, kt_follower *follower, kt_scene *sce
     return memcmp(place_of(follower, scene), &value, sizeof value) == 0;
 }
 
-/* Depth is bounded by KT_NODE_DEPTH_MAX. */
-static const kt_node *find_fixed(const kt_node *node) {
-    if (node->kind == KT_NODE_TEXT)
-        return node->follows ? node : NULL;
-    for (const kt_node *child = node->of.first; child != NULL; child = child->next) {
-        const kt_node *found = find_fixed(child);
-        if (found != NULL)
-            return found;
-    }
-    return NULL;
+static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
+    if (node != NULL && node->line < KT_SETTING_LINE)
+        kt_scene_where(where, path, node->line, node->column);
+    else if (node != NULL)
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->settings[node->line - KT_SETTING_LINE]);
+    else
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", path);
 }
 
 void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     kt_scene_variables *v = r->varying;
     if (v == NULL)
         return;
-    bool follows = v->noted == v->followed;
+    bool follows = v->noted_count == 0;
     v->parameters = r->parameter_values;
     for (size_t i = 0; follows && i < v->count; i++)
         follows = is_in_place(r, &v->followers[i], scene);
-    const kt_node *fixed = follows ? NULL : find_fixed(r->root);
     v->is_fixed = !follows;
-    if (fixed != NULL && fixed->line < KT_SETTING_LINE)
-        kt_scene_where(v->where, path, fixed->line, fixed->column);
-    else if (fixed != NULL && variable_of(v, fixed) < 0)
-        (void)snprintf(v->where, sizeof v->where, "%s", r->settings[fixed->line - KT_SETTING_LINE]);
-    else
-        (void)snprintf(v->where, sizeof v->where, "%s", path);
+    tell_where(r, path, v->noted_count > 0 ? v->noted[0].node : NULL, v->where);
+    v->noted = NULL;
     scene->variables = v;
 }
 

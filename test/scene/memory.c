@@ -114,8 +114,11 @@ static kt_status parse(void *user) {
 }
 
 static kt_status parse_with_settings(void *user) {
-    static const char *const settings[] = {"N=5", "bodies.a.com=[=L, 0, 0]", "simulate.duration=3"};
-    const kt_scene_options options = {.settings = settings, .setting_count = 3};
+    static const char *const settings[] = {"bodies.a.com=[=L, 0, 0]", "simulate.duration=3"};
+    static const char *const variables[] = {"N", "L"};
+    static const double values[] = {5.0, 2.0};
+    const kt_scene_options options = {
+        .settings = settings, .setting_count = 2, .variables = variables, .values = values, .variable_count = 2};
     const char *text = user;
     kt_scene scene;
     kt_error error = {KT_OK, "", ""};

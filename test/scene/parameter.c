@@ -218,7 +218,10 @@ KT_TEST(options_are_checked) {
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
     const char *const nothing[] = {NULL};
-    const kt_scene_options wrong[] = {{.setting_count = -1}, {.setting_count = 1}, {nothing, 1}};
+    const double one = 1.0;
+    const kt_scene_options wrong[] = {
+        {.setting_count = -1},  {.setting_count = 1},  {.settings = nothing, .setting_count = 1},
+        {.variable_count = -1}, {.variable_count = 1}, {.variables = nothing, .values = &one, .variable_count = 1}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++)
         kt_check_equal_int("status", kt_scene_parse_with("x", arm, strlen(arm), &wrong[k], &scene, NULL, NULL, &error),
                            KT_ERROR_ARGUMENT);
