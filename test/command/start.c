@@ -280,6 +280,23 @@ KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     kt_expect(0, NULL, "$K check l.yaml");
 }
 
+/* A stop that is hard has no inside to start in: `check` ends as `run` does, with the same words. */
+KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
+    static const char slide[] =
+        "kinetree: 1\nbodies: [{name: slide, joint: {type: prismatic, position: %s}, mass: 1}]\n"
+        "effects: [{type: joint_limit, joint: slide, upper: 0.2, restitution: 0.5}]\n";
+    static const char words[] = "contact 'slide.upper' at t = 0 s: it is 0.3 (m or rad) beyond its boundary; begin on "
+                                "the side that is free";
+    char text[300];
+    snprintf(text, sizeof text, slide, "0.5");
+    kt_write_file("h.yaml", text);
+    kt_expect(3, words, "$K run h.yaml --duration 1");
+    kt_expect(3, words, "$K check h.yaml");
+    snprintf(text, sizeof text, slide, "0.2");
+    kt_write_file("h.yaml", text);
+    kt_expect(0, NULL, "$K check h.yaml");
+}
+
 /* A bob of 1 kg at 0.1 m turns its hinge with no more than 0.981 N m, and what is fixed to the world with nothing; a
  * stop of 100 N m per rad may bear twice that: 0.01962 rad. */
 KT_TEST(check_warns_of_a_turning_joint_s_limit_by_what_weights_turn_it_with) {

@@ -232,6 +232,12 @@ static void check_driven_angles(check *c) {
 
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
 
+/* Prints an error of the scene, and returns its exit code. */
+static int refuse(const check *c, kt_status status, const kt_error *error) {
+    fprintf(stderr, "%s: %s%s%s\n", c->path, error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    return kt_exit_code(status);
+}
+
 /* Evaluates the accelerations of the initial state; a failure is reported as an error of the scene. */
 static int check_accelerations(check *c) {
     kt_error error = {0};
@@ -242,8 +248,17 @@ static int check_accelerations(check *c) {
         warn(c, "accelerations cannot be computed: %s: %s", error.where, error.message);
         return KT_EXIT_DONE;
     }
-    fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
-    return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : kt_exit_code(status);
+    const int code = refuse(c, status, &error);
+    return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : code;
+}
+
+/* Begins the simulation that `run` begins: what bounds one side, a hard stop or contact, must be on its free side. */
+static int check_simulation(const check *c) {
+    kt_error error = {0};
+    kt_simulation *simulation = NULL;
+    const kt_status status = kt_simulation_create(c->model, &c->scene->run, NULL, &simulation, &error);
+    kt_simulation_free(simulation);
+    return status == KT_OK ? KT_EXIT_DONE : refuse(c, status, &error);
 }
 
 static int check_start(check *c) {
@@ -252,12 +267,14 @@ static int check_start(check *c) {
     kt_model_initial(c->model, c->q, c->v);
     const kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
     if (status != KT_OK) {
-        fprintf(stderr, "%s: %s%s%s\n", c->path, error.where, error.where[0] != '\0' ? ": " : "", error.message);
+        const int code = refuse(c, status, &error);
         if (status == KT_ERROR_CONSTRAINT)
             kt_say_open_loops(c->scene, c->model);
-        return kt_exit_code(status);
+        return code;
     }
-    const int code = check_accelerations(c);
+    int code = check_accelerations(c);
+    if (code == KT_EXIT_DONE)
+        code = check_simulation(c);
     if (code != KT_EXIT_DONE)
         return code;
     c->warnings += kt_say_disagreement(c->scene, c->model) > 0;
