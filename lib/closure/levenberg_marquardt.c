@@ -145,8 +145,11 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
     }
 }
 
+/* What is asked of a search: whether the loops close; or also where |r| has its minimum, of which the gap is told. */
+typedef enum purpose { TO_CLOSE, TO_TELL } purpose;
+
 /* Whether the step of one group is accepted; its equations at the new state have been filled. */
-static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w) {
+static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
     const double before = data->gap[g], after = squares(w);
     /* A step that the gap alone damps ends at a minimum at once; more damping would find it again and again. */
     const bool least =
@@ -160,9 +163,12 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
     }
     double *mu = &data->damping[g];
     if (after < before) {
+        /* Above the first mu less damping was refused: steps creep along a valley to a minimum above zero. (From a saddle
+         * mu falls first.) */
+        const bool creeps = asked == TO_CLOSE && *mu > BEGINNING && after > 0.99999 * before;
         *mu = fmax(*mu * 0.1, UNDAMPED);
         data->gap[g] = after;
-        data->settled[g] = least || gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) ||
+        data->settled[g] = least || creeps || gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) ||
                            (rounding && after > 0.5 * before);
         return true;
     }
@@ -191,7 +197,8 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
 
 /* Iterates until all groups are settled, those by fronts for `large` steps at most; q is finite and stays so. On return
  * the equations are those at q. */
-static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, double *q) {
+static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
+                    double *q) {
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
@@ -211,7 +218,7 @@ static void iterate(const kt_model *model, kt_data *data, double t, const bool *
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
-            if (judge(model, data, g, &w))
+            if (judge(model, data, g, &w, asked))
                 kt_take_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;
@@ -293,7 +300,7 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
                 at > 0                       ? STEPS_ELSEWHERE
                 : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
                                              : STEPS_MOST,
-                q);
+                search == KT_SEARCH_SAMPLE || (search == KT_SEARCH_STUBBORN && start < STARTS) ? TO_CLOSE : TO_TELL, q);
         if (!kernels->residuals(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
         if (kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_ASSEMBLED) || search != KT_SEARCH_STUBBORN)
