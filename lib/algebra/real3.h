@@ -9,7 +9,7 @@
  *   kt_condition   of each state
  *
  * A condition on which a recursion of one state ends does not end one of several: it is noted for which of them it holds
- * (KT_REQUIRE_LANES, kt_is_refused).
+ * (kt_fails, kt_is_refused).
  */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H
@@ -164,17 +164,17 @@ KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real
                          kt_scale3(KT_PART3(r[2], k), z));
 }
 
-/* Goes on only where a condition holds: returns from a recursion of one state where it does not; of several states,
- * `all` says afterwards for which it held. */
+/* Whether a recursion ends because a condition does not hold: one of one state does; one of several goes on, and *all
+ * says afterwards for which of them the conditions held. */
+KT_OPERATOR bool kt_fails(kt_condition *all, kt_condition condition) {
 #ifndef KT_LANES
-#define KT_REQUIRE_LANES(all, condition)                                                                               \
-    do {                                                                                                               \
-        if (!(condition))                                                                                              \
-            return false;                                                                                              \
-    } while (0)
+    (void)all;
+    return !condition;
 #else
-#define KT_REQUIRE_LANES(all, condition) ((all) &= (condition))
+    *all &= condition;
+    return false;
 #endif
+}
 
 /* The columns of R(p), for a quaternion p of any non-zero norm (kt_matrix_from_quat). */
 KT_OPERATOR void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {

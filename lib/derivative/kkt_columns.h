@@ -64,10 +64,6 @@ typedef struct front {
     int s, base, components;
 } front;
 
-KT_INLINE column8 *constant_of(const columns *k, const front *o, int32_t holder) {
-    return k->constant + kt_front_place(&o->f, holder);
-}
-
 /* Components of the parent's acceleration that a group responds to. */
 KT_INLINE int base_of(const columns *k, size_t g, int c) {
     return k->model->group[g].parent && k->w->metric == KT_METRIC_MASS ? c : 0;

@@ -2,29 +2,11 @@
  * back. */
 #include "derivative/kkt_columns.h"
 
-#include <string.h>
+#define KT_COLUMN column8
+#define KT_COLUMN_SHIFT kt_motion_shift_of8
+#include "reduction/front_constants.h"
 
 /* ---- a group by fronts, to the ground ---------------------------------------------------------------------------- */
-
-/* The known part of the link's acceleration, and slots of relations. */
-static void enter(const columns *k, front *o) {
-    const int c = o->components;
-    column8 *own = constant_of(k, o, o->s), x[KT_FRONT_SPACE];
-    clear(x, c);
-    if (o->step->up >= 0) {
-        memcpy(x, constant_of(k, o, o->step->up), (size_t)c * sizeof *x);
-        kt_motion_shift_of8(c, kt_front_offset(&o->f, o->step->link), x);
-    }
-    memcpy(own, x, (size_t)c * sizeof *own);
-    kt_front_enter(&o->f, o->s);
-    for (int i = o->step->term; i < o->step->term + o->step->term_count; i++) {
-        const int32_t slot = o->f.group->link_count + k->model->front_term[i].slot;
-        if (!k->model->front_term[i].first)
-            continue;
-        *constant_of(k, o, slot) = splat(0.0);
-        kt_front_enter(&o->f, slot);
-    }
-}
 
 /* The joint force, and the wrench I t + P on the link, in g. */
 KT_INLINE void pull_link(const columns *k, const front *o, int params) {
@@ -32,7 +14,7 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
     const int c = o->components, n = o->count->params;
     const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
     const double *motion = o->f.w.front + o->step->at;
-    const column8 *t = constant_of(k, o, o->s);
+    const column8 *t = constant_at(&o->f, k->constant, o->s);
     column8 wrench[KT_FRONT_SPACE], *pull = k->pull + o->base;
     memcpy(wrench, motion_of(k, i), (size_t)c * sizeof *wrench);
     for (int j = 0; j < c; j++)
@@ -51,86 +33,14 @@ KT_INLINE void pull_link(const columns *k, const front *o, int params) {
         k->pull[j] -= wrench[j];
 }
 
-/* The part of an equation that is known. */
-static column8 known_of(const columns *k, const front *o, const kt_loop_record *loop, int32_t index, int32_t slot) {
-    column8 sum = splat(0.0);
-    if (loop->term_count)
-        return *constant_of(k, o, kt_front_relation_of(&o->f, o->step, index));
-    for (int end = 0; end < 2; end++) {
-        const int32_t at = kt_front_step_of(&o->f, loop->link[end]);
-        if (at >= 0)
-            sum += dot(kt_front_wrench(&o->f, slot, end), constant_of(k, o, at), o->components);
-    }
-    return sum;
-}
-
-/* e, in k->z. */
-static void find_right(const columns *k, const front *o) {
-    const int rank = o->count->rank;
-    const int32_t *pivot = o->f.w.pivot + o->count->first;
-    const column8 *b = k->b + o->f.group->row;
-    for (int d = 0; d < o->count->received; d++)
-        for (int j = 0; j < rank; j++)
-            if (pivot[j] == o->count->received_row[d])
-                k->z[j] = b[pivot[j]] - *constant_of(k, o, kt_front_delayed(&o->f, d));
-    for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
-        const int32_t index = k->model->front_loop[i];
-        const kt_loop_record *loop = &k->model->loop[index];
-        const int32_t *slot = kt_front_slots(&o->f, loop);
-        for (int r = 0; r < loop->row_count; r++)
-            for (int j = 0; j < rank && slot[r] >= 0; j++)
-                if (pivot[j] == slot[r])
-                    k->z[j] = b[slot[r]] - known_of(k, o, loop, index, slot[r]);
-    }
-}
-
-/* The known parts of equations that the step passes on. */
-static void pass_constants(const columns *k, front *o) {
-    const kt_front_count *count = o->count;
-    column8 constant[KT_FRONT_DELAYED_MOST];
-    clear(constant, KT_FRONT_DELAYED_MOST);
-    for (int d = 0; d < count->delayed; d++) {
-        for (int e = 0; e < count->received; e++)
-            if (count->received_row[e] == count->delayed_row[d])
-                constant[d] = *constant_of(k, o, kt_front_delayed(&o->f, e));
-        for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++) {
-            const int32_t index = k->model->front_loop[i];
-            const kt_loop_record *loop = &k->model->loop[index];
-            const int32_t *slot = kt_front_slots(&o->f, loop);
-            for (int r = 0; r < loop->row_count; r++)
-                if (slot[r] == count->delayed_row[d])
-                    constant[d] = known_of(k, o, loop, index, slot[r]);
-        }
-    }
-    for (int d = 0; d < count->received; d++)
-        kt_front_release(&o->f, kt_front_delayed(&o->f, d));
-    for (int d = 0; d < count->delayed; d++) {
-        *constant_of(k, o, kt_front_delayed(&o->f, d)) = constant[d];
-        kt_front_enter(&o->f, kt_front_delayed(&o->f, d));
-    }
-}
-
-static void release_after_last_use(const columns *k, front *o) {
-    for (int i = o->step->loop; i < o->step->loop + o->step->loop_count; i++)
-        if (k->model->loop[k->model->front_loop[i]].term_count)
-            kt_front_release(&o->f, kt_front_relation_of(&o->f, o->step, k->model->front_loop[i]));
-    for (int i = o->step->last_use; i < o->step->last_use + o->step->last_use_count; i++)
-        kt_front_release(&o->f, k->model->front_last_use[i]);
-}
-
 /* h = g - H W e,   p0 = W e,   t += T W e */
 KT_INLINE void impose(const columns *k, front *o) {
     const int n = o->count->params, rank = o->count->rank, all = o->base + n;
-    const double *reach = o->map.reach;
     for (int j = 0; j < rank; j++) {
         add(o->map.pull + j * all, -k->z[j], all, k->pull);
         add(o->map.close + j * n, k->z[j], n, o->found);
     }
-    for (int32_t l = 0; l < o->f.live_count; l++) {
-        column8 *t = constant_of(k, o, o->f.live[l]);
-        for (int c = 0; c < kt_front_vector_count(&o->f, o->f.live[l]); c++, reach += rank)
-            t[c] += dot(reach, k->z, rank);
-    }
+    carry_y(&o->f, k->constant, o->map.reach, rank, k->z);
 }
 
 /* p0 += N N' h,   g = (G' h, h_A - G_A' h) */
@@ -153,14 +63,14 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
     clear(k->pull, o.base);
     for (int s = 0; s < o.f.group->link_count; s++) {
         begin_step(k, &o, s);
-        enter(k, &o);
+        enter_slots(&o.f, k->constant, s);
         pull_link(k, &o, params);
         clear(o.found, o.count->params);
         if (o.count->rank)
-            find_right(k, &o);
+            find_right(&o.f, k->constant, s, k->b + o.f.group->row, k->z);
         if (o.count->received || o.count->delayed)
-            pass_constants(k, &o);
-        release_after_last_use(k, &o);
+            pass_delayed(&o.f, k->constant, s);
+        kt_front_release_last_uses(&o.f, o.step);
         if (o.count->rank)
             impose(k, &o);
         minimise(k, &o);

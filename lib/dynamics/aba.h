@@ -46,15 +46,18 @@
 KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *l, kt_real3 *e) {
     kt_condition positive = kt_condition_true();
     const kt_real1 l00 = KT_PART3(a[0], 0);
-    KT_REQUIRE_LANES(positive, l00 > KT_NO_INERTIA * KT_PART3(size, 0));
+    if (kt_fails(&positive, l00 > KT_NO_INERTIA * KT_PART3(size, 0)))
+        return kt_condition_false();
     const kt_real1 l10 = KT_PART3(a[0], 1) / l00, l20 = KT_PART3(a[0], 2) / l00;
     const kt_real1 d1 = KT_PART3(a[1], 1) - l10 * KT_PART3(a[0], 1);
-    KT_REQUIRE_LANES(positive, d1 > KT_NO_INERTIA * (KT_PART3(size, 1) + l10 * l10 * KT_PART3(size, 0)));
+    if (kt_fails(&positive, d1 > KT_NO_INERTIA * (KT_PART3(size, 1) + l10 * l10 * KT_PART3(size, 0))))
+        return kt_condition_false();
     const kt_real1 b21 = KT_PART3(a[1], 2) - l10 * KT_PART3(a[0], 2), l21 = b21 / d1;
     const kt_real1 d2 = KT_PART3(a[2], 2) - l20 * KT_PART3(a[0], 2) - l21 * b21;
     const kt_real1 m20 = l10 * l21 - l20; /* L^-1 = [1; -l10 1; m20 -l21 1] */
-    KT_REQUIRE_LANES(positive, d2 > KT_NO_INERTIA * (KT_PART3(size, 2) + l21 * l21 * KT_PART3(size, 1) +
-                                                     m20 * m20 * KT_PART3(size, 0)));
+    if (kt_fails(&positive, d2 > KT_NO_INERTIA * (KT_PART3(size, 2) + l21 * l21 * KT_PART3(size, 1) +
+                                                  m20 * m20 * KT_PART3(size, 0))))
+        return kt_condition_false();
     *l = kt_make3(l10, l20, l21);
     *e = kt_make3(1.0 / l00, 1.0 / d1, 1.0 / d2);
     return positive;
@@ -64,7 +67,8 @@ KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *
 KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 out[3]) {
     kt_condition positive = kt_condition_true();
     kt_real3 l, e;
-    KT_REQUIRE_LANES(positive, kt_factor3(a, size, &l, &e));
+    if (kt_fails(&positive, kt_factor3(a, size, &l, &e)))
+        return kt_condition_false();
     const kt_real1 m20 = KT_PART3(l, 0) * KT_PART3(l, 2) - KT_PART3(l, 1);
     const kt_real1 xy = -KT_PART3(l, 0) * KT_PART3(e, 1) - m20 * KT_PART3(l, 2) * KT_PART3(e, 2);
     const kt_real1 xz = m20 * KT_PART3(e, 2), yz = -KT_PART3(l, 2) * KT_PART3(e, 2);
@@ -197,7 +201,8 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
             size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->j)) + pitch * pitch * size;
         }
     }
-    KT_REQUIRE_LANES(has_inertia, inertia > KT_NO_INERTIA * (size + link->size));
+    if (kt_fails(&has_inertia, inertia > KT_NO_INERTIA * (size + link->size)))
+        return kt_condition_false();
     const kt_real1 d = 1.0 / inertia;
     const kt_real1 y = (tau - bias - kt_dots3(un, cn, uf, cf)) * d;
     x->moment = kt_add3(x->moment, kt_add3(kt_add3(kt_apply3(x->j, cn), kt_apply3(x->h, cf)), kt_scale3(y, un)));
@@ -224,7 +229,8 @@ KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, con
     const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
     kt_condition has_inertia = kt_condition_true();
     kt_real3 l, e;
-    KT_REQUIRE_LANES(has_inertia, kt_factor3(x->j, size, &l, &e));
+    if (kt_fails(&has_inertia, kt_factor3(x->j, size, &l, &e)))
+        return kt_condition_false();
     kept->j[0] = l;
     kept->j[1] = e;
     kept->moment = kt_sub3(applied, x->moment);
@@ -259,12 +265,14 @@ KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt
     const kt_real3 force = kt_apply3(base, kt_load3(tau + link->v));
     const kt_real3 moment = kt_apply3(m->axes, kt_load3(tau + link->v + 3));
     kt_condition has_inertia = kt_condition_true();
-    KT_REQUIRE_LANES(has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), mass));
+    if (kt_fails(&has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), mass)))
+        return kt_condition_false();
     kt_multiply3(mass, x->g, k); /* M^-1 G */
     for (int i = 0; i < 3; i++)
         about[i] = kt_sub3(x->j[i], kt_apply3(x->h, k[i]));
     const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
-    KT_REQUIRE_LANES(has_inertia, kt_invert3(about, size, inverse));
+    if (kt_fails(&has_inertia, kt_invert3(about, size, inverse)))
+        return kt_condition_false();
     const kt_real3 f = kt_sub3(force, x->force), n = kt_sub3(moment, x->moment);
     const kt_real3 alpha = kt_apply3(inverse, kt_sub3(n, kt_apply3(x->h, kt_apply3(mass, f))));
     kept->moment = alpha;

@@ -26,7 +26,8 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
         const kt_real1 inertia = kt_dots3(sn, un, sf, uf) + model->armature[link->v + k];
         const kt_real1 size =
             kt_dots3(kt_mul3(sn, sn), kt_diagonal3(x->j), kt_mul3(sf, sf), kt_diagonal3(x->m)) + link->size;
-        KT_REQUIRE_LANES(has_inertia, inertia > KT_NO_INERTIA * size);
+        if (kt_fails(&has_inertia, inertia > KT_NO_INERTIA * size))
+            return kt_condition_false();
         const kt_real1 d = 1.0 / inertia, y = (tau[link->v + k] - kt_dots3(sn, x->moment, sf, x->force)) * d;
         const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
         x->moment = kt_add3(x->moment, kt_scale3(y, un));

@@ -80,7 +80,8 @@ KT_INLINE kt_condition kt_planar_project_prismatic(const kt_planar_link *link, c
     kt_planar_along(link, m, u);
     const kt_real1 fx = x->xx * u[0] + x->xy * u[1], fy = x->xy * u[0] + x->yy * u[1]; /* M u */
     const kt_real1 n = x->h[0] * u[0] + x->h[1] * u[1], inertia = u[0] * fx + u[1] * fy;
-    KT_REQUIRE_LANES(has_inertia, inertia > KT_NO_INERTIA * ((u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size));
+    if (kt_fails(&has_inertia, inertia > KT_NO_INERTIA * ((u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size)))
+        return kt_condition_false();
     kt_planar_project(m, n, fx, fy, inertia, tau - (u[0] * x->force[0] + u[1] * x->force[1]), x, response);
     return has_inertia;
 }
@@ -96,8 +97,9 @@ KT_INLINE kt_condition kt_planar_project_armature(const kt_planar_link *link, co
     const kt_real1 n = w * x->j + (x->h[0] * u[0] + x->h[1] * u[1]);
     const kt_real1 fx = w * x->h[0] + (x->xx * u[0] + x->xy * u[1]), fy = w * x->h[1] + (x->xy * u[0] + x->yy * u[1]);
     const kt_real1 inertia = w * n + (u[0] * fx + u[1] * fy) + link->armature;
-    KT_REQUIRE_LANES(has_inertia,
-                     inertia > KT_NO_INERTIA * (w * x->j + (u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size));
+    if (kt_fails(&has_inertia,
+                 inertia > KT_NO_INERTIA * (w * x->j + (u[0] * u[0] * x->xx + u[1] * u[1] * x->yy) + link->size)))
+        return kt_condition_false();
     const kt_real1 force = tau - w * x->moment - (u[0] * x->force[0] + u[1] * x->force[1]);
     kt_planar_project(m, n, fx, fy, inertia, force, x, response);
     return has_inertia;
@@ -162,7 +164,8 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
     const kt_real2 h = x->h, c = kt_load2(m->linear), p = kt_across2(kt_load2(m->offset));
     const kt_real1 j = x->j;
     kt_condition has_inertia = kt_condition_true();
-    KT_REQUIRE_LANES(has_inertia, j > KT_NO_INERTIA * (j + link->size));
+    if (kt_fails(&has_inertia, j > KT_NO_INERTIA * (j + link->size)))
+        return kt_condition_false();
     const kt_real1 d = 1.0 / j, n = kt_dot2(p, h), nd = n * d, y = tau - x->moment;
     const kt_real2 g = kt_scale2(d, h);
     x->j = kt_dot2(p, kt_planar_apply(x, p)) - n * nd;

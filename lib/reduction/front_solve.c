@@ -2,8 +2,11 @@
  * front.h. */
 #include "reduction/front.h"
 
-#include "reduction/front_link.h"
 #include "reduction/maggi_kane.h"
+
+#define KT_COLUMN double
+#define KT_COLUMN_SHIFT kt_motion_shift
+#include "reduction/front_constants.h"
 
 #include <math.h>
 #include <string.h>
@@ -141,82 +144,15 @@ KT_INLINE void apply_link_inertia(const kt_front *f, const kt_front_step *step, 
         add_energy(f, KT_FRONT_SPACE / 2, base + n, inertia, bias);
 }
 
-/* t of a link: that of its parent, shifted. */
-KT_INLINE void carry_constant(const kt_front *f, const kt_front_step *step) {
-    const int c = f->components;
-    double *own = kt_front_constant(f, (int32_t)(step - f->step)), x[KT_FRONT_SPACE];
-    const double *up = step->up < 0 ? NULL : kt_front_constant(f, step->up);
-    for (int k = 0; k < c; k++)
-        x[k] = up ? up[k] : 0.0;
-    if (up)
-        kt_motion_shift(c, kt_front_offset(f, step->link), x);
-    memcpy(own, x, (size_t)c * sizeof *own);
-}
-
-/* The part of the equation `row` that is constant in the parameters. */
-KT_INLINE double constant_of(const kt_front *f, const kt_front_step *step, const kt_loop_record *loop, int32_t index,
-                             int32_t row) {
-    double sum = 0.0;
-    if (loop->term_count)
-        return *kt_front_constant(f, kt_front_relation_of(f, step, index));
-    for (int k = 0; k < 2; k++) {
-        const int32_t slot = kt_front_step_of(f, loop->link[k]);
-        const double *w = kt_front_wrench(f, row, k), *t = kt_front_constant(f, slot < 0 ? 0 : slot);
-        for (int c = 0; c < f->components && slot >= 0; c++)
-            sum += w[c] * t[c];
-    }
-    return sum;
-}
-
-/* e of all equations that the step completes, in f->spare by their order there; see complete_loops. Then R1' y = e. */
+/* R1' y = e for the equations that the step completes. */
 KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
-    const kt_front_step *step = &f->step[s];
     const int rank = f->count[s].rank, n = f->count[s].params;
-    const int32_t *pivot = f->w.pivot + f->count[s].first;
-    for (int d = 0; d < f->count[s].received; d++)
-        for (int j = 0; j < rank; j++)
-            if (pivot[j] == f->count[s].received_row[d])
-                x->y[j] = f->w.right[pivot[j]] - *kt_front_constant(f, kt_front_delayed(f, d));
-    for (int i = step->loop; i < step->loop + step->loop_count; i++) {
-        const int32_t index = f->model->front_loop[i];
-        const kt_loop_record *loop = &f->model->loop[index];
-        const int32_t *slot = kt_front_slots(f, loop);
-        for (int r = 0; r < loop->row_count; r++)
-            for (int j = 0; j < rank && slot[r] >= 0; j++)
-                if (pivot[j] == slot[r])
-                    x->y[j] = f->w.right[slot[r]] - constant_of(f, step, loop, index, slot[r]);
-    }
+    find_right(f, f->constant, s, f->w.right, x->y);
     for (int j = 0; j < rank; j++) {
         double sum = x->y[j];
         for (int i = 0; i < j; i++)
             sum -= x->rows[j * n + i] * x->y[i];
         x->y[j] = sum / x->rows[j * (n + 1)];
-    }
-}
-
-/* The constants of equations that the step passes on begin with those that they have had before it. */
-KT_INLINE void pass_constants(kt_front *f, int s) {
-    const kt_front_step *step = &f->step[s];
-    const kt_front_count *count = &f->count[s];
-    double constant[KT_FRONT_DELAYED_MOST] = {0.0};
-    for (int d = 0; d < count->delayed; d++) {
-        for (int e = 0; e < count->received; e++)
-            if (count->received_row[e] == count->delayed_row[d])
-                constant[d] = *kt_front_constant(f, kt_front_delayed(f, e));
-        for (int i = step->loop; i < step->loop + step->loop_count; i++) {
-            const int32_t index = f->model->front_loop[i];
-            const kt_loop_record *loop = &f->model->loop[index];
-            const int32_t *slot = kt_front_slots(f, loop);
-            for (int r = 0; r < loop->row_count; r++)
-                if (slot[r] == count->delayed_row[d])
-                    constant[d] = constant_of(f, step, loop, index, slot[r]);
-        }
-    }
-    for (int d = 0; d < count->received; d++)
-        kt_front_release(f, kt_front_delayed(f, d));
-    for (int d = 0; d < count->delayed; d++) {
-        *kt_front_constant(f, kt_front_delayed(f, d)) = constant[d];
-        kt_front_enter(f, kt_front_delayed(f, d));
     }
 }
 
@@ -237,17 +173,6 @@ KT_INLINE void impose(const kt_front *f, int s, const kt_front_factor *x, int ba
     for (int j = 0; j < rank; j++)
         kt_front_add(-x->y[j], f->energy + (base + j) * stride, all, f->pull);
     remove_params(f, base, rank, all);
-}
-
-/* Adds T y of the first parameters to the constants of the slots in use. */
-KT_INLINE void carry_y(const kt_front *f, const kt_front_factor *x, int rank) {
-    const double *early = x->early;
-    for (int32_t l = 0; l < f->live_count; l++) {
-        double *t = kt_front_constant(f, f->live[l]);
-        for (int c = 0; c < kt_front_vector_count(f, f->live[l]); c++, early += rank)
-            for (int j = 0; j < rank; j++)
-                t[c] += early[j] * x->y[j];
-    }
 }
 
 /* Adds the squares of the violations (D p + gap) / scale, halved. */
@@ -373,17 +298,6 @@ KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, cons
     }
 }
 
-/* The constants of relations begin with zero. */
-KT_INLINE void enter_terms(kt_front *f, const kt_front_step *step) {
-    for (int i = step->term; i < step->term + step->term_count; i++) {
-        const int32_t slot = f->group->link_count + f->model->front_term[i].slot;
-        if (!f->model->front_term[i].first)
-            continue;
-        *kt_front_constant(f, slot) = 0.0;
-        kt_front_enter(f, slot);
-    }
-}
-
 KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool has_armature) {
     const bool dynamics = aim->kind == KT_FRONT_DYNAMICS, least = aim->kind == KT_FRONT_COORDINATES;
     int params = 0;
@@ -393,9 +307,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
         const kt_front_count *count = &f->count[s];
         kt_front_factor x;
         kt_front_factor_find(f, s, &x);
-        carry_constant(f, step);
-        kt_front_enter(f, s);
-        enter_terms(f, step);
+        enter_slots(f, f->constant, s);
         if (!least)
             add_link(f, s, &x, aim, base, params, has_armature);
         if (aim->kind == KT_FRONT_DAMPED)
@@ -403,12 +315,12 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
         if (count->rank)
             find_y(f, s, &x);
         if (count->received || count->delayed)
-            pass_constants(f, s);
+            pass_delayed(f, f->constant, s);
         kt_front_release_last_uses(f, step);
         if (count->rank && !least)
             impose(f, s, &x, base);
         if (count->rank)
-            carry_y(f, &x, count->rank);
+            carry_y(f, f->constant, x.early, count->rank, x.y);
         if (least)
             keep_free(f, s, &x);
         else if (!minimise(f, s, &x, base, dynamics))
