@@ -2,6 +2,7 @@
  * sets, an effect that fails.
  */
 #include "bench.h"
+#include "sanitized.h"
 
 #include "kinetree/effect.h"
 
@@ -292,6 +293,10 @@ KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
  */
 
 KT_TEST(without_options_every_method_is_measured_until_errors_no_longer_fall) {
+    if (KT_ADDRESS_SANITIZER) {
+        kt_skip("every method", "it takes a minute under sanitizers; the other tests run the same code");
+        return;
+    }
     bench b;
     make(&b);
     b.run.duration = 0.2;
