@@ -308,6 +308,33 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     kt_model_free(compiled);
 }
 
+/* A rod in its plane, and a pin above that plane, which it cannot reach: the rod is computed in the plane while the pin
+ * is off, and in space, where what does not close is found, when it is on. */
+KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
+    kt_body rod = kt_body_default();
+    kt_loop pin = kt_loop_default();
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_error e = {0};
+    rod.name = "rod";
+    rod.joint.type = KT_JOINT_PLANAR;
+    rod.mass = rod.inertia.yy = rod.inertia.zz = 1.0;
+    pin.name = "pin";
+    pin.type = KT_LOOP_SPHERICAL;
+    pin.between[0].at = (kt_vec3){0.0, 0.0, 0.3};
+    pin.between[1].body = "rod";
+    pin.switching = KT_SWITCHED_OFF;
+    d.bodies = &rod;
+    d.body_count = 1;
+    d.loops = &pin;
+    d.loop_count = 1;
+    if (kt_tree_fine("model", kt_model_compile(&d, NULL, &model, &e), &e)) {
+        kt_check_text("off", kt_model_plan(model), "planar");
+        kt_check_text("on", kt_model_plan(kt_model_switched(model, 1)), "spatial");
+    }
+    kt_model_free(model);
+}
+
 /* What a caller may get wrong, and what then stays as it was. */
 KT_TEST(switching_refuses_what_is_no_switch) {
     kt_random random = kt_random_of_test();
