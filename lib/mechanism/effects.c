@@ -205,11 +205,16 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
 
 /* ---- gaps -------------------------------------------------------------------------------------------------------- */
 
-size_t kt_gap_count(const kt_model *model) {
+size_t kt_gap_list(const kt_model *model, const kt_effect_record **effects) {
     size_t count = 0;
-    for (size_t i = 0; i < model->n.batch; i++)
-        if (kt_effect_has_gap(model->batch[i].type))
-            count += (size_t)model->batch[i].count;
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_batch *batch = &model->batch[i];
+        if (!kt_effect_has_gap(batch->type))
+            continue;
+        for (int32_t j = 0; j < batch->count && effects != NULL; j++)
+            effects[count + (size_t)j] = &model->effect[batch->first + j];
+        count += (size_t)batch->count;
+    }
     return count;
 }
 
@@ -228,37 +233,12 @@ static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect
     return kind->gap(effect, end);
 }
 
-/* Whether a gap is that of an effect with ends: effects in joints come first. */
-static bool has_gap_between_ends(const kt_model *model) {
-    for (size_t i = model->n.batch; i > 0 && model->batch[i - 1].ends > 0; i--)
-        if (kt_effect_has_gap(model->batch[i - 1].type))
-            return true;
-    return false;
-}
-
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, bool swept,
-                      kt_gap *gaps) {
-    size_t k = 0;
-    if (!swept && has_gap_between_ends(model))
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_effect_record *const *effects, size_t count,
+                      const double *q, const double *v, bool swept, kt_gap *gaps) {
+    if (!swept && count > 0 && effects[count - 1]->ends > 0) /* effects in joints come first */
         kt_force_frames_sweep(model, data, q, v);
-    for (size_t i = 0; i < model->n.batch; i++) {
-        const kt_effect_batch *batch = &model->batch[i];
-        if (kt_effect_has_gap(batch->type))
-            for (int32_t j = batch->first; j < batch->first + batch->count; j++)
-                gaps[k++] = gap_of(model, data, &model->effect[j], q, v);
-    }
-}
-
-const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k) {
-    for (size_t i = 0; i < model->n.batch; i++) {
-        const kt_effect_batch *batch = &model->batch[i];
-        if (!kt_effect_has_gap(batch->type))
-            continue;
-        if (k < (size_t)batch->count)
-            return &model->effect[(size_t)batch->first + k];
-        k -= (size_t)batch->count;
-    }
-    return NULL;
+    for (size_t k = 0; k < count; k++)
+        gaps[k] = gap_of(model, data, effects[k], q, v);
 }
 
 /* Whether there are effects on joints, or effects with ends. */

@@ -38,12 +38,13 @@ kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_re
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
                                         kt_error *error);
 
-/* Gaps of the effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches: their
- * number; all of them in the state (q, v); and the effect of one. Only the motion of links that carry forces is written
- * to data; swept: it is that of this state already, from an evaluation there. O(effects). */
-size_t kt_gap_count(const kt_model *model);
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, bool swept, kt_gap *gaps);
-const kt_effect_record *kt_gap_effect(const kt_model *model, size_t k);
+/* The effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches; NULL: they are
+ * counted. Returns their number. */
+size_t kt_gap_list(const kt_model *model, const kt_effect_record **effects);
+/* Their gaps in the state (q, v). Only the motion of links that carry forces is written to data; swept: it is that of this
+ * state already, from an evaluation there. O(effects). */
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_effect_record *const *effects, size_t count,
+                      const double *q, const double *v, bool swept, kt_gap *gaps);
 
 /* The record of an effect by its index in the description; NULL: there is none. */
 const kt_effect_record *kt_effect_record_find(const kt_model *model, int source);

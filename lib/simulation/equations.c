@@ -258,6 +258,8 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
     simulation->corners.fixed = !adapts && corners;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
+    if (KT_HAS_GAP && simulation->size.gap > 0)
+        (void)kt_gap_list(simulation->model, simulation->gap_effect);
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
 }

@@ -76,14 +76,19 @@ static double error_of_cubic(const search *s, const knot *a, const knot *m, cons
     return s->turn * h > 1.0 ? HUGE_VAL : 2.0 * fabs(m->d - d) + 0.5 * h * fabs(m->rate - rate);
 }
 
+/* The gaps in the state y, to `gaps`; swept: data hold the motion of links there. */
+static void gaps_in(kt_simulation *simulation, const double *y, bool swept, kt_gap *gaps) {
+    kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_effect, simulation->size.gap, y,
+                     y + simulation->size.nq, swept, gaps);
+}
+
 /* The gaps at a time within the step, to `gaps`. */
 static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
     kt_error ignored;
-    const double *q = simulation->y;
     if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
         return false;
     simulation->cached = KT_CACHED_NOTHING;
-    kt_gaps_evaluate(simulation->model, simulation->data, q, q + simulation->size.nq, false, gaps);
+    gaps_in(simulation, simulation->y, false, gaps);
     return true;
 }
 
@@ -164,10 +169,9 @@ static bool crosses(search *s, const kt_gap *begin, const kt_gap *end, double t0
 
 /* In the present state. The last evaluation may have been there (fsal), and left the motion of links in data. */
 static void find_gaps(kt_simulation *simulation, kt_gap *gaps) {
-    const double *y = kt_integrator_state(simulation->integrator), *v = y + simulation->size.nq;
     const bool swept = simulation->cached == KT_CACHED_EVALUATION &&
                        simulation->slope == kt_integrator_known_derivative(simulation->integrator);
-    kt_gaps_evaluate(simulation->model, simulation->data, y, v, swept, gaps);
+    gaps_in(simulation, kt_integrator_state(simulation->integrator), swept, gaps);
 }
 
 void kt_simulation_begin_gaps(kt_simulation *simulation) {
@@ -247,7 +251,7 @@ static void name_effect(const kt_model *model, const kt_effect_record *effect, c
 
 static kt_status refuse(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
     char name[KT_WHERE_SIZE];
-    const kt_effect_record *effect = kt_gap_effect(simulation->model, k);
+    const kt_effect_record *effect = simulation->gap_effect[k];
     name_effect(simulation->model, effect, name, sizeof name);
     return kt_error_set(
         error, KT_ERROR_STEP, name,
@@ -258,21 +262,19 @@ static kt_status refuse(const kt_simulation *simulation, size_t k, double t, dou
 }
 
 kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error) {
-    const kt_model *model = simulation->model;
     kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_end;
-    const double *y = simulation->y, t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     if (!(t0 < t && t < t1))
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the data hold what is evaluated here */
-    kt_gaps_evaluate(model, simulation->data, y, y + simulation->size.nq, false, now);
+    gaps_in(simulation, simulation->y, false, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)
         acts = acts || now[k].distance < 0.0;
     if (!acts)
         return KT_OK;
-    const double *before = kt_integrator_previous_state(simulation->integrator);
-    kt_gaps_evaluate(model, simulation->data, before, before + simulation->size.nq, false, begin);
+    gaps_in(simulation, kt_integrator_previous_state(simulation->integrator), false, begin);
     find_gaps(simulation, end);
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const search s = search_of(simulation, k, &begin[k], &end[k], t1 - t0, depth_of_record);

@@ -79,7 +79,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
-    size->gap = KT_HAS_GAP ? kt_gap_count(model) : 0;
+    size->gap = KT_HAS_GAP ? kt_gap_list(model, NULL) : 0;
     size->event = KT_HAS_EVENTS && settings->options.events > 0 ? (size_t)settings->options.events : 0;
 #if KT_HAS_EVENTS
     const size_t contacts = kt_contacts_of(user_model);

@@ -144,6 +144,7 @@ struct kt_contacts; /* contact.c */
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
+    X(const kt_effect_record *, gap_effect, size->gap, "those that act on one side of a boundary")                     \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
     X(kt_gap, gap_end, size->gap, "scratch: where a step ends")                                                        \
     X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
