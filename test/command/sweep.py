@@ -3,11 +3,14 @@
 
 sweep.py COMMAND
 """
+import array
 import csv
 import json
 import math
 import os
 import pathlib
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -181,6 +184,70 @@ def as_alone():
     same("a state from a file is refused", "initial.from" in run("from.yaml", "--vary", "g=1,2", code=2).stderr, True)
 
 
+def dump(file, name):
+    """The numbers of a dataset, by h5dump."""
+    subprocess.run(["h5dump", "-d", name, "-b", "LE", "-o", "dump.bin", file], check=True, capture_output=True)
+    return array.array("d", pathlib.Path("dump.bin").read_bytes())
+
+
+def texts(file, name):
+    return re.findall(r'"([^"]*)"', subprocess.run(["h5dump", "-d", name, file], check=True, capture_output=True, text=True).stdout.split("DATA {")[1])
+
+
+def attributes(file, name):
+    words = subprocess.run(["h5dump", "-A", "-m", "%.17g", "-d", name, file], check=True, capture_output=True, text=True).stdout
+    return dict(re.findall(r'ATTRIBUTE "([^"]+)" \{.*?\(0\): "?([^\n"]+)"?\n', words, re.DOTALL))
+
+
+def kept():
+    """All records in one HDF5 file, read by another program, against those of runs alone as CSV."""
+    sweep = ["bounce.yaml", "--vary", "v=1,4,7", "--vary", "bodies.stone.mass=1,-1", "--quiet"]
+    done = subprocess.run([command, "sweep", *sweep, "--out", "h.csv", "--keep", "h.h5"], capture_output=True, text=True, check=False)
+    if "built without HDF5" in done.stderr:
+        same("without HDF5: exit code, and nothing is left", (done.returncode, list(pathlib.Path().glob("h.*"))), (1, []))
+        same("run without HDF5", subprocess.run([command, "run", "bounce.yaml", "--out", "h.h5"], capture_output=True, check=False).returncode, 1)
+        return
+    same("exit code with --keep", done.returncode, 0)
+    whole = pathlib.Path("h.h5").read_bytes()
+    time.sleep(1.1)  # no times of the clock are in it
+    run(*sweep, "--jobs", "1", "--out", "h.csv", "--keep", "h.h5")
+    same("the same bytes by one thread, later", pathlib.Path("h.h5").read_bytes() == whole, True)
+    same("no side file is left", list(pathlib.Path().glob("h.h5.*")), [])
+    lines = pathlib.Path("h.csv").read_bytes()
+    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--out", "i.csv", "--keep", "i.h5")
+    long, records = pathlib.Path("i.csv").read_bytes(), pathlib.Path("i.h5").read_bytes()
+    process = subprocess.Popen([command, "sweep", "bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--jobs", "1", "--out", "i.csv", "--keep", "i.h5"])
+    time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    with open("i.h5.partial", "ab") as file:  # the end of a run that was not finished
+        file.write(b"\0" * 20)
+    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--resume", "--out", "i.csv", "--keep", "i.h5")
+    same("killed and resumed: lines and records", (pathlib.Path("i.csv").read_bytes() == long, pathlib.Path("i.h5").read_bytes() == records), (True, True))
+    same("other endings are refused", "FILE.h5" in run("bounce.yaml", "--vary", "g=1,2", "--keep", "h.csv", code=1).stderr, True)
+    if shutil.which("h5dump") is None:
+        print("skipped: h5dump is not on this machine")
+        return
+    columns = texts("h.h5", "/columns")
+    same("units", dict(zip(columns, texts("h.h5", "/units")))["velocity.stone"], "m/s")
+    for number, line in enumerate(rows(lines.decode())):
+        told = attributes("h.h5", f"/runs/{number}")
+        same(f"run {number}: its values", (float(told["v"]), float(told["bodies.stone.mass"]), told["status"]), (float(line["v"]), float(line["bodies.stone.mass"]), line["status"]))
+        if line["status"] != "done":
+            continue
+        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={line['v']}", "--quiet", "--out", "a.csv"], check=True)
+        numbers = [float(r[c]) for r in rows(pathlib.Path("a.csv").read_text()) for c in columns]
+        same(f"run {number}: its records, to the bit", list(dump("h.h5", f"/runs/{number}")) == numbers, True)
+    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "b.h5"], check=True)
+    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "a.csv"], check=True)
+    records = rows(pathlib.Path("a.csv").read_text())
+    same("run --out FILE.h5: columns", texts("b.h5", "/columns"), list(records[0]))
+    same("its records, to the bit", list(dump("b.h5", "/records")) == [float(x) for r in records for x in r.values()], True)
+    same("its parameters", {k: float(v) for k, v in attributes("b.h5", "/records").items() if k != "status"}, {"v": 3, "h": 1, "g": 9.81})
+    layout = subprocess.run(["h5dump", "-p", "-H", "-d", "/runs/0", "h.h5"], check=True, capture_output=True, text=True).stdout
+    same("chunked and compressed", ("CHUNKED" in layout, "DEFLATE" in layout), (True, True))
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -198,7 +265,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, kept, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -30,6 +30,8 @@ static double cpu_now(void) {
 typedef struct kt_results {
     kt_columns columns;
     kt_csv csv;
+    kt_keep keep;      /* of records that become HDF5 */
+    size_t kept;       /* rows of these */
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
 } kt_results;
@@ -38,6 +40,8 @@ typedef struct kt_results {
 typedef struct kt_sinks {
     kt_columns *columns;
     kt_csv *csv;
+    kt_keep *keep;
+    size_t *kept;      /* rows of it */
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
     kt_progress *progress;
@@ -98,7 +102,8 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_correction(sinks->outcome);
     const double *values = kt_columns_evaluate(sinks->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
-    if (kt_csv_write(sinks->csv, values) != 0 ||
+    ++*sinks->kept;
+    if (kt_csv_write(sinks->csv, values) != 0 || kt_keep_rows(sinks->keep, values, 1, sinks->columns->count) != 0 ||
         (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record, values) != 0) ||
         (sinks->motion != NULL && is_frame(record) && kt_motion_take(sinks->motion, record, values) != 0)) {
         sinks->failed = true;
@@ -138,6 +143,8 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
     kt_progress progress = kt_progress_start(quiet);
     kt_sinks sinks = {.columns = &results->columns,
                       .csv = &results->csv,
+                      .keep = &results->keep,
+                      .kept = &results->kept,
                       .plot = results->plot,
                       .motion = results->motion,
                       .progress = &progress,
@@ -190,6 +197,12 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
         code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
     }
     code = code < 0 ? kt_check_records(names->out) : code;
+    if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL)) {
+        kt_say(
+            "--checkpoint and --resume go with records as CSV: HDF5 is made at the end of a run; take --out FILE.csv");
+        code = KT_EXIT_USAGE;
+    }
+    code = code < 0 && kt_keep_is_meant(names->out) ? kt_keep_check(names->out) : code;
     code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
     code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
     return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
@@ -259,7 +272,7 @@ static void say_part(const char *part, const char *out) {
  * exit code of the command. */
 static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                        const kt_result_names *parts, kt_results *results, int code) {
-    const bool is_moved = results->csv.output.partial != NULL;
+    const bool is_moved = results->csv.output.partial != NULL || results->keep.file != NULL;
     const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
                                                                                      : KT_OUTPUT_PART;
@@ -268,7 +281,8 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
         for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
             kt_note_replaced(names[i], outcome->replaced, sizeof outcome->replaced);
     }
-    if (kt_csv_close(&results->csv, fate) != 0 && code == KT_EXIT_DONE)
+    const bool lost = kt_run_keep_end(&results->keep, outcome, results->kept, code, fate) != 0;
+    if ((kt_csv_close(&results->csv, fate) != 0 || lost) && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
     if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
@@ -305,6 +319,7 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
     } else {
         kt_say("there is not enough memory");
         (void)kt_csv_close(&results->csv, KT_OUTPUT_AS_IS);
+        (void)kt_keep_end(&results->keep, NULL, KT_OUTPUT_AS_IS);
         code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
     }
     free(out);
@@ -336,6 +351,10 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
 /* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
 static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
                         const char *out, kt_results *results) {
+    if (kt_keep_is_meant(out)) {
+        const int code = kt_run_keep_start(&results->keep, out);
+        return code < 0 ? kt_csv_open(&results->csv, NULL, &results->columns) : code;
+    }
     if (arguments->resume == NULL)
         return kt_csv_open(&results->csv, out, &results->columns);
     int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome);
@@ -482,7 +501,7 @@ static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
 /* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           unsigned record, kt_checkpoint *checkpoint, kt_mode_watch *modes) {
-    kt_results results = {.plot = NULL};
+    kt_results results = {.keep.output.lock = -1};
     int code = -1;
     if (!start_results(outcome, names, record, &results)) {
         kt_say("there is not enough memory for the results");

@@ -6,6 +6,7 @@
 #include "advice/warnings.h"
 #include "records/columns.h"
 #include "records/extremes.h"
+#include "records/keep.h"
 #include "records/lines.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -121,6 +122,11 @@ typedef struct kt_outcome {
     char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
     kt_warnings warnings;
 } kt_outcome;
+
+/* Records as HDF5 (keep.h): the side file, to which rows are added, and the file that is made of it. The first returns -1 or
+ * an exit code, the other 0, or -1 after printing the error; it does nothing if there is no side file. */
+int kt_run_keep_start(kt_keep *keep, const char *out);
+int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int code, kt_output_fate fate);
 
 /* Writes the summary as JSON to a file ("-": standard output). Returns KT_EXIT_DONE, or an exit code after printing the
  * error. */

@@ -32,7 +32,7 @@ static const kt_option options[] = {
     {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
     {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "trees in planes: in the plane, or like all others",
      "auto|spatial"},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV; '-': standard output; default: NAME.csv, here", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "records as CSV, or as HDF5 (FILE.h5); '-': standard output; default: NAME.csv, here", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
      NULL},
     {"scene", KT_OPTION_TEXT, KT_AT(scene), "FILE", "the scene with the end of the run as its initial state", NULL},

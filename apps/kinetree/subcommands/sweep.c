@@ -1,6 +1,6 @@
 /* kinetree sweep: many runs of one scene, a line each. */
 #include "sweep/sweep.h"
-#include "records/output.h"
+#include "records/keep.h"
 #include "subcommands/run.h"
 
 #include <errno.h>
@@ -28,6 +28,8 @@ static const kt_option options[] = {
      "of the records, whose end, min and max are written; default: all that the scene records", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "a line a run, as CSV; '-': standard output; default: NAME-sweep.csv",
      NULL},
+    {"keep", KT_OPTION_TEXT, KT_AT(keep), "FILE.h5",
+     "all records, too, as HDF5: a dataset for each run, what varies as its attributes", NULL},
     {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "threads; default: one a processor", NULL},
     {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "the K-th of N parts of the runs alone, for schedulers", NULL},
     {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "put the parts that --shard has written together, in --out", NULL},
@@ -65,28 +67,26 @@ const kt_usage kt_usage_sweep = {
 typedef struct sink {
     const kt_sweep *sweep;
     FILE *file;
+    kt_keep *keep;
     kt_progress progress;
     int64_t first, end, failed;
     double start;
 } sink;
 
-/* Whether the status of a line is not `done`: the cell behind the values. */
-static bool has_failed(const kt_sweep *sweep, const char *line) {
-    for (int i = 0; i <= sweep->plan.count && line != NULL; i++) {
-        line = strchr(line, ',');
-        line = line != NULL ? line + 1 : NULL;
-    }
-    return line != NULL && strncmp(line, "done,", 5) != 0;
-}
-
-static int write_line(void *user, int64_t run, const char *line) {
+/* Records first: a run with a line has all. */
+static int write_result(void *user, int64_t run, const kt_sweep_result *result) {
     sink *s = user;
+    const size_t columns = s->sweep->column_count + 1;
     char words[64];
+    const char *line = result->line;
+    if (kt_keep_begin(s->keep, run) != 0 || kt_keep_rows(s->keep, result->records, result->rows, columns) != 0 ||
+        kt_keep_close_run(s->keep, run, result->code, result->rows, columns) != 0)
+        return -1;
     if (fputs(line, s->file) < 0 || fflush(s->file) != 0) {
         kt_say("sweep: the line of run %lld cannot be written: %s", (long long)run, strerror(errno));
         return -1;
     }
-    s->failed += has_failed(s->sweep, line);
+    s->failed += result->code != KT_EXIT_DONE;
     const double spent = kt_clock() - s->start;
     snprintf(words, sizeof words, "%lld of %lld runs, %.3g a second", (long long)(run + 1 - s->first),
              (long long)(s->end - s->first), spent > 0.0 ? (double)(run + 1 - s->first) / spent : 0.0);
@@ -97,28 +97,29 @@ static int write_line(void *user, int64_t run, const char *line) {
 /* Whether a line of an earlier sweep is what this one computes. */
 static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
     kt_sweep_worker worker = {.has_scene = false};
-    char *own = kt_sweep_line(sweep, &worker, run);
+    kt_sweep_result own = kt_sweep_one(sweep, &worker, run);
     kt_sweep_worker_free(&worker);
-    const bool same = own != NULL && strcmp(own, line) == 0;
-    if (own == NULL)
+    const bool same = own.line != NULL && strcmp(own.line, line) == 0;
+    if (own.line == NULL)
         kt_say("sweep: there is not enough memory");
     else if (!same)
         kt_say("sweep: run %lld has another line in %s than the scene gives now: it is of another scene or sweep; "
                "leave --resume out, or name another --out",
                (long long)run, name);
-    free(own);
+    kt_sweep_result_free(&own);
     return same ? -1 : KT_EXIT_USAGE;
 }
 
-/* Reads what a broken sweep has left: *next is the first run that has no line, and the file ends before it. */
-static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t *next) {
+/* Reads what a broken sweep has left: *next is the first run that has no line, or `end`, and the file ends before it. */
+static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end, int64_t *next) {
     char *header = kt_sweep_header(sweep), *line = NULL;
     size_t room = 0;
     long whole = 0;
     int code = header != NULL ? -1 : KT_EXIT_INTEGRATION;
     ssize_t length;
     *next = first;
-    for (int64_t lines = 0; code < 0 && (length = getline(&line, &room, file)) > 0 && line[length - 1] == '\n';
+    for (int64_t lines = 0; code < 0 && (lines == 0 || *next < end) && (length = getline(&line, &room, file)) > 0 &&
+                            line[length - 1] == '\n';
          lines++) {
         if (lines == 0 && strcmp(line, header) != 0) {
             kt_say("sweep: %s has other columns than this sweep; leave --resume out, or name another --out", name);
@@ -165,13 +166,17 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
 }
 
 /* Writes the lines from run `first` on that the file does not have yet. */
-static int write_runs(const kt_sweep *sweep, FILE *file, const char *name, const char *out, int64_t first,
-                      int64_t end) {
+static int write_runs(const kt_sweep *sweep, FILE *file, kt_keep *keep, const char *name, const char *out,
+                      int64_t first, int64_t end) {
     const kt_sweep_arguments *arguments = sweep->arguments;
-    int64_t next = first;
+    int64_t next = first, kept = end;
     int code = -1;
-    if (arguments->resume)
-        code = take_up(sweep, file, name, first, &next);
+    if (arguments->resume && keep->file != NULL)
+        code = kt_keep_resume(keep, first, end, &kept);
+    if (code < 0 && arguments->resume)
+        code = take_up(sweep, file, name, first, kept, &next);
+    if (code < 0 && arguments->resume && keep->file != NULL && next < kept)
+        code = kt_keep_resume(keep, first, next, &kept);
     if (code >= 0)
         return code;
     char *header = next == first ? kt_sweep_header(sweep) : NULL;
@@ -183,12 +188,14 @@ static int write_runs(const kt_sweep *sweep, FILE *file, const char *name, const
     }
     sink s = {.sweep = sweep,
               .file = file,
+              .keep = keep,
               .progress = kt_progress_start(arguments->quiet),
               .first = next,
               .end = end,
               .start = kt_clock()};
     kt_sweep_worker all = {.has_scene = false};
-    const int failed = next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_line, &s, &all) : 0;
+    const int failed =
+        next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_result, &s, &all) : 0;
     kt_progress_end(&s.progress);
     if (failed == 0 && !arguments->quiet)
         report(&s, &all, out, next - first);
@@ -196,10 +203,10 @@ static int write_runs(const kt_sweep *sweep, FILE *file, const char *name, const
 }
 
 /* Opens the file of lines, and writes it. */
-static int write_file(const kt_sweep *sweep, const char *out, int64_t first, int64_t end) {
+static int write_file(const kt_sweep *sweep, kt_keep *keep, const char *out, int64_t first, int64_t end) {
     kt_output output;
     if (strcmp(out, "-") == 0)
-        return kt_finish_output(write_runs(sweep, stdout, "standard output", out, first, end));
+        return kt_finish_output(write_runs(sweep, stdout, keep, "standard output", out, first, end));
     int code = kt_output_start(&output, out);
     if (code >= 0)
         return code;
@@ -211,13 +218,61 @@ static int write_file(const kt_sweep *sweep, const char *out, int64_t first, int
         (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
-    code = write_runs(sweep, file, kt_output_path(&output), out, first, end);
+    code = write_runs(sweep, file, keep, kt_output_path(&output), out, first, end);
     if (fclose(file) != 0 && code == KT_EXIT_DONE) {
         kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
         code = KT_EXIT_INTEGRATION;
     }
     return kt_output_end(&output, code == KT_EXIT_DONE ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS) == 0 ? code
                                                                                                  : KT_EXIT_INTEGRATION;
+}
+
+static void values_of_run(const void *user, int64_t run, double *values) { kt_sweep_plan_values(user, run, values); }
+
+/* The HDF5 file, of all runs that were added; lines are whole only with it. */
+static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
+    const char *names[KT_SWEEP_AXES_MAX];
+    const size_t count = sweep->column_count + 1;
+    const char **columns = calloc(2 * count, sizeof *columns);
+    for (int i = 0; i < sweep->plan.count; i++)
+        names[i] = sweep->plan.axes[i].path;
+    for (size_t i = 0; columns != NULL && i < count; i++) {
+        columns[i] = i > 0 ? sweep->columns[i - 1] : "time";
+        columns[count + i] = i > 0 ? sweep->units[i - 1] : "s";
+    }
+    const kt_keep_words words = {.columns = columns,
+                                 .units = columns != NULL ? columns + count : NULL,
+                                 .column_count = columns != NULL ? count : 0,
+                                 .names = names,
+                                 .name_count = (size_t)sweep->plan.count,
+                                 .values = values_of_run,
+                                 .user = &sweep->plan};
+    const int failed =
+        kt_keep_end(keep, &words, code == KT_EXIT_DONE && columns != NULL ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS);
+    free(columns);
+    return failed != 0 && code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
+}
+
+/* Writes lines and, with --keep, records. */
+static int write_results(kt_sweep *sweep, const char *out, int64_t first, int64_t end) {
+    const kt_sweep_arguments *arguments = sweep->arguments;
+    kt_keep keep = {.output.lock = -1};
+    int code = arguments->keep != NULL ? kt_keep_open(&keep, arguments->keep, arguments->resume) : -1;
+    if (code < 0)
+        code = write_file(sweep, &keep, out, first, end);
+    return end_keep(&keep, sweep, code);
+}
+
+static int check_names(const kt_sweep_arguments *arguments) {
+    if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep)) {
+        kt_say("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->out != NULL && kt_keep_is_meant(arguments->out)) {
+        kt_say("sweep: --out writes lines as CSV; --keep %s keeps all records", arguments->out);
+        return KT_EXIT_USAGE;
+    }
+    return arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
 }
 
 /* "K/N" with 1 <= K <= N. */
@@ -275,12 +330,13 @@ static int sweep_scene(const kt_sweep_arguments *arguments, const char *path) {
     char *base = kt_base_name(path);
     (void)snprintf(out, sizeof out, "%s-sweep.csv", base != NULL ? base : "scene");
     free(base);
-    int code = kt_sweep_plan_make(arguments, &sweep.plan);
+    int code = check_names(arguments);
+    code = code < 0 ? kt_sweep_plan_make(arguments, &sweep.plan) : code;
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
     code = code < 0 ? read_text(&sweep) : code;
     code = code < 0 ? kt_sweep_list_columns(&sweep) : code;
     if (code < 0)
-        code = write_file(&sweep, arguments->out != NULL ? arguments->out : out, first, end);
+        code = write_results(&sweep, arguments->out != NULL ? arguments->out : out, first, end);
     kt_sweep_free(&sweep);
     return code;
 }

@@ -92,6 +92,10 @@ typedef struct made {
     kt_columns columns;
     kt_extremes extremes;
     kt_energy_watch energy;
+    const kt_sweep *sweep;
+    const size_t *place;     /* of the columns of lines; NULL: no records are kept */
+    kt_sweep_result *result; /* receives them */
+    bool failed;             /* memory did not suffice */
 } made;
 
 static void release(made *m) {
@@ -207,19 +211,44 @@ void kt_sweep_worker_free(kt_sweep_worker *worker) {
     if (worker->has_scene)
         kt_scene_free(&worker->scene);
     worker->has_scene = false;
+    free(worker->place);
+    worker->place = NULL;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
+/* Adds the time and the columns of lines. */
+static bool keep_record(made *m, double time, const double *values) {
+    kt_sweep_result *to = m->result;
+    const size_t width = m->sweep->column_count + 1;
+    if (to->rows == to->room) {
+        const size_t room = 2 * to->room + 256;
+        double *more = realloc(to->records, room * width * sizeof *more);
+        if (more == NULL)
+            return false;
+        to->records = more;
+        to->room = room;
+    }
+    double *row = to->records + to->rows++ * width;
+    row[0] = time;
+    for (size_t i = 0; i + 1 < width; i++)
+        row[i + 1] = m->place[i] < m->columns.count ? values[m->place[i]] : (double)NAN;
+    return true;
+}
+
 static int take_record(const kt_record *record, void *user) {
     made *m = user;
+    const double *values = kt_columns_evaluate(&m->columns, record);
     kt_energy_watch_add(&m->energy, record);
-    kt_extremes_add(&m->extremes, record->time, kt_columns_evaluate(&m->columns, record));
-    return 0;
+    kt_extremes_add(&m->extremes, record->time, values);
+    m->failed = m->place != NULL && !keep_record(m, record->time, values);
+    return m->failed ? -1 : 0;
 }
 
 static kt_status run(made *m, kt_error *error) {
     const kt_status status = kt_simulation_run(m->simulation, take_record, m, error);
+    if (m->failed)
+        return no_memory(error);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
         return kt_error_set(error, KT_ERROR_STEP, NULL,
                             "the energy has risen in a scene that cannot gain any: the integration has blown up");
@@ -251,18 +280,25 @@ static size_t find_column(const kt_columns *columns, const char *name, size_t gu
     return columns->count;
 }
 
-static void add_columns(cells *line, const kt_sweep *sweep, const made *m) {
+/* Where the columns of lines are among those of a run. */
+static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_t *place) {
     size_t guess = 0;
     for (size_t i = 0; i < sweep->column_count; i++) {
-        const size_t k = m->columns.count > 0 ? find_column(&m->columns, sweep->columns[i], guess) : 0;
-        if (m->extremes.column == NULL || k >= m->columns.count) {
+        place[i] = columns->count > 0 ? find_column(columns, sweep->columns[i], guess) : 0;
+        guess = place[i] + 1;
+    }
+}
+
+static void add_columns(cells *line, const kt_sweep *sweep, const made *m, const size_t *place) {
+    for (size_t i = 0; i < sweep->column_count; i++) {
+        if (m->extremes.column == NULL || place[i] >= m->columns.count) {
             add(line, ",,,");
             continue;
         }
-        add_number(line, m->extremes.column[k].last);
-        add_number(line, m->extremes.column[k].least);
-        add_number(line, m->extremes.column[k].greatest);
-        guess = k + 1;
+        const kt_extreme *of = &m->extremes.column[place[i]];
+        add_number(line, of->last);
+        add_number(line, of->least);
+        add_number(line, of->greatest);
     }
 }
 
@@ -289,32 +325,54 @@ static void add_events(cells *line, const kt_sweep *sweep, const made *m) {
             add(line, ",");
 }
 
-char *kt_sweep_line(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
+static char *write_line(const kt_sweep *sweep, int64_t number, const double *values, const made *m, const size_t *place,
+                        kt_status status, const kt_error *error) {
     cells line = {NULL, 0, 0, false};
-    double values[KT_SWEEP_AXES_MAX];
-    made m = {.scene = NULL};
-    kt_error error = {0};
-    kt_sweep_plan_values(&sweep->plan, number, values);
-    worker->runs++;
-    kt_status status = prepare_again(worker, values, &m) ? KT_OK : prepare_anew(sweep, worker, values, &m, &error);
-    if (status == KT_OK)
-        status = run(&m, &error);
     add(&line, "%lld", (long long)number);
     for (int i = 0; i < sweep->plan.count; i++)
         add_number(&line, values[i]);
-    const kt_simulation_counts counts = kt_simulation_counts_get(m.simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
     add(&line, ",%s", status_name(status));
-    add_number(&line, kt_simulation_time(m.simulation));
+    add_number(&line, kt_simulation_time(m->simulation));
     add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
-    add_number(&line, m.energy.records > 0 ? kt_energy_watch_error(&m.energy) : (double)NAN);
-    add_events(&line, sweep, &m);
-    add_columns(&line, sweep, &m);
+    add_number(&line, m->energy.records > 0 ? kt_energy_watch_error(&m->energy) : (double)NAN);
+    add_events(&line, sweep, m);
+    add_columns(&line, sweep, m, place);
     if (status == KT_OK)
         add(&line, ",");
     else
-        add_words(&line, error.where, error.message);
-    release(&m);
+        add_words(&line, error->where, error->message);
     return end_line(&line);
+}
+
+kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
+    double values[KT_SWEEP_AXES_MAX];
+    kt_sweep_result result = {.line = NULL};
+    made m = {.scene = NULL};
+    kt_error error = {0};
+    if (worker->place == NULL)
+        worker->place = malloc((sweep->column_count + 1) * sizeof *worker->place);
+    if (worker->place == NULL)
+        return result;
+    kt_sweep_plan_values(&sweep->plan, number, values);
+    worker->runs++;
+    kt_status status = prepare_again(worker, values, &m) ? KT_OK : prepare_anew(sweep, worker, values, &m, &error);
+    m.sweep = sweep;
+    m.result = &result;
+    find_columns(sweep, &m.columns, worker->place);
+    m.place = sweep->arguments->keep != NULL ? worker->place : NULL;
+    if (status == KT_OK)
+        status = run(&m, &error);
+    result.code = kt_exit_code(status);
+    result.line = write_line(sweep, number, values, &m, worker->place, status, &error);
+    release(&m);
+    return result;
+}
+
+void kt_sweep_result_free(kt_sweep_result *result) {
+    free(result->line);
+    free(result->records);
+    *result = (kt_sweep_result){.line = NULL};
 }
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
@@ -324,13 +382,18 @@ static void say_fault(void *user, const kt_error *fault) {
     fprintf(stderr, "%s: %s\n", fault->where, fault->message);
 }
 
-static bool add_column(kt_sweep *sweep, const char *name) {
-    char **more = realloc(sweep->columns, (sweep->column_count + 1) * sizeof *more);
-    if (more == NULL)
+static bool add_column(kt_sweep *sweep, const char *name, const char *unit) {
+    const size_t n = sweep->column_count;
+    char **names = realloc(sweep->columns, (n + 1) * sizeof *names);
+    sweep->columns = names != NULL ? names : sweep->columns;
+    char **units = realloc(sweep->units, (n + 1) * sizeof *units);
+    sweep->units = units != NULL ? units : sweep->units;
+    if (names == NULL || units == NULL)
         return false;
-    sweep->columns = more;
-    sweep->columns[sweep->column_count] = strdup(name);
-    return sweep->columns[sweep->column_count++] != NULL;
+    names[n] = strdup(name);
+    units[n] = strdup(unit);
+    sweep->column_count++;
+    return names[n] != NULL && units[n] != NULL;
 }
 
 /* All columns but time. */
@@ -340,7 +403,7 @@ static bool add_all(kt_sweep *sweep, const kt_columns *columns) {
     for (size_t i = 0; fine && i < columns->count; i++)
         if (columns->columns[i].source != KT_COLUMN_TIME) {
             (void)kt_column_name(columns, i, name, sizeof name);
-            fine = add_column(sweep, name);
+            fine = add_column(sweep, name, kt_column_quantity(columns, i).unit);
         }
     return fine;
 }
@@ -352,7 +415,8 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
         const char *comma = strchr(from, ',');
         const size_t length = comma != NULL ? (size_t)(comma - from) : strlen(from);
         (void)snprintf(name, sizeof name, "%.*s", (int)length, from);
-        if (find_column(columns, name, 0) == columns->count) {
+        const size_t found = find_column(columns, name, 0);
+        if (found == columns->count) {
             kt_nearest nearest = kt_nearest_make(name, NULL);
             (void)add_all(sweep, columns); /* whose names stay, for the suggestion */
             for (size_t i = 0; i < sweep->column_count; i++)
@@ -361,7 +425,7 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
                    kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
         }
-        if (!add_column(sweep, name)) {
+        if (!add_column(sweep, name, kt_column_quantity(columns, found).unit)) {
             kt_say("there is not enough memory");
             return KT_EXIT_INTEGRATION;
         }
@@ -437,8 +501,11 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
 
 void kt_sweep_free(kt_sweep *sweep) {
     kt_sweep_plan_free(&sweep->plan);
-    for (size_t i = 0; i < sweep->column_count; i++)
+    for (size_t i = 0; i < sweep->column_count; i++) {
         free(sweep->columns[i]);
+        free(sweep->units[i]);
+    }
+    free(sweep->units);
     for (size_t i = 0; i < sweep->event_count; i++)
         free(sweep->events[i]);
     free(sweep->columns);

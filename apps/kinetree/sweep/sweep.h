@@ -43,7 +43,7 @@ typedef struct kt_sweep_plan {
 
 typedef struct kt_sweep_arguments {
     kt_settings settings, vary, random;
-    const char *sample, *from, *columns, *out, *shard;
+    const char *sample, *from, *columns, *out, *keep, *shard;
     long repeats, seed, jobs;
     bool merge, resume, quiet;
 } kt_sweep_arguments;
@@ -70,6 +70,7 @@ typedef struct kt_sweep {
     char *text; /* of the scene */
     size_t size;
     char **columns; /* names of the columns of records that lines have extremes of */
+    char **units;   /* theirs */
     size_t column_count;
     char **events; /* names of the events that lines count */
     size_t event_count;
@@ -80,17 +81,28 @@ typedef struct kt_sweep {
 typedef struct kt_sweep_worker {
     kt_scene scene;
     bool has_scene;
-    int64_t runs, anew; /* lines, and those of them for which the scene was read */
-    char why
-        [KT_WHERE_SIZE]; /* where the scene has what is no number and follows from a value that varies; "": nowhere */
+    int64_t runs, anew;      /* lines, and those of them for which the scene was read */
+    size_t *place;           /* of each column of the lines, among those of the run; as many as these: none */
+    char why[KT_WHERE_SIZE]; /* where more than a number follows from a value that varies; "": nowhere */
 } kt_sweep_worker;
 
 void kt_sweep_worker_free(kt_sweep_worker *worker);
 
-/* The first line, and that of a run: text that the caller frees, with its newline; NULL: not enough memory. A line is the
- * same whatever the worker has done before. */
+/* What a run gives. */
+typedef struct kt_sweep_result {
+    char *line;      /* with its newline; NULL: not enough memory */
+    int code;        /* kt_exit_code */
+    double *records; /* with --keep: the time and the columns of the lines, row by row; NULL: none */
+    size_t rows, room;
+} kt_sweep_result;
+
+void kt_sweep_result_free(kt_sweep_result *result);
+
+/* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
-char *kt_sweep_line(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
+
+/* Computes a run: the result is the same whatever the worker has done before. */
+kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 
 /* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */
 int kt_sweep_list_columns(kt_sweep *sweep);
@@ -98,8 +110,8 @@ void kt_sweep_free(kt_sweep *sweep);
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
-/* Takes a line; returns 0 to go on. */
-typedef int kt_sweep_sink(void *user, int64_t run, const char *line);
+/* Takes what a run gives; returns 0 to go on. */
+typedef int kt_sweep_sink(void *user, int64_t run, const kt_sweep_result *result);
 
 /* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order; *all
  * receives the sums of what the threads have counted. Returns 0, or -1 if the sink stopped or memory or threads ran out. */
