@@ -445,6 +445,17 @@ typedef int kt_effect_wrench_derivatives_callback(void *user, double t, const kt
                                                   kt_effect_derivatives *derivatives);
 typedef int kt_effect_joint_force_derivatives_callback(void *user, double t, double q, double v, double derivatives[3]);
 
+/* The callback of a law in C, in place of the formulas of an effect of type expression. u: the values of its variables,
+ * in their order. It writes the force (one number; on a body six: force, moment) and the rates of the states that it
+ * lists; of both only what is not NULL, which is zeros when it is called. The next one writes their derivatives,
+ * likewise zeros: of force number i, or of rate i, by u[j] at [i * variable_count + j]. What they return means the
+ * same as above. */
+typedef int kt_effect_law_callback(void *user, const double *u, double *force, double *rates);
+typedef int kt_effect_law_derivatives_callback(void *user, const double *u, double *force, double *rates);
+
+/* Bounds of laws. */
+enum { KT_LAW_STATE_MAX = 16 /* states of one effect */ };
+
 /* A query for the corners of a caller's own force: returns the first time after t at which the force, or a derivative
  * of it, jumps, or at which it begins or ends to act; HUGE_VAL (or any time that is not after t) if there is none.
  * Steps of adaptive methods end there, and the force is evaluated just before and just after that time. A function of
@@ -474,7 +485,9 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   expression: forces by formulas (expression.h) of t and of variables (kt_variable): in a joint, formula[0]; along the line between
  *     two ends, formula[0], which pushes them apart where it is positive, and may use `length` and `speed`, the distance
  *     of the ends and its rate; or on a point of a body, force formula[0] to [2] and moment formula[3] to [5] along the
- *     axes of `frame`. All that it does counts as supplied. At most KT_FORMULA_VARIABLE_MAX different variables.
+ *     axes of `frame`. All that it does counts as supplied. At most KT_FORMULA_VARIABLE_MAX different variables. Instead
+ *     of formulas it may have a law in C (effect.h), which lists its variables by name, and the own states whose rates it
+ *     writes. One with states reads neither `length` and `speed` nor the coordinate of a loop, but markers at its ends.
  * All forces are continuous, for the integrator's error control. Friction is a function of the speed, smooth over
  * `smoothing` or `slip`: a load below it creeps instead of resting, and the smaller they are, the smaller the steps
  * must be. Joint effects act in one coordinate, along which the force does its work: of a joint, or a relative coordinate
@@ -530,9 +543,15 @@ typedef struct kt_effect {
     kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */
     kt_effect_wrench_derivatives_callback *wrench_derivatives;           /* custom: of `wrench`; NULL: differences */
     kt_effect_joint_force_derivatives_callback *joint_force_derivatives; /* custom: of `joint_force`; NULL: likewise */
-    kt_corner_callback *corner; /* custom: when its force has corners; NULL: never */
-    void *user;                 /* custom: handed to the callback; must outlive the model */
-    kt_switching switching;     /* as of a loop */
+    kt_effect_law_callback *law;                         /* expression: in place of formulas; NULL: there are some */
+    kt_effect_law_derivatives_callback *law_derivatives; /* of the law; NULL: differences */
+    const char *const *variables; /* of the law: their names, as kt_variable_find has them, each once */
+    int variable_count;           /* length of variables */
+    const char *const *states;    /* of the law: names of own states of the description that have no formula */
+    int state_count;              /* length of states, at most KT_LAW_STATE_MAX */
+    kt_corner_callback *corner;   /* custom, law: when its force has corners; NULL: never */
+    void *user;                   /* custom, law: handed to the callback; must outlive the model */
+    kt_switching switching;       /* as of a loop */
     bool stick; /* joint_friction: it sticks: at rest it is a constraint, until the force on it exceeds breakaway
                              (or coulomb), and then it slips, with the sign of the speed (not smoothed); default: false */
     double restitution;   /* joint_limit, contact: it is hard, and gives back this part of the speed, 0 to 1; default:
@@ -546,11 +565,12 @@ typedef struct kt_effect {
 /* A state that is neither a position nor a velocity: a current, a pressure, the integral of a controller. Its rate
  *     x' = rate(t, q, v, x)
  * is a formula (expression.h) of the variables of kt_variable, all own states among them, and is integrated with the
- * motion. Effects of type expression and other states use it by its name. */
+ * motion; or the law of one effect in C writes it (kt_effect.states), which is asked for it while the effect is switched off, too. Effects of
+ * type expression and other states use it by its name. */
 typedef struct kt_state {
     const char *name; /* letters, digits and _, as formulas have names; the only state of its name */
     double initial;   /* at the start; default 0 */
-    const char *rate; /* a formula */
+    const char *rate; /* a formula; NULL: the law of an effect writes it */
 } kt_state;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

@@ -43,6 +43,52 @@
  * and effect.wrench_derivatives = pull_derivatives, or effect.joint_force_derivatives in a joint. Otherwise they are
  * found by differences, whose error kt_data_difference_error tells.
  *
+ * Laws. An effect of type expression may have a law in C in place of formulas: a callback that is given the values of
+ * the variables that it lists by name, and writes the force and the rates of the own states that it lists, here the coil
+ * of a motor:
+ *
+ *     static int motor(void *user, const double *u, double *force, double *rates) {
+ *         const double k = 0.05, R = 0.8, L = 0.02;
+ *         (void)user;
+ *         if (force)
+ *             force[0] = k * u[0];
+ *         if (rates)
+ *             rates[0] = (12.0 - R * u[0] - k * u[1]) / L;
+ *         return 0;
+ *     }
+ *
+ *     static int motor_derivatives(void *user, const double *u, double *force, double *rates) {
+ *         const double k = 0.05, R = 0.8, L = 0.02;
+ *         (void)user, (void)u;
+ *         if (force)
+ *             force[0] = k;
+ *         if (rates) {
+ *             rates[0] = -R / L;
+ *             rates[1] = -k / L;
+ *         }
+ *         return 0;
+ *     }
+ *
+ * and where the mechanism is described
+ *
+ *     static const char *const variables[] = {"current", "velocity.rotor"}, *const names[] = {"current"};
+ *     kt_state current = kt_state_default();
+ *     current.name = "current";
+ *     description.states = &current;
+ *     description.state_count = 1;
+ *     kt_effect effect = kt_effect_default();
+ *     effect.type = KT_EFFECT_EXPRESSION;
+ *     effect.joint = "rotor";
+ *     effect.law = motor;
+ *     effect.law_derivatives = motor_derivatives;
+ *     effect.variables = variables;
+ *     effect.variable_count = 2;
+ *     effect.states = names;
+ *     effect.state_count = 1;
+ *
+ * It is computed, integrated, differentiated and recorded as formulas are. Without law_derivatives its derivatives are
+ * differences in each variable.
+ *
  * A callback is a function of its arguments alone: the same arguments must give the same result, at any time and in any
  * order of calls, and from several threads if these share the model. It is called at every stage of every step, also of
  * steps that are not accepted. It returns

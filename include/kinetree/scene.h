@@ -92,7 +92,8 @@ typedef struct kt_scene_column {
     const char *formula; /* parameters are in it as the numbers that they are */
 } kt_scene_column;
 
-/* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. */
+/* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. One with a
+ * density in the scene encloses a solid of it; reading gives the mass, centre and inertia of that to the body. */
 typedef struct kt_scene_mesh {
     const char *body;     /* that it belongs to */
     const char *file;     /* absolute, or relative to the scene's file */
@@ -139,7 +140,7 @@ typedef struct kt_scene {
     kt_scene_event until;           /* `simulate.until`; its `when` is NULL: there is none */
     const kt_scene_column *columns; /* `output.columns`; NULL: none */
     int column_count;               /* length of columns */
-    const kt_scene_mesh *meshes;    /* `meshes`, for pictures alone; NULL: none */
+    const kt_scene_mesh *meshes;    /* `meshes`, for pictures; NULL: none */
     int mesh_count;                 /* length of meshes */
     kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;            /* length of parameters */

@@ -1,4 +1,4 @@
-/* Formulas of effects: read once more into the model's numbers, and their variables as places in the model. */
+/* Formulas of effects: read once more into the model's numbers, and their variables as places in the model; or laws. */
 #include "model/formula.h"
 #include "base/aligned.h"
 #include "compile/attach.h"
@@ -48,7 +48,7 @@ static void fill_part(void *user, const kt_expression_term *term, size_t count) 
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error) {
     kt_status status = KT_OK;
-    *names = kt_formula_names_of(description, effect);
+    *names = effect->law != NULL ? kt_law_names_of(description, effect) : kt_formula_names_of(description, effect);
     for (int k = 0; k < 6 && effect->type == KT_EFFECT_EXPRESSION && status == KT_OK; k++) {
         if (effect->formula[k] == NULL)
             continue;
@@ -89,9 +89,12 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
                                   size_t *number, size_t *variable, size_t *part, kt_error *error) {
     kt_part_place place = {m, number, *part};
-    kt_formula_names names = kt_formula_names_of(a->description, effect);
+    kt_formula_names names =
+        effect->law != NULL ? kt_law_names_of(a->description, effect) : kt_formula_names_of(a->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     r->variable = (int32_t)*variable;
+    r->law = effect->law;
+    r->law_derivatives = effect->law_derivatives;
     for (int k = 0; k < 6; k++) {
         const kt_expression *expression;
         if (effect->formula[k] == NULL)

@@ -1,4 +1,5 @@
-/* Own states: their check, and what they add to a model: a formula each, as that of an effect in a joint. */
+/* Own states: their check, and what they add to a model: a formula each, as that of an effect in a joint, or the law of
+ * an effect. */
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "model/check.h"
@@ -16,6 +17,17 @@ static bool is_reserved(const char *name) {
     return false;
 }
 
+/* One effect's law writes the rate. */
+static void check_law(kt_checker *checker, const kt_state *state) {
+    int rate;
+    const int law = state->name ? kt_law_of_state(checker->description, state->name, -1, &rate) : -1;
+    if (law < 0)
+        kt_checker_fault(checker, "rate", -1, "rate is missing; give the formula of its derivative by time%s",
+                         checker->description->effect_count > 0 ? ", or name it in an effect whose law writes it" : "");
+    else if (kt_law_of_state(checker->description, state->name, law, &rate) >= 0)
+        kt_checker_fault(checker, "rate", -1, "the laws of two effects write it; name it in one of them");
+}
+
 void kt_checker_state(kt_checker *checker, const kt_state *state) {
     kt_checker_name(checker, KT_SCOPE_STATE, "states", state->name, false);
     if (state->name != NULL && is_reserved(state->name))
@@ -24,14 +36,20 @@ void kt_checker_state(kt_checker *checker, const kt_state *state) {
     (void)kt_checker_number(checker, "initial", state->initial);
     kt_formula_names names = {.description = checker->description};
     if (state->rate == NULL)
-        kt_checker_fault(checker, "rate", -1, "rate is missing; give the formula of its derivative by time");
+        check_law(checker, state);
     else
         (void)kt_checker_formula(checker, "rate", state->rate, &names);
 }
 
-/* The rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code. */
-static kt_effect effect_of(const kt_state *state) {
+/* The rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code. Of a law it is
+ * that of the effect; *law: which, and *rate: which of its rates; -1: none. */
+static kt_effect effect_of(const kt_description *d, const kt_state *state, int *law, int *rate) {
     kt_effect effect = kt_effect_default();
+    *rate = *law = -1;
+    if (state->rate == NULL) {
+        *law = kt_law_of_state(d, state->name, -1, rate);
+        return d->effects[*law];
+    }
     effect.type = KT_EFFECT_EXPRESSION;
     effect.formula[0] = state->rate;
     return effect;
@@ -41,7 +59,8 @@ kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
     kt_status status = KT_OK;
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
-        const kt_effect rate = effect_of(&d->states[i]);
+        int law, of;
+        const kt_effect rate = effect_of(d, &d->states[i], &law, &of);
         kt_formula_names names;
         status = kt_attach_count_formulas(d, &rate, &names, n, error);
         if (status == KT_OK)
@@ -57,10 +76,16 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
     kt_status status = KT_OK;
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
         const kt_state *state = &d->states[i];
-        const kt_effect rate = effect_of(state);
+        int law, of;
+        const kt_effect rate = effect_of(d, state, &law, &of);
         const size_t size = strlen(state->name) + 1;
         kt_effect_record *r = &m->state[i];
-        *r = (kt_effect_record){.type = (int32_t)rate.type, .source = (int32_t)i, .name = (uint32_t)*text};
+        *r = (kt_effect_record){.type = (int32_t)rate.type,
+                                .source = (int32_t)(law < 0 ? i : law),
+                                .name = (uint32_t)*text,
+                                .law_rate = (int32_t)of + 1,
+                                .corner = rate.corner,
+                                .user = rate.user};
         memcpy(m->text + *text, state->name, size);
         *text += size;
         m->v0[m->n.v + (size_t)i] = state->initial;

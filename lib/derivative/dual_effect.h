@@ -14,4 +14,10 @@ void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, c
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                double derivative[2]);
 
+/* The derivatives of a law by differences: by[j][k] of number k by variable j, of its force or of one rate. `values`, those of
+ * its variables, are moved and put back; *error is raised to the relative error that is estimated. Returns the code of
+ * its callback (law_differences.c). */
+int kt_law_difference(const kt_effect_record *effect, double *values, double by[KT_FORMULA_VARIABLE_MAX][6],
+                      double *error);
+
 #endif

@@ -37,7 +37,7 @@
 /* What all effects of a state share. */
 typedef struct state {
     const kt_model *model;
-    const kt_data *data;
+    kt_data *data;
     const kt_derivative_work *x;
     const kt_dynamic_state *at;
     kt_effect_dof *path;
@@ -281,14 +281,14 @@ static void read_variables(const state *s, const kt_effect_record *effect, const
     }
 }
 
-static void differentiate_formulas(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
-                                   formulas *f) {
-    double values[KT_FORMULA_VARIABLE_MAX], unit[KT_FORMULA_VARIABLE_MAX] = {0.0}, y[3];
-    read_variables(s, effect, end, values);
-    memset(f, 0, sizeof *f);
-    kt_formulas_evaluate(s->model, effect, values, f->value);
+static int differentiate_law(const state *s, const kt_effect_record *effect, double *values, formulas *f) {
+    return kt_law_is_differenced(effect) ? kt_law_difference(effect, values, f->by, &s->data->difference_error)
+                                         : kt_law_differentiate(effect, values, f->by);
+}
+
+static void differentiate_text(const state *s, const kt_effect_record *effect, const double *values, formulas *f) {
+    double unit[KT_FORMULA_VARIABLE_MAX] = {0.0}, y[3];
     for (int32_t m = 0; m < effect->variable_count; m++) {
-        const int32_t type = s->model->variable[effect->variable + m].type;
         unit[m] = 1.0;
         for (int k = 0; k < 6; k++) {
             y[1] = 0.0;
@@ -296,9 +296,26 @@ static void differentiate_formulas(const state *s, const kt_effect_record *effec
             f->by[m][k] = y[1];
         }
         unit[m] = 0.0;
+    }
+}
+
+/* Returns the code of a law's callback, otherwise 0. */
+static int differentiate_formulas(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
+                                  formulas *f) {
+    double values[KT_FORMULA_VARIABLE_MAX];
+    read_variables(s, effect, end, values);
+    memset(f, 0, sizeof *f);
+    int code = kt_formulas_evaluate(s->model, effect, values, f->value);
+    if (effect->law != NULL && code == 0)
+        code = differentiate_law(s, effect, values, f);
+    else
+        differentiate_text(s, effect, values, f);
+    for (int32_t m = 0; m < effect->variable_count; m++) {
+        const int32_t type = s->model->variable[effect->variable + m].type;
         if (type == KT_VARIABLE_LENGTH || type == KT_VARIABLE_SPEED)
             f->value[type == KT_VARIABLE_LENGTH ? 6 : 7] += f->by[m][0];
     }
+    return code;
 }
 
 /* What the derivatives of formulas are subtracted from, column-major: by positions, velocities and own states. */
@@ -356,12 +373,15 @@ static pair wrench_of(const state *s, const kt_effect_record *effect, const doub
     return (pair){kt_v4_from(wrench[effect->ends - 1].moment), kt_v4_from(wrench[effect->ends - 1].force)};
 }
 
-/* What the wrench itself does in its ends' motion, and then what each variable does to it. */
-static void subtract_formulas(const state *s, const kt_effect_record *effect, const target *to) {
+/* What the wrench itself does in its ends' motion, and then what each variable does to it. Of laws also whether their
+ * derivatives are finite; those of formulas are where their values are, but at corners. */
+static kt_status subtract_formulas(const state *s, const kt_effect_record *effect, const target *to, kt_error *error) {
     ends e = {.last = 0};
     formulas f;
     const size_t count = effect->ends > 0 ? find_ends(s, effect, &e) : 0;
-    differentiate_formulas(s, effect, e.end, &f);
+    const int code = differentiate_formulas(s, effect, e.end, &f);
+    if (code != 0 || (effect->law != NULL && !kt_all_finite((const double *)&f, sizeof f / sizeof(double))))
+        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
     if (effect->ends > 0) {
         kt_effect_jacobian jacobian;
         if (KT_HAS_RELATIVE && effect->relative.type) {
@@ -385,18 +405,21 @@ static void subtract_formulas(const state *s, const kt_effect_record *effect, co
         else if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
             subtract_marker(s, effect, to, count, x, variable);
     }
+    return KT_OK;
 }
 
 /* The rates of own states. */
-static void write_rates(const state *s, const kt_state_derivatives *states) {
+static kt_status write_rates(const state *s, const kt_state_derivatives *states, kt_error *error) {
     const size_t n = s->model->n.v, x = s->model->n.x;
     target to = {.q = states->rate_q, .v = states->rate_v, .x = states->rate_x, .rows = x};
     kt_clear(states->force, n * x * sizeof(double));
     kt_clear(states->rate_q, n * x * sizeof(double));
     kt_clear(states->rate_v, n * x * sizeof(double));
     kt_clear(states->rate_x, x * x * sizeof(double));
-    for (to.row = 0; to.row < x; to.row++)
-        subtract_formulas(s, &s->model->state[to.row], &to);
+    kt_status status = KT_OK;
+    for (to.row = 0; to.row < x && status == KT_OK; to.row++)
+        status = subtract_formulas(s, &s->model->state[to.row], &to, error);
+    return status;
 }
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
@@ -523,14 +546,13 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
     d_v[diagonal] -= derivative[1];
 }
 
-kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                    const kt_derivative_work *x, kt_effect_dof *path, const kt_state_derivatives *states,
                                    kt_error *error) {
     const state s = {.model = model, .data = data, .x = x, .at = at, .path = path};
     double *d_q = (double *)x->dq, *d_v = (double *)x->dv;
     target to = {.q = d_q, .v = d_v, .x = states->force, .rows = model->n.v};
-    kt_status status = KT_OK;
-    write_rates(&s, states);
+    kt_status status = write_rates(&s, states, error);
     for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
         if (kt_effect_is_differenced(effect))
@@ -539,7 +561,7 @@ kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, c
             status = subtract_own(&s, effect, d_q, d_v, error);
         else if (effect->type == KT_EFFECT_EXPRESSION) {
             to.row = (size_t)model->link[effect->link[0]].v;
-            subtract_formulas(&s, effect, &to);
+            status = subtract_formulas(&s, effect, &to, error);
         } else if (effect->ends)
             subtract_wrench(&s, effect, d_q, d_v);
         else

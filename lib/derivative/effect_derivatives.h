@@ -27,7 +27,7 @@ typedef struct kt_state_derivatives {
  * x->dv (nv x nv), and writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
  * poses are in data; path: scratch for kt_effect_path_size. Errors: of a caller's own effects KT_ERROR_EFFECT,
  * KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
-KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                               const kt_derivative_work *x, kt_effect_dof *path,
                                               const kt_state_derivatives *states, kt_error *error);
 

@@ -225,6 +225,11 @@ static inline bool kt_effect_is_differenced(const kt_effect_record *effect) {
            (effect->wrench ? !effect->wrench_derivatives : !effect->joint_force_derivatives);
 }
 
+/* Whether the derivatives of an effect's law are found by differences. */
+static inline bool kt_law_is_differenced(const kt_effect_record *effect) {
+    return effect->law != NULL && !effect->law_derivatives;
+}
+
 /* Whether effects of this type have a gap. */
 static inline bool kt_effect_has_gap(int type) {
     const kt_effect_kind *kind = kt_effect_kind_of(type);

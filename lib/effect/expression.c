@@ -4,8 +4,8 @@
  *   between two ends     with d = p2 - p1, n = d / |d|: f n on the second, -f n on the first; f may use |d| and n . d'
  *   on a point           force (f1, f2, f3) and moment (f4, f5, f6), in world axes or in the end's
  *
- * Power: supplied = f q', f n . d', or f . v + m . w. Its formulas are evaluated by mechanism/formula.c, and
- * differentiated by derivative/formula_derivatives.c.
+ * Power: supplied = f q', f n . d', or f . v + m . w. Its formulas, or its law in C, are evaluated by
+ * mechanism/formula.c, and differentiated by derivative/effect_derivatives.c.
  */
 #include "effect/effect.h"
 
@@ -24,6 +24,10 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_coordinate(checker, "joint", effect->joint);
     for (int k = 0; k < effect->end_count; k++)
         (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
+    if (effect->law != NULL) {
+        kt_checker_law(checker, effect);
+        return;
+    }
     for (int k = 0; k < 6; k++) {
         if (effect->formula[k] == NULL)
             continue;

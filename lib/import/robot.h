@@ -6,6 +6,7 @@
 
 #include "import/xml.h"
 #include "scene/part.h"
+#include "scene/shapes.h"
 
 /* ---- what is left out, or changed -------------------------------------------------------------------------------- */
 
@@ -110,11 +111,6 @@ int kt_parse_numbers(const char *text, int most, double *values);
 
 /* A rotation for a description: none where it is the identity. */
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
-
-/* s S. */
-static inline kt_sym3 kt_sym3_scaled(double s, kt_sym3 a) {
-    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
-}
 
 /* Where the items of the scene stand, for faults of its compilation. `elements` are those of bodies and loops. */
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,

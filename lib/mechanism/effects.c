@@ -83,11 +83,12 @@ typedef struct coordinate {
     double position, rate;
 } coordinate;
 
-static void evaluate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
-                              const kt_effect_end *end, double out[6]) {
+/* Returns the code of a callback, otherwise 0. */
+static int evaluate_formulas(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                             const kt_effect_end *end, double out[6]) {
     double values[KT_FORMULA_VARIABLE_MAX];
     kt_formula_variables_read(model, in->data, in->kinematics, effect, in->at, end, values);
-    kt_formulas_evaluate(model, effect, values, out);
+    return kt_formulas_evaluate(model, effect, values, out);
 }
 
 /* Computes the force of an effect in a coordinate: of a joint, or between two ends of a loop. Returns the code of a
@@ -101,11 +102,11 @@ KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in
     }
     if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
-        evaluate_formulas(model, in, effect, end, values);
+        const int code = evaluate_formulas(model, in, effect, end, values);
         *force = values[0];
         if (balance)
             *balance = (kt_effect_balance){.supplied = values[0] * x.rate};
-        return 0;
+        return code;
     }
     *force = 0.0;
     if (balance)
@@ -138,9 +139,9 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
     }
     if (KT_HAS_FORMULAS && kind->formula_wrench) {
         double values[6];
-        evaluate_formulas(model, in, effect, end, values);
+        const int code = evaluate_formulas(model, in, effect, end, values);
         kind->formula_wrench(effect, values, end, wrench, balance);
-        return 0;
+        return code;
     }
     memset(wrench, 0, 2 * sizeof *wrench);
     if (balance)
@@ -280,6 +281,11 @@ KT_INLINE bool sum_all(sum *s) {
 static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
+    if (effect->law_rate > 0) { /* of an own state */
+        (void)snprintf(where, KT_WHERE_SIZE, "the law of state '%.60s', t = %.9g s", s->model->text + effect->name,
+                       s->at->t);
+        return;
+    }
     if (effect->name)
         (void)snprintf(own, sizeof own, "effect '%.24s'", s->model->text + effect->name);
     else
@@ -316,7 +322,7 @@ static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_e
     char where[KT_WHERE_SIZE];
     name_effect(s, effect, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        effect->type == KT_EFFECT_CUSTOM
+                        effect->type == KT_EFFECT_CUSTOM || effect->law != NULL
                             ? "its callback gave a force or power that is not finite"
                             : "its force is not finite; look for a number or a function of it that is huge there");
 }
@@ -422,8 +428,11 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
             continue;
         find_ends(data, effect, end);
         double rates[6];
-        if (KT_HAS_FORMULAS && kind->formula_wrench)
-            kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
+        if (KT_HAS_FORMULAS && kind->formula_wrench) {
+            const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
+            if (code != 0)
+                return kt_effect_refuse_derivatives(model, effect, t, code, error);
+        }
         if (KT_HAS_RELATIVE && effect->relative.type) {
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
             if (kind->joint_time_derivative)

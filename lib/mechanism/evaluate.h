@@ -62,9 +62,10 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 /* Points at->tau and at->external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);
 
-/* Writes the partial derivatives by time of the rates of own states (kt_own_state_count). */
-void kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                   double *derivatives);
+/* Writes the partial derivatives by time of the rates of own states (kt_own_state_count). Returns the code of a law's
+ * callback, otherwise 0. */
+int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  double *derivatives);
 
 /* kt_own_state_rates of a state that is finite; rates are written in any case. */
 KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,

@@ -1,5 +1,5 @@
 /* Values of the formulas of an effect: its variables are read from the state and from the motion of links, then the
- * formulas are evaluated with them. */
+ * formulas, or its law in C, are evaluated with them. */
 #include "mechanism/formula.h"
 
 #include "mechanism/relative.h"
@@ -75,23 +75,62 @@ const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record
     return place > 0 ? (const kt_expression *)(const void *)(model->number + place - 1) : NULL;
 }
 
-/* In joints and between two ends there is one. */
-void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]) {
-    const int count = effect->ends == 1 ? 6 : 1;
-    for (int k = 0; k < count; k++)
-        out[k] = effect->formula[k] > 0 ? kt_expression_evaluate(kt_formula_of(model, effect, k), values) : 0.0;
+static int evaluate_law(const kt_effect_record *effect, const double *values, double out[6]) {
+    double rates[KT_LAW_STATE_MAX] = {0.0};
+    memset(out, 0, 6 * sizeof *out);
+    if (effect->law_rate == 0)
+        return effect->law(effect->user, values, out, NULL);
+    const int code = effect->law(effect->user, values, NULL, rates);
+    out[0] = rates[effect->law_rate - 1];
+    return code;
 }
 
-void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
-                                 double rates[6]) {
+/* In joints and between two ends there is one. */
+int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]) {
+    const int count = effect->ends == 1 ? 6 : 1;
+    if (effect->law != NULL)
+        return evaluate_law(effect, values, out);
+    for (int k = 0; k < count; k++)
+        out[k] = effect->formula[k] > 0 ? kt_expression_evaluate(kt_formula_of(model, effect, k), values) : 0.0;
+    return 0;
+}
+
+int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]) {
+    double all[KT_LAW_STATE_MAX * KT_FORMULA_VARIABLE_MAX] = {0.0};
+    const bool is_rate = effect->law_rate > 0;
+    const int count = effect->ends == 1 && !is_rate ? 6 : 1, n = effect->variable_count;
+    const double *row = all + (is_rate ? (effect->law_rate - 1) * n : 0);
+    const int code = effect->law_derivatives(effect->user, values, is_rate ? NULL : all, is_rate ? all : NULL);
+    for (int j = 0; j < n; j++)
+        for (int k = 0; k < 6; k++)
+            by[j][k] = k < count ? row[k * n + j] : 0.0;
+    return code;
+}
+
+static int differentiate_law_by_time(const kt_effect_record *effect, const double *values, const double *of_time,
+                                     double rates[6]) {
+    double by[KT_FORMULA_VARIABLE_MAX][6];
+    const int code = kt_law_differentiate(effect, values, by);
+    memset(rates, 0, 6 * sizeof *rates);
+    for (int32_t j = 0; j < effect->variable_count; j++)
+        for (int k = 0; k < 6; k++)
+            rates[k] += of_time[j] * by[j][k];
+    return code;
+}
+
+int kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                                double rates[6]) {
     double values[KT_FORMULA_VARIABLE_MAX], of_time[KT_FORMULA_VARIABLE_MAX], y[3];
     kt_formula_variables_read(model, data, kinematics, effect, at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++)
         of_time[k] = model->variable[effect->variable + k].type == KT_VARIABLE_TIME;
+    if (effect->law != NULL)
+        return differentiate_law_by_time(effect, values, of_time, rates);
     for (int k = 0; k < 6; k++) {
         y[1] = 0.0;
         kt_expression_taylor(kt_formula_of(model, effect, k), values, of_time, NULL, y);
         rates[k] = y[1];
     }
+    return 0;
 }

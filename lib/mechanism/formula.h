@@ -10,13 +10,18 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]);
 
-/* The formulas with these variables; 0 for one that there is not. */
-void kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
+/* The formulas with these variables; 0 for one that there is not. Returns the code of a law's callback, otherwise 0. */
+int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
 
-/* The partial derivatives of the formulas by time, of variables that are read likewise. */
-void kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
-                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
-                                 double rates[6]);
+/* The derivatives of a law that gives some: by[j][k] of number k by variable j, of its force or of one rate. Returns the
+ * code of its callback. */
+int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]);
+
+/* The partial derivatives of the formulas by time, of variables that are read likewise. Of a law that gives none
+ * (kt_law_is_differenced) they are not known. Returns the code of a law's callback, otherwise 0. */
+int kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
+                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
+                                double rates[6]);
 
 /* A formula of an effect; NULL: there is none. */
 const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k);

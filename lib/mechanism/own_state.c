@@ -1,4 +1,5 @@
-/* Own states x of a model: x' = f(t, q, v, x) by formulas (kt_state). Their values are an input that data hold. */
+/* Own states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. Their values are an input that data
+ * hold. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
@@ -37,34 +38,69 @@ static kt_status refuse_rate(const kt_model *model, size_t i, double t, double r
                         rate);
 }
 
+static kt_status refuse_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
+    return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where, "the law of its rate asked to stop (code %d)", code)
+                    : kt_error_set(error, KT_ERROR_EFFECT, where,
+                                   "the law of its rate cannot compute it here (code %d)", code);
+}
+
+/* The rates of a law are computed together. */
+typedef struct law {
+    int32_t source; /* the effect whose rates these are; -1: none yet */
+    int code;
+    double rates[KT_LAW_STATE_MAX];
+} law;
+
+static int evaluate_rate(const kt_model *model, const kt_effect_record *formula, const double *values, law *last,
+                         double *rate) {
+    double out[6];
+    if (formula->law == NULL) {
+        (void)kt_formulas_evaluate(model, formula, values, out);
+        *rate = out[0];
+        return 0;
+    }
+    if (formula->source != last->source) {
+        *last = (law){.source = formula->source};
+        last->code = formula->law(formula->user, values, NULL, last->rates);
+    }
+    *rate = last->rates[formula->law_rate - 1];
+    return last->code;
+}
+
 kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                      double *rates, kt_error *error) {
     kt_status status = KT_OK;
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
-    double values[KT_FORMULA_VARIABLE_MAX], rate[6];
+    double values[KT_FORMULA_VARIABLE_MAX];
+    law last = {.source = -1};
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.x; i++) {
         const kt_effect_record *formula = &model->state[i];
         kt_formula_variables_read(model, data, NULL, formula, &at, NULL, values);
-        kt_formulas_evaluate(model, formula, values, rate);
-        if (!isfinite(rate[0]) && status == KT_OK)
-            status = refuse_rate(model, i, t, rate[0], error);
-        rates[i] = rate[0];
+        const int code = evaluate_rate(model, formula, values, &last, &rates[i]);
+        if (code != 0 && status == KT_OK)
+            status = refuse_law(model, i, t, code, error);
+        else if (!isfinite(rates[i]) && status == KT_OK)
+            status = refuse_rate(model, i, t, rates[i], error);
     }
     return status;
 }
 
-void kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                   double *derivatives) {
+int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                  double *derivatives) {
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     double rates[6];
+    int code = 0;
     if (model->n.force_link > 0)
         kt_force_frames_sweep(model, data, q, v);
-    for (size_t i = 0; i < model->n.x; i++) {
-        kt_formula_time_derivatives(model, data, NULL, &model->state[i], &at, NULL, rates);
+    for (size_t i = 0; i < model->n.x && code == 0; i++) {
+        code = kt_formula_time_derivatives(model, data, NULL, &model->state[i], &at, NULL, rates);
         derivatives[i] = rates[0];
     }
+    return code;
 }
 
 kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

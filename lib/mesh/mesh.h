@@ -37,6 +37,10 @@ void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale);
  * those without area vanish. On failure the mesh is as it was. Errors: KT_ERROR_MEMORY. O(size) some fifteen times. */
 kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error);
 
+/* Whether the surface is closed, and its triangles all face outwards or all inwards. Errors: KT_ERROR_SCENE, with the number of
+ * edges where it is not and the place of one; KT_ERROR_MEMORY. O(n log n). */
+kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error);
+
 /* How the tetrahedra under triangles are summed. */
 typedef enum kt_volume_rule {
     KT_VOLUME_SIGNED,   /* exactly: the surface is closed, its triangles outwards */

@@ -277,9 +277,12 @@ typedef struct kt_effect_record {
     double stiffnesses[6], dampings[6]; /* bushing */
     size_t formula[6];                /* expression: where the terms of each begin in model->number, from 1; 0: none */
     int32_t variable, variable_count; /* expression: in model->variable */
-    kt_curve curve[3];                /* motor, servo, joint_spring, thrust: one; force, torque: the components */
-    kt_vec3 exhaust;                  /* thrust */
-    bool in_body;                     /* force, torque: components in the end's axes */
+    kt_effect_law_callback *law;      /* expression: in place of formulas */
+    kt_effect_law_derivatives_callback *law_derivatives;
+    int32_t law_rate;  /* of an own state: which of the law's rates is its own, from 1; 0: the force */
+    kt_curve curve[3]; /* motor, servo, joint_spring, thrust: one; force, torque: the components */
+    kt_vec3 exhaust;   /* thrust */
+    bool in_body;      /* force, torque: components in the end's axes */
 #if KT_HAS_SWITCHES
     bool hard;        /* joint_limit, contact: loops are in its place */
     double direction; /* joint_friction that sticks: 1 or -1, in which it slips; 0: it is smoothed */

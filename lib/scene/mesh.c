@@ -2,29 +2,41 @@
  *
  *     meshes:
  *       - {body: arm, file: meshes/arm.stl, scale: [1e-3, 1e-3, 1e-3], at: [0, 0, 0.1], rotation: {rpy: [0, 0, 90 deg]}}
+ *       - {body: lid, file: meshes/lid.stl, density: 2700}
  *
- * Reading a scene does not open the files: a missing one is no fault, but told by who draws the scene.
- */
+ * Reading a scene does not open the files of pictures: a missing one is no fault, but told by who draws the scene. Those
+ * with a density are opened: the solids that the meshes of a body enclose are its mass, centre of mass and inertia. */
 #define _XOPEN_SOURCE 700 /* realpath */
+#include "mesh/mesh.h"
+#include "scene/file.h"
 #include "scene/part.h"
+#include "scene/shapes.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define AT(member) .offset = offsetof(kt_scene_mesh, member)
+/* An item as the file has it. */
+typedef struct item {
+    kt_scene_mesh mesh;
+    double density; /* kg/m^3; 0: for pictures alone */
+} item;
+
+#define AT(member) .offset = offsetof(item, mesh.member)
 static const kt_field fields[] = {
     {.key = "body", .kind = &kt_kind_name, AT(body), .flags = KT_FIELD_REQUIRED},
     {.key = "file", .kind = &kt_kind_text, AT(file), .flags = KT_FIELD_REQUIRED},
     {.key = "scale", .kind = &kt_kind_vector, AT(scale)},
     {.key = "at", .kind = &kt_kind_vector, AT(at)},
     {.key = "rotation", .kind = &kt_kind_rotation, AT(rotation)},
+    {.key = "density", .kind = &kt_kind_number, .offset = offsetof(item, density)},
 };
 static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields), .flow = true};
 
-static kt_scene_mesh standard_mesh(void) {
-    return (kt_scene_mesh){.scale = kt_vec3_make(1.0, 1.0, 1.0), .rotation = {.type = KT_ROTATION_NONE}};
+static item standard_item(void) {
+    return (item){.mesh = {.scale = kt_vec3_make(1.0, 1.0, 1.0), .rotation = {.type = KT_ROTATION_NONE}}};
 }
 
 /* Relative names count from the folder of the scene's file; a file that is there has its whole path. */
@@ -43,15 +55,123 @@ static const char *path_of(kt_reader *r, const char *name) {
     return kept != NULL ? kept : name;
 }
 
-static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_mesh *mesh) {
-    *mesh = standard_mesh();
-    if (!kt_table_read(r, scope, node, &table, mesh))
+/* ---- masses ------------------------------------------------------------------------------------------------------ */
+
+static kt_status read_surface(const char *path, kt_triangles *surface, kt_error *error) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_status status = kt_file_read(path, &text, &size, error);
+    if (status == KT_OK)
+        status = kt_triangles_parse(text, size, surface, error);
+    free(text);
+    return status;
+}
+
+/* A mirror turns all triangles inside out, as do files that have them so: the sign of a closed surface's volume tells. */
+static void turn_over(kt_triangles *surface) {
+    for (int i = 0; i < surface->triangle_count; i++) {
+        int *c = surface->triangles[i].corner;
+        const int first = c[0];
+        c[0] = c[1];
+        c[1] = first;
+    }
+}
+
+/* In the body frame. */
+static kt_status find_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
+    kt_triangles surface = {.vertices = NULL};
+    kt_mat3 r = kt_mat3_identity();
+    kt_status status = kt_rotation_evaluate(&mesh->rotation, &r, error);
+    if (status == KT_OK)
+        status = read_surface(mesh->file, &surface, error);
+    if (status == KT_OK)
+        status = kt_triangles_check_closed(&surface, error);
+    if (status == KT_OK) {
+        kt_triangles_place(&surface, kt_pose_identity(), mesh->scale);
+        *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
+        if (!(solid->volume > 0.0)) {
+            turn_over(&surface);
+            *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
+        }
+        if (!(solid->volume > 0.0))
+            status = kt_error_set(error, KT_ERROR_SCENE, "", "the surface encloses no volume");
+    }
+    kt_triangles_free(&surface);
+    solid->com = kt_vec3_add(mesh->at, kt_mat3_apply(r, solid->com));
+    solid->inertia = kt_sym3_rotate(r, solid->inertia);
+    return status;
+}
+
+/* The body's mass so far is that of meshes before this one. */
+static void add_solid(kt_body *body, double density, const kt_enclosed *solid) {
+    const double m = density * solid->volume, all = body->mass + m;
+    const kt_vec3 com = kt_vec3_add(kt_vec3_scale(body->mass / all, body->com), kt_vec3_scale(m / all, solid->com));
+    body->inertia =
+        kt_sym3_add(kt_sym3_shift(body->inertia, body->mass, kt_vec3_sub(body->com, com)),
+                    kt_sym3_shift(kt_sym3_scaled(density, solid->inertia), m, kt_vec3_sub(solid->com, com)));
+    body->com = com;
+    body->mass = all;
+}
+
+/* Whether a mesh before the k-th has given the body its mass. */
+static bool has_solid_before(const item *items, int k) {
+    for (int i = 0; i < k; i++)
+        if (items[i].density > 0.0 && strcmp(items[i].mesh.body, items[k].mesh.body) == 0)
+            return true;
+    return false;
+}
+
+static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const item *items, int k, kt_body *body) {
+    const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    kt_enclosed solid = {.volume = 0.0};
+    kt_error error = {0};
+    if (!(items[k].density > 0.0 && isfinite(items[k].density)))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
+                           "density is %g kg/m^3; it must be above zero", items[k].density);
+    if (!has_solid_before(items, k) && (body->mass != 0.0 || body->variable_mass != NULL))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
+                           "body %s has a mass of its own; leave out its `mass`, or the density of its mesh",
+                           kt_name_quote(body->name).text);
+    const kt_status status = find_solid(&items[k].mesh, &solid, &error);
+    if (status == KT_ERROR_MEMORY)
+        return kt_reader_out_of_memory(r);
+    if (status != KT_OK)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "file"), "%s%s%s, and it has a density",
+                           error.where, error.where[0] != '\0' ? ": " : "", error.message);
+    if (!has_solid_before(items, k)) {
+        body->com_of_shape = body->inertia_of_shape = false;
+        body->com = kt_vec3_make(0.0, 0.0, 0.0);
+        body->inertia = zero;
+    }
+    add_solid(body, items[k].density, &solid);
+    return true;
+}
+
+/* ---- reading and writing ----------------------------------------------------------------------------------------- */
+
+/* NULL: a fault of the names has been reported. */
+static kt_body *body_of(kt_reader *r, kt_scene *scene, const char *name) {
+    const int index = r->names_are_known ? kt_find_body(r, name) : -1;
+    return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
+}
+
+static bool read_item(kt_reader *r, const kt_scope *scope, kt_node *node, item *items, int k, kt_scene *scene) {
+    kt_scene_mesh *mesh = &items[k].mesh;
+    items[k] = standard_item();
+    if (!kt_table_read(r, scope, node, &table, &items[k]))
         return false;
     if (r->names_are_known && kt_find_body(r, mesh->body) < 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                            kt_name_quote(mesh->body).text);
     mesh->file = path_of(r, mesh->file);
-    return true;
+    kt_body *body = body_of(r, scene, mesh->body);
+    if (kt_node_find(node, "density") == NULL || body == NULL || give_mass(r, scope, node, items, k, body))
+        return true;
+    if (body->mass == 0.0) { /* that it has none is no second fault */
+        body->mass = 1.0;
+        body->inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    }
+    return false;
 }
 
 static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
@@ -62,11 +182,13 @@ static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     if (!kt_list_nodes(r, scope, node, "a list of meshes ('- {body: ..., file: ...}')", &nodes, &count))
         return false;
     kt_scene_mesh *meshes = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *meshes);
-    if (meshes == NULL)
+    item *items = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *items);
+    if (meshes == NULL || items == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        (void)read_mesh(r, &here, nodes[i], &meshes[i]);
+        (void)read_item(r, &here, nodes[i], items, i, scene);
+        meshes[i] = items[i].mesh;
     }
     scene->meshes = meshes;
     scene->mesh_count = count;
@@ -75,11 +197,11 @@ static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 
 static void write_meshes(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_scene *scene = object;
-    const kt_scene_mesh rest = standard_mesh();
+    const item rest = standard_item();
     (void)field, (void)standard;
     kt_emit_list(e, false);
-    for (int i = 0; i < scene->mesh_count; i++)
-        kt_table_write(e, &table, &scene->meshes[i], &rest);
+    for (int i = 0; i < scene->mesh_count; i++) /* bodies have the masses by densities */
+        kt_table_write(e, &table, &(item){.mesh = scene->meshes[i]}, &rest);
     kt_emit_end(e);
 }
 

@@ -186,7 +186,7 @@ static void write_effects(kt_emitter *e, const kt_field *field, const void *obje
     const kt_effect rest = kt_effect_default();
     kt_emit_list(e, false);
     for (int i = 0; i < description->effect_count; i++)
-        if (description->effects[i].type == KT_EFFECT_CUSTOM)
+        if (description->effects[i].type == KT_EFFECT_CUSTOM || description->effects[i].law != NULL)
             kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
                            i);
         else

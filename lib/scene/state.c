@@ -87,7 +87,11 @@ static void write_states(kt_emitter *e, const kt_field *field, const void *objec
     kt_emit_map(e, false);
     for (int k = 0; k < d->state_count; k++) {
         kt_emit_key(e, d->states[k].name);
-        kt_table_write(e, &state_table, &d->states[k], &rest);
+        if (d->states[k].rate == NULL)
+            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
+                           "the rate of state '%.60s' is a program's; no scene file can hold it", d->states[k].name);
+        else
+            kt_table_write(e, &state_table, &d->states[k], &rest);
     }
     kt_emit_end(e);
 }

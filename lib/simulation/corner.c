@@ -54,6 +54,9 @@ static corner next_corner(const kt_simulation *simulation, double t) {
         if (effect->corner != NULL)
             meet(&first, t, effect->corner(effect->user, t), true);
     }
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+        if (model->state[i].corner != NULL)
+            meet(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         meet_curve(&first, t, &model->time_part[i], model->number, 0);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
@@ -69,6 +72,9 @@ bool kt_simulation_has_corners(const kt_model *model) {
             return true;
     if (KT_HAS_FORMULAS && model->n.time_part > 0)
         return true;
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+        if (model->state[i].corner != NULL)
+            return true;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         if (effect->corner != NULL || kt_curve_has_corners(&effect->curve[0]) ||

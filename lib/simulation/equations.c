@@ -162,7 +162,7 @@ static int evaluate_slope_of_states(double t, const double *y, double *dydt, voi
     if (status == KT_OK)
         return 0;
     simulation->ahead = t != kt_integrator_time(simulation->integrator);
-    return simulation->ahead ? 1 : -1;
+    return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */

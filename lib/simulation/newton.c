@@ -542,8 +542,9 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     kt_simulation_use_states(s, y);
-    if (KT_HAS_FORMULAS && s->size.x > 0)
-        kt_own_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv);
+    if (KT_HAS_FORMULAS && s->size.x > 0 &&
+        kt_own_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv) != 0)
+        return 1;
     const double *a = dydt + s->size.nq;
     return kt_acceleration_time_derivative(model, s->data, &at, a, slope + s->size.nq, &error) == KT_OK ? 0 : 1;
 }

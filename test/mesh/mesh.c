@@ -118,6 +118,35 @@ KT_TEST(polygons_are_divided_and_inside_out_encloses_nothing) {
     kt_triangles_free(&mesh);
 }
 
+/* Six faces of a box, with vertices shared or not. */
+#define BOX "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nv 0 0 4\nv 2 0 4\nv 2 3 4\nv 0 3 4\n"
+KT_TEST(holes_and_faces_that_are_turned_over_have_a_place) {
+    static const struct {
+        const char *text, *words; /* NULL: it is closed */
+    } table[] = {
+        {BOX "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n", NULL},
+        {BOX "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 7 8 4 3\nf 8 5 1 4\n", NULL},
+        {BOX BOX "f 4 3 10 1\nf 5 14 7 8\nf 9 2 6 5\nf 2 3 15 6\nf 3 4 8 7\nf 12 1 5 16\n", NULL},
+        {BOX "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 1 1 2\n", NULL},
+        {BOX "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
+         "the surface is not closed: 4 edges are those of a single triangle, the first from (0, 0, 4) to (0, 3, 4) in "
+         "units of the file"},
+        {BOX "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 7 3 2 6\nf 3 4 8 7\nf 4 1 5 8\n",
+         "triangles of the surface are turned inside out against their neighbours, at 4 edges, the first from "},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_triangles mesh;
+        kt_error error = {0};
+        kt_note("surface %zu", i);
+        if (!parse(table[i].text, strlen(table[i].text), &mesh))
+            continue;
+        kt_check_equal_int("closed", kt_triangles_check_closed(&mesh, &error), table[i].words ? KT_ERROR_SCENE : KT_OK);
+        if (table[i].words)
+            kt_check_contains("words", error.message, table[i].words);
+        kt_triangles_free(&mesh);
+    }
+}
+
 KT_TEST(what_is_no_mesh_is_told) {
     static const char *const table[][2] = {
         {"", "there is no triangle in the mesh"},

@@ -127,3 +127,105 @@ KT_TEST(faults_of_shapes_are_told_at_their_places) {
         kt_check_equal_int("one fault", faults.count, 1);
     }
 }
+
+/* ---- meshes ------------------------------------------------------------------------------------------------------ */
+
+/* A box of 20 x 30 x 40 mm from the origin as OBJ, whole or without its top. The file's name is relative to the folder of
+ * the scene: none, so that it is written whole. */
+static bool write_box(char *path, bool is_open) {
+    static const char corners[] =
+        "v 0 0 0\nv 20 0 0\nv 20 30 0\nv 0 30 0\nv 0 0 40\nv 20 0 40\nv 20 30 40\nv 0 30 40\n";
+    const int number = mkstemp(path);
+    FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
+    if (!kt_check_true("the file is there", file != NULL))
+        return false;
+    (void)fprintf(file, "%sf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n%s", corners,
+                  is_open ? "" : "f 5 6 7 8\n");
+    return fclose(file) == 0;
+}
+
+static void read_meshes(const char *keys, const char *meshes, kt_collected *faults, kt_scene *scene) {
+    char text[1200];
+    (void)snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}%s}\nmeshes:\n%s", keys,
+                   meshes);
+    (void)kt_collect_parse(faults, text, scene);
+}
+
+/* m = 2700 * 24e-6 kg, J = m (b^2 + c^2) / 12; mirrored, turned and moved it is a box as well. */
+KT_TEST(closed_meshes_weigh_as_their_solids) {
+    static kt_collected faults;
+    char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];
+    kt_scene a = kt_scene_default(), b;
+    kt_vec3 com;
+    kt_sym3 inertia;
+    if (!write_box(path, false))
+        return;
+    (void)snprintf(meshes, sizeof meshes,
+                   "  - {body: a, file: %s, scale: [1e-3, -1e-3, 1e-3], at: [1, 2, 3], density: 2700,\n"
+                   "     rotation: {axis: [0, 0, 1], angle: 90 deg}}\n"
+                   "  - {body: a, file: %s, scale: [1e-3, 1e-3, 1e-3], at: [1.03, 2, 3], density: 5400}\n",
+                   path, path);
+    read_meshes("", meshes, &faults, &a);
+    if (kt_check_text("faults", faults.text, "")) {
+        const double m = 2700.0 * 24e-6;
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "shapes: [{type: box, size: [0.03, 0.02, 0.04], at: [1.015, 2.01, 3.02], mass: %.17g}, "
+                       "{type: box, size: [0.02, 0.03, 0.04], at: [1.04, 2.015, 3.02], mass: %.17g}]",
+                       m, 2.0 * m);
+        if (read_body(text, &b)) {
+            kt_error error = {0};
+            const kt_body *solid = a.description.bodies, *boxes = b.description.bodies;
+            kt_check_equal_int("body", kt_body_inertia(solid, &com, &inertia, &error), KT_OK);
+            kt_check_near("mass", solid->mass, 3.0 * m, 32.0 * DBL_EPSILON * m);
+            kt_check_near("com x", com.x, boxes->com.x, 1e-15);
+            kt_check_near("com y", com.y, boxes->com.y, 1e-15);
+            kt_check_near("com z", com.z, boxes->com.z, 1e-15);
+            const kt_sym3 s = inertia, t = boxes->inertia;
+            const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
+            for (int k = 0; k < 6; k++) /* of m d e, where d = 0.03 m is known to the rounding of places of 3 m */
+                kt_check_near("inertia", one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON);
+            kt_scene_free(&b);
+        }
+        char *written = kt_write_text(&a);
+        if (kt_check_true("written", written != NULL && strstr(written, "density") == NULL) &&
+            kt_parse_right(written, &b)) {
+            kt_check_true("the same body", b.description.bodies[0].mass == a.description.bodies[0].mass);
+            kt_check_equal_int("meshes", b.mesh_count, 2);
+            kt_scene_free(&b);
+        }
+        free(written);
+    }
+    kt_scene_free(&a);
+    (void)remove(path);
+}
+
+KT_TEST(meshes_without_a_volume_are_told) {
+    static kt_collected faults;
+    char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];
+    static const struct {
+        const char *body, *keys, *words;
+    } table[] = {
+        {"", "density: 2700",
+         "the surface is not closed: 4 edges are those of a single triangle, the first from (0, 0, 40) to (0, 30, 40) "
+         "in units of the file, and it has a density"},
+        {"", "density: -1", "density is -1 kg/m^3; it must be above zero"},
+        {", mass: 2", "density: 1", "body 'a' has a mass of its own; leave out its `mass`, or the density of its mesh"},
+        {"", "scale: [1, 1, 1]", ""}, /* for pictures */
+    };
+    if (!write_box(path, true))
+        return;
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene = kt_scene_default();
+        (void)snprintf(meshes, sizeof meshes, "  - {body: a, file: %s, %s}\n", path, table[i].keys);
+        read_meshes(table[i].body, meshes, &faults, &scene);
+        kt_check_equal_int(table[i].words, faults.count, table[i].words[0] != '\0');
+        kt_check_contains("words", faults.text, table[i].words);
+        kt_scene_free(&scene);
+    }
+    kt_scene scene = kt_scene_default();
+    read_meshes("", "  - {body: a, file: /nowhere.stl, density: 1}\n", &faults, &scene);
+    kt_check_contains("no file", faults.text, "/nowhere.stl");
+    kt_scene_free(&scene);
+    (void)remove(path);
+}

@@ -372,6 +372,37 @@ KT_TEST(effect_of_a_program_is_not_written) {
                   "effects[0] calls back into a program; no scene file can hold it");
 }
 
+static int exert_nothing(void *user, const double *u, double *force, double *rates) {
+    (void)user, (void)u, (void)force, (void)rates;
+    return 0;
+}
+
+KT_TEST(law_of_a_program_is_not_written) {
+    kt_scene scene = kt_scene_default();
+    kt_effect effect = kt_effect_default();
+    kt_state state = kt_state_default();
+    kt_body body = kt_body_default();
+    body.name = "a";
+    body.joint.type = KT_JOINT_REVOLUTE;
+    scene.description.bodies = &body;
+    scene.description.body_count = 1;
+    effect.type = KT_EFFECT_EXPRESSION;
+    effect.joint = "a";
+    effect.law = exert_nothing;
+    scene.description.effects = &effect;
+    scene.description.effect_count = 1;
+    check_refused("a law", &scene, KT_ERROR_UNSUPPORTED,
+                  "effects[0] calls back into a program; no scene file can hold it");
+    const char *const names[] = {"current"};
+    effect.states = names;
+    effect.state_count = 1;
+    state.name = "current";
+    scene.description.states = &state;
+    scene.description.state_count = 1;
+    check_refused("a rate", &scene, KT_ERROR_UNSUPPORTED,
+                  "the rate of state 'current' is a program's; no scene file can hold it");
+}
+
 KT_TEST(full_disk_is_an_error) {
     const kt_scene scene = kt_scene_default();
     kt_error error;
