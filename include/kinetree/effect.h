@@ -71,8 +71,8 @@
  *
  * and where the mechanism is described
  *
- *     static const char *const variables[] = {"current", "velocity.rotor"}, *const names[] = {"current"};
  *     kt_state current = kt_state_default();
+ *     static const char *const variables[] = {"current", "velocity.rotor"}, *const names[] = {"current"};
  *     current.name = "current";
  *     description.states = &current;
  *     description.state_count = 1;

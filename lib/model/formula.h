@@ -28,11 +28,11 @@ KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
 
 /* The names of a law of an effect, and its variables in their order, as far as there are such. One with states does not
  * read its effect's own ends: its rates are evaluated without them. */
-KT_INNER kt_formula_names kt_law_names_of(const kt_description *description, const kt_effect *effect);
+kt_formula_names kt_law_names_of(const kt_description *description, const kt_effect *effect);
 
 /* The effect whose law writes the rate of a state, and *rate its place among those, from 0. The search
  * begins behind the effect `after`, at first -1. Returns -1 if there is none. */
-KT_INNER int kt_law_of_state(const kt_description *description, const char *state, int after, int *rate);
+int kt_law_of_state(const kt_description *description, const char *state, int after, int *rate);
 
 /* Checks the law of an effect. */
 void kt_checker_law(kt_checker *checker, const kt_effect *effect);

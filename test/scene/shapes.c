@@ -210,8 +210,9 @@ KT_TEST(meshes_without_a_volume_are_told) {
          "the surface is not closed: 4 edges are those of a single triangle, the first from (0, 0, 40) to (0, 30, 40) "
          "in units of the file, and it has a density"},
         {"", "density: -1", "density is -1 kg/m^3; it must be above zero"},
-        {", mass: 2", "density: 1", "body 'a' has a mass of its own; leave out its `mass`, or the density of its mesh"},
-        {"", "scale: [1, 1, 1]", ""}, /* for pictures */
+        {", mass: 2, inertia: [1, 1, 1]", "density: 1",
+         "body 'a' has a mass of its own; leave out its `mass`, or the density of its mesh"},
+        {", mass: 2, inertia: [1, 1, 1]", "scale: [1, 1, 1]", ""}, /* for pictures */
     };
     if (!write_box(path, true))
         return;
@@ -220,7 +221,8 @@ KT_TEST(meshes_without_a_volume_are_told) {
         (void)snprintf(meshes, sizeof meshes, "  - {body: a, file: %s, %s}\n", path, table[i].keys);
         read_meshes(table[i].body, meshes, &faults, &scene);
         kt_check_equal_int(table[i].words, faults.count, table[i].words[0] != '\0');
-        kt_check_contains("words", faults.text, table[i].words);
+        if (table[i].words[0] != '\0')
+            kt_check_contains("words", faults.text, table[i].words);
         kt_scene_free(&scene);
     }
     kt_scene scene = kt_scene_default();
