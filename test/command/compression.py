@@ -46,6 +46,22 @@ note(f"push {pushes.get('force')} N, of {2 * 9.81 * 0.6}: error {error:.2e}")
 claim("a_rope_that_starts_above_its_level_pushes_and_is_told_once",
       [] if len(says) == 1 and "'rope'" in says[0] and "11.8 N" in says[0] and error <= 1e-9 and pushes["since"] == 0 else [says, pushes])
 
+done, absolute = run(BALL.replace("X", "0.8").replace("Y", "0.6").replace("V", "0"), "over", "--formulation", "absolute")
+error = abs(absolute["compression"].get("rope", {}).get("force", math.nan) - 2 * 9.81 * 0.6)
+note(f"in absolute coordinates: error {error:.2e}")
+claim("so_it_is_in_absolute_coordinates", [] if error <= 1e-9 and "distance 'rope' pushes" in done.stderr else [done.stderr])
+
+# The last of twenty, and of three hundred, which are too many to be watched.
+for number in (20, 300):
+    arms = "".join(f"  - {{name: b{k}, joint: {{type: planar, axis: z, position: [{3 * k + 0.8}, {-0.6 if k < number - 1 else 0.6}, 0]}}, mass: 2, inertia: [1, 1, 1]}}\n"
+                   for k in range(number))
+    ropes = "".join(f"  - {{name: r{k}, type: distance, between: [{{body: world, at: [{3 * k}, 0, 0]}}, b{k}]}}\n" for k in range(number))
+    done, summary = run(f"kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n{arms}loops:\n{ropes}simulate: {{duration: 0.01, tolerance: 1e-8}}\n", f"many{number}")
+    if number == 20:
+        claim("the_last_of_twenty_is_told", [] if list(summary["compression"]) == ["r19"] else [summary["compression"]])
+    else:
+        claim("those_that_are_not_watched_are_told", [] if "watched in the first 256; the forces of the other 44" in done.stderr else [done.stderr])
+
 # Thrown upwards from its level with v^2 = 2 g l it goes slack where 3 sin = 2, and pushes from there on.
 done, summary = run(BALL.replace("X", "1").replace("Y", "0").replace("V", str(math.sqrt(2 * 9.81))), "up")
 rows = [line.split(",") for line in (folder / "up.csv").read_text().splitlines()]

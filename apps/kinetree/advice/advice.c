@@ -293,6 +293,12 @@ static double find_change(const kt_scene *scene, const length *l, double gap) {
 /* A length that is so many times all the others of its loop together has another unit than these. */
 static const double MILLIMETRES = 30.0;
 
+/* The significant digits that two lengths need to be told apart. */
+static int digits_of(double one, double other) {
+    const double apart = fabs(one - other) / fmax(fabs(one), fabs(other));
+    return apart > 0.0 ? (int)fmin(fmax(3.0, 2.0 + ceil(-log10(apart))), 15.0) : 3;
+}
+
 /* One of 'lengths', 1000 times as long as what closes: it was probably given in millimetres. Returns the number of
  * suggestions. */
 static int advise_on_millimetres(const kt_scene *scene, int loop) {
@@ -308,9 +314,15 @@ static int advise_on_millimetres(const kt_scene *scene, int loop) {
         const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
         if (whole < MILLIMETRES * (sum - whole) || !closes_longer(scene, l, -0.999 * whole))
             continue;
-        fprintf(stderr, "  millimetres? They close if the %.6g m from the joint of '%s' to %s '%s' are %.6g m\n", whole,
-                l->body >= 0 ? d->bodies[l->body].name : "the world", l->child >= 0 ? "that of" : "the end of loop",
-                l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name, 1e-3 * whole);
+        if (l->body < 0)
+            fprintf(stderr,
+                    "  millimetres? They close if the joint of '%s' on the world is %.6g m, not %.6g m, from the "
+                    "other one\n",
+                    d->bodies[l->child].name, 1e-3 * whole, whole);
+        else
+            fprintf(stderr, "  millimetres? They close if the %.6g m from the joint of '%s' to %s '%s' are %.6g m\n",
+                    whole, d->bodies[l->body].name, l->child >= 0 ? "that of" : "the end of loop",
+                    l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name, 1e-3 * whole);
         found++;
     }
     return found;
@@ -477,14 +489,16 @@ static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
         if (change == 0.0)
             continue;
         found++;
+        const int digits = digits_of(whole + change, whole);
         if (l->body < 0)
             fprintf(stderr,
-                    "  they close if the joint of '%s' on the world is %.3g m %s the other one: %.3g m, not %.3g m\n",
-                    point, fabs(change), change > 0.0 ? "farther from" : "nearer to", whole + change, whole);
+                    "  they close if the joint of '%s' on the world is %.3g m %s the other one: %.*g m, not %.*g m\n",
+                    point, fabs(change), change > 0.0 ? "farther from" : "nearer to", digits, whole + change, digits,
+                    whole);
         else
-            fprintf(stderr, "  they close if '%s' is %.3g m %s from its joint to %s '%s': %.3g m, not %.3g m\n",
+            fprintf(stderr, "  they close if '%s' is %.3g m %s from its joint to %s '%s': %.*g m, not %.*g m\n",
                     d->bodies[l->body].name, fabs(change), change > 0.0 ? "longer" : "shorter",
-                    l->child >= 0 ? "that of" : "the end of loop", point, whole + change, whole);
+                    l->child >= 0 ? "that of" : "the end of loop", point, digits, whole + change, digits, whole);
     }
     return found;
 }
@@ -537,6 +551,11 @@ static void advise(const kt_scene *scene, const reached *r, const int *open, con
     const int held = advise_on_hold(scene);
     int found = kt_say_double_motions("  ", scene);
     const int types = r->most < NEARLY ? advise_on_types(scene, open, count) : 0;
+    if (r->most <= d->tolerance)
+        fputs(
+            "  gaps as small as these are accepted of rounded data, but not where bars are in line, where what repeats "
+            "looks like what is out of reach: begin at a position next to this one\n",
+            stderr);
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_millimetres(scene, open[i]);
     for (int i = 0; i < count; i++)

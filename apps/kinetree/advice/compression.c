@@ -11,18 +11,25 @@
 /* Of the largest force that a distance has borne: what is below is rounding. */
 #define ROUNDING 1e-9
 
-void kt_compressions_begin(kt_compressions *compressions, const kt_scene *scene) {
-    *compressions = (kt_compressions){.count = 0};
-    for (int i = 0; i < scene->description.loop_count && compressions->count < KT_COMPRESSIONS_MOST; i++)
-        if (scene->description.loops[i].type == KT_LOOP_DISTANCE) {
-            compressions->since[compressions->count] = (double)NAN;
-            compressions->loop[compressions->count++] = i;
+void kt_compressions_begin(kt_compressions *c, const kt_scene *scene, const kt_model *model) {
+    *c = (kt_compressions){.count = 0};
+    for (int i = 0; i < scene->description.loop_count; i++) {
+        const kt_loop *loop = &scene->description.loops[i];
+        if (loop->type != KT_LOOP_DISTANCE)
+            continue;
+        if (c->count == KT_COMPRESSIONS_MOST) {
+            c->left++;
+            continue;
         }
+        c->since[c->count] = (double)NAN;
+        c->of_model[c->count] = kt_loop_find(model, loop->name);
+        c->loop[c->count++] = i;
+    }
 }
 
 void kt_compressions_add(kt_compressions *compressions, const kt_model *model, double time, const double *multipliers) {
     for (int k = 0; k < compressions->count; k++) {
-        const kt_loop_rows rows = kt_loop_rows_of(model, compressions->loop[k]);
+        const kt_loop_rows rows = kt_loop_rows_of(model, compressions->of_model[k]);
         if (rows.count == 0) /* switched off */
             continue;
         const double force = multipliers[rows.first];
@@ -46,6 +53,11 @@ void kt_compressions_say(const kt_compressions *compressions, const kt_scene *sc
                     "does, a rope goes slack\n",
                     scene->description.loops[compressions->loop[k]].name, compressions->compression[k],
                     compressions->since[k], compressions->tension[k]);
+    if (compressions->left > 0)
+        fprintf(stderr,
+                "  whether distances push was watched in the first %d; the forces of the other %d are in --record "
+                "multiplier\n",
+                compressions->count, compressions->left);
 }
 
 json_t *kt_compressions_describe(const kt_compressions *compressions, const kt_scene *scene) {

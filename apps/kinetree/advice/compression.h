@@ -6,19 +6,20 @@
 
 #include <jansson.h>
 
-enum { KT_COMPRESSIONS_MOST = 16 };
+enum { KT_COMPRESSIONS_MOST = 256 };
 
 /* The first distances of a scene, and by how much each pushes its ends apart and pulls them together. */
 typedef struct kt_compressions {
-    int count;
-    int loop[KT_COMPRESSIONS_MOST];
+    int count, left;                    /* left: distances beyond these, which are not watched */
+    int loop[KT_COMPRESSIONS_MOST];     /* index in the description */
+    int of_model[KT_COMPRESSIONS_MOST]; /* and in the model that is integrated */
     double compression[KT_COMPRESSIONS_MOST], tension[KT_COMPRESSIONS_MOST]; /* N, the largest */
     double since[KT_COMPRESSIONS_MOST];                                      /* s, when it first does */
 } kt_compressions;
 
-/* Lists the distances of a scene. */
-void kt_compressions_begin(kt_compressions *compressions, const kt_scene *scene);
-/* Takes the multipliers of a record; `model` is the one that is integrated then. */
+/* Lists the distances of a scene. `model`: the one that is integrated, in absolute coordinates or those of the tree. */
+void kt_compressions_begin(kt_compressions *compressions, const kt_scene *scene, const kt_model *model);
+/* Takes the multipliers of a record; `model`: of the same shape, with the loops that are on. */
 void kt_compressions_add(kt_compressions *compressions, const kt_model *model, double time, const double *multipliers);
 
 /* Says on standard error which distances push; and as an object, by their names. */

@@ -62,8 +62,9 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
         outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
     }
     if (outcome->compressions.count > 0 && record->multipliers != NULL)
-        kt_compressions_add(&outcome->compressions, kt_simulation_model(outcome->simulation), record->time,
-                            record->multipliers);
+        kt_compressions_add(&outcome->compressions,
+                            kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute),
+                            record->time, record->multipliers);
     outcome->records++;
 }
 
@@ -653,8 +654,8 @@ static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_opti
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner) {
     kt_error error = {0};
-    if (outcome->absolute == NULL) /* whose multipliers are those of other equations */
-        kt_compressions_begin(&outcome->compressions, outcome->scene);
+    kt_compressions_begin(&outcome->compressions, outcome->scene,
+                          kt_integrated_model(outcome->model, outcome->absolute));
     kt_simulation_options options = choose_options(arguments, names, outcome, manner);
     kt_scene_watch *events = NULL;
     unsigned record = 0;
