@@ -93,13 +93,14 @@ typedef struct kt_scene_column {
 } kt_scene_column;
 
 /* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. One with a
- * density in the scene encloses a solid of it; reading gives the mass, centre and inertia of that to the body. */
+ * density encloses a solid; reading the scene gives its mass, centre and inertia to the body. */
 typedef struct kt_scene_mesh {
     const char *body;     /* that it belongs to */
     const char *file;     /* absolute, or relative to the scene's file */
     kt_vec3 scale;        /* times the components of its points, m a unit of the file */
     kt_vec3 at;           /* its origin, body frame, m */
     kt_rotation rotation; /* of its axes against the body's */
+    double density;       /* of the solid that it encloses, kg/m^3; 0: for pictures alone */
 } kt_scene_mesh;
 
 /* How a file is read. */

@@ -11,6 +11,7 @@
 #include "scene/file.h"
 #include "scene/part.h"
 #include "scene/shapes.h"
+#include "scene/vary.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -18,25 +19,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An item as the file has it. */
-typedef struct item {
-    kt_scene_mesh mesh;
-    double density; /* kg/m^3; 0: for pictures alone */
-} item;
-
-#define AT(member) .offset = offsetof(item, mesh.member)
+#define AT(member) .offset = offsetof(kt_scene_mesh, member)
 static const kt_field fields[] = {
     {.key = "body", .kind = &kt_kind_name, AT(body), .flags = KT_FIELD_REQUIRED},
     {.key = "file", .kind = &kt_kind_text, AT(file), .flags = KT_FIELD_REQUIRED},
     {.key = "scale", .kind = &kt_kind_vector, AT(scale)},
     {.key = "at", .kind = &kt_kind_vector, AT(at)},
     {.key = "rotation", .kind = &kt_kind_rotation, AT(rotation)},
-    {.key = "density", .kind = &kt_kind_number, .offset = offsetof(item, density)},
+    {.key = "density", .kind = &kt_kind_number, AT(density)},
 };
 static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields), .flow = true};
 
-static item standard_item(void) {
-    return (item){.mesh = {.scale = kt_vec3_make(1.0, 1.0, 1.0), .rotation = {.type = KT_ROTATION_NONE}}};
+static kt_scene_mesh standard_mesh(void) {
+    return (kt_scene_mesh){.scale = kt_vec3_make(1.0, 1.0, 1.0), .rotation = {.type = KT_ROTATION_NONE}};
 }
 
 /* Relative names count from the folder of the scene's file; a file that is there has its whole path. */
@@ -114,36 +109,37 @@ static void add_solid(kt_body *body, double density, const kt_enclosed *solid) {
 }
 
 /* Whether a mesh before the k-th has given the body its mass. */
-static bool has_solid_before(const item *items, int k) {
+static bool has_solid_before(const kt_scene_mesh *meshes, int k) {
     for (int i = 0; i < k; i++)
-        if (items[i].density > 0.0 && strcmp(items[i].mesh.body, items[k].mesh.body) == 0)
+        if (meshes[i].density > 0.0 && strcmp(meshes[i].body, meshes[k].body) == 0)
             return true;
     return false;
 }
 
-static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const item *items, int k, kt_body *body) {
+static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
+                      kt_body *body) {
     const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     kt_enclosed solid = {.volume = 0.0};
     kt_error error = {0};
-    if (!(items[k].density > 0.0 && isfinite(items[k].density)))
+    if (!(meshes[k].density > 0.0 && isfinite(meshes[k].density)))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
-                           "density is %g kg/m^3; it must be above zero", items[k].density);
-    if (!has_solid_before(items, k) && (body->mass != 0.0 || body->variable_mass != NULL))
+                           "density is %g kg/m^3; it must be above zero", meshes[k].density);
+    if (!has_solid_before(meshes, k) && (body->mass != 0.0 || body->variable_mass != NULL))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
                            "body %s has a mass of its own; leave out its `mass`, or the density of its mesh",
                            kt_name_quote(body->name).text);
-    const kt_status status = find_solid(&items[k].mesh, &solid, &error);
+    const kt_status status = find_solid(&meshes[k], &solid, &error);
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);
     if (status != KT_OK)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "file"), "%s%s%s, and it has a density",
                            error.where, error.where[0] != '\0' ? ": " : "", error.message);
-    if (!has_solid_before(items, k)) {
+    if (!has_solid_before(meshes, k)) {
         body->com_of_shape = body->inertia_of_shape = false;
         body->com = kt_vec3_make(0.0, 0.0, 0.0);
         body->inertia = zero;
     }
-    add_solid(body, items[k].density, &solid);
+    add_solid(body, meshes[k].density, &solid);
     return true;
 }
 
@@ -155,17 +151,21 @@ static kt_body *body_of(kt_reader *r, kt_scene *scene, const char *name) {
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
-static bool read_item(kt_reader *r, const kt_scope *scope, kt_node *node, item *items, int k, kt_scene *scene) {
-    kt_scene_mesh *mesh = &items[k].mesh;
-    items[k] = standard_item();
-    if (!kt_table_read(r, scope, node, &table, &items[k]))
+static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_mesh *meshes, int k,
+                      kt_scene *scene) {
+    kt_scene_mesh *mesh = &meshes[k];
+    *mesh = standard_mesh();
+    if (!kt_table_read(r, scope, node, &table, mesh))
         return false;
     if (r->names_are_known && kt_find_body(r, mesh->body) < 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                            kt_name_quote(mesh->body).text);
     mesh->file = path_of(r, mesh->file);
     kt_body *body = body_of(r, scene, mesh->body);
-    if (kt_node_find(node, "density") == NULL || body == NULL || give_mass(r, scope, node, items, k, body))
+    if (kt_node_find(node, "density") == NULL || body == NULL)
+        return true;
+    kt_varying_note_fixed(r, node); /* masses are not computed again */
+    if (give_mass(r, scope, node, meshes, k, body))
         return true;
     if (body->mass == 0.0) { /* that it has none is no second fault */
         body->mass = 1.0;
@@ -182,13 +182,11 @@ static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     if (!kt_list_nodes(r, scope, node, "a list of meshes ('- {body: ..., file: ...}')", &nodes, &count))
         return false;
     kt_scene_mesh *meshes = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *meshes);
-    item *items = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *items);
-    if (meshes == NULL || items == NULL)
+    if (meshes == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        (void)read_item(r, &here, nodes[i], items, i, scene);
-        meshes[i] = items[i].mesh;
+        (void)read_mesh(r, &here, nodes[i], meshes, i, scene);
     }
     scene->meshes = meshes;
     scene->mesh_count = count;
@@ -197,11 +195,14 @@ static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 
 static void write_meshes(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_scene *scene = object;
-    const item rest = standard_item();
+    const kt_scene_mesh rest = standard_mesh();
     (void)field, (void)standard;
     kt_emit_list(e, false);
-    for (int i = 0; i < scene->mesh_count; i++) /* bodies have the masses by densities */
-        kt_table_write(e, &table, &(item){.mesh = scene->meshes[i]}, &rest);
+    for (int i = 0; i < scene->mesh_count; i++) {
+        kt_scene_mesh mesh = scene->meshes[i];
+        mesh.density = 0.0; /* the body has the mass by it */
+        kt_table_write(e, &table, &mesh, &rest);
+    }
     kt_emit_end(e);
 }
 
