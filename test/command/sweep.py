@@ -248,6 +248,57 @@ def kept():
     same("chunked and compressed", ("CHUNKED" in layout, "DEFLATE" in layout), (True, True))
 
 
+def rank_of(process):
+    environment = pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
+    return next((int(e.split(b"=")[1]) for e in environment if e.startswith(b"OMPI_COMM_WORLD_RANK=")), -1)
+
+
+def kill_a_rank(mpirun, lines):
+    """Once some lines are there."""
+    for _ in range(1000):
+        if pathlib.Path(lines).exists() and pathlib.Path(lines).stat().st_size > 5000:
+            break
+        time.sleep(0.01)
+    children = pathlib.Path(f"/proc/{mpirun.pid}/task/{mpirun.pid}/children").read_text().split()
+    victims = [int(c) for c in children if rank_of(c) == 3]
+    same("a rank to kill", len(victims), 1)
+    for victim in victims:
+        os.kill(victim, signal.SIGKILL)
+
+
+def ranks():
+    """Four processes of MPI: the bytes of one; and where one is killed."""
+    told = subprocess.run([command, "sweep", "fall.yaml", "--vary", "g=1,2", "--out", "-"], capture_output=True, text=True, check=False,
+                          env={**os.environ, "OMPI_COMM_WORLD_SIZE": "4"})
+    if "built without MPI" in told.stderr:
+        same("without MPI: exit code", told.returncode, 1)
+        return
+    same("one process of MPI", told.returncode, 0)
+    if shutil.which("mpirun") is None:
+        print("skipped: mpirun is not on this machine")
+        return
+    pathlib.Path("slow.yaml").write_text(FALL.replace("duration: 2", "duration: 2, integrator: rk4, step: 1e-4"))
+    sweep = ["slow.yaml", "--vary", "g=1:2:600", "--quiet"]
+    run(*sweep, "--out", "p.csv")
+    whole = pathlib.Path("p.csv").read_bytes()
+    mpirun = ["mpirun", "--oversubscribe", "-n", "4"]
+    own = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    subprocess.run([*mpirun, command, "sweep", *sweep, "--out", "q.csv"], env=own, check=True, timeout=120)
+    same("four ranks", pathlib.Path("q.csv").read_bytes() == whole, True)
+    pathlib.Path("q.csv").unlink()
+    process = subprocess.Popen([*mpirun, "--enable-recovery", command, "sweep", *sweep, "--out", "q.csv"], env=own, stderr=subprocess.PIPE, text=True)
+    kill_a_rank(process, "q.csv.partial")
+    told = process.communicate(timeout=120)[1]
+    same("a rank is killed, and MPI may go on", (pathlib.Path("q.csv").read_bytes() == whole, "done again" in told), (True, True))
+    pathlib.Path("q.csv").unlink()
+    process = subprocess.Popen([*mpirun, command, "sweep", *sweep, "--out", "q.csv"], env=own, stderr=subprocess.DEVNULL)
+    kill_a_rank(process, "q.csv.partial")
+    process.wait(timeout=120)
+    same("a rank is killed, and MPI ends all: resumed", pathlib.Path("q.csv").exists(), False)
+    subprocess.run([*mpirun, command, "sweep", *sweep, "--resume", "--out", "q.csv"], env=own, check=True, timeout=120)
+    same("the bytes of an unbroken sweep", pathlib.Path("q.csv").read_bytes() == whole, True)
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -265,7 +316,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, kept, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -2,6 +2,7 @@
 #include "sweep/sweep.h"
 #include "records/keep.h"
 #include "subcommands/run.h"
+#include "sweep/ranks.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -56,7 +57,8 @@ const kt_usage kt_usage_sweep = {
         "least\n"
         "and greatest value of each column of its records. A run that fails is a line. Lines are in the order of the\n"
         "runs and have the same bytes whatever --jobs, --shard or a break. Results are written to FILE.partial and\n"
-        "renamed at the end; a sweep that was killed leaves that file, and --resume goes on with it.\n",
+        "renamed at the end; a sweep that was killed leaves that file, and --resume goes on with it. Built with MPI,\n"
+        "mpirun kinetree sweep ... computes by its processes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -70,7 +72,7 @@ typedef struct sink {
     kt_keep *keep;
     kt_progress progress;
     int64_t first, end, failed;
-    double start;
+    double start, flushed; /* s, when lines were written out last */
 } sink;
 
 /* Records first: a run with a line has all. */
@@ -82,12 +84,17 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
     if (kt_keep_begin(s->keep, run) != 0 || kt_keep_rows(s->keep, result->records, result->rows, columns) != 0 ||
         kt_keep_close_run(s->keep, run, result->code, result->rows, columns) != 0)
         return -1;
-    if (fputs(line, s->file) < 0 || fflush(s->file) != 0) {
+    const double now = kt_clock();
+    const bool is_due = now - s->flushed > 0.02 || run + 1 == s->end; /* what a break may cost */
+    if (fputs(line, s->file) < 0 || (is_due && fflush(s->file) != 0)) {
         kt_say("sweep: the line of run %lld cannot be written: %s", (long long)run, strerror(errno));
         return -1;
     }
     s->failed += result->code != KT_EXIT_DONE;
-    const double spent = kt_clock() - s->start;
+    if (!is_due)
+        return 0;
+    s->flushed = now;
+    const double spent = now - s->start;
     snprintf(words, sizeof words, "%lld of %lld runs, %.3g a second", (long long)(run + 1 - s->first),
              (long long)(s->end - s->first), spent > 0.0 ? (double)(run + 1 - s->first) / spent : 0.0);
     kt_progress_show(&s->progress, (double)(run + 1 - s->first) / (double)(s->end - s->first), words);
@@ -166,8 +173,8 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
 }
 
 /* Writes the lines from run `first` on that the file does not have yet. */
-static int write_runs(const kt_sweep *sweep, FILE *file, kt_keep *keep, const char *name, const char *out,
-                      int64_t first, int64_t end) {
+static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_keep *keep, const char *name,
+                      const char *out, int64_t first, int64_t end) {
     const kt_sweep_arguments *arguments = sweep->arguments;
     int64_t next = first, kept = end;
     int code = -1;
@@ -194,8 +201,11 @@ static int write_runs(const kt_sweep *sweep, FILE *file, kt_keep *keep, const ch
               .end = end,
               .start = kt_clock()};
     kt_sweep_worker all = {.has_scene = false};
-    const int failed =
-        next < end ? kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_result, &s, &all) : 0;
+    int failed = 0;
+    if (next < end && ranks != NULL)
+        failed = kt_ranks_serve(ranks, sweep, next, end, write_result, &s, &all);
+    else if (next < end)
+        failed = kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_result, &s, &all);
     kt_progress_end(&s.progress);
     if (failed == 0 && !arguments->quiet)
         report(&s, &all, out, next - first);
@@ -203,10 +213,11 @@ static int write_runs(const kt_sweep *sweep, FILE *file, kt_keep *keep, const ch
 }
 
 /* Opens the file of lines, and writes it. */
-static int write_file(const kt_sweep *sweep, kt_keep *keep, const char *out, int64_t first, int64_t end) {
+static int write_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, const char *out, int64_t first,
+                      int64_t end) {
     kt_output output;
     if (strcmp(out, "-") == 0)
-        return kt_finish_output(write_runs(sweep, stdout, keep, "standard output", out, first, end));
+        return kt_finish_output(write_runs(sweep, ranks, stdout, keep, "standard output", out, first, end));
     int code = kt_output_start(&output, out);
     if (code >= 0)
         return code;
@@ -218,7 +229,7 @@ static int write_file(const kt_sweep *sweep, kt_keep *keep, const char *out, int
         (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
-    code = write_runs(sweep, file, keep, kt_output_path(&output), out, first, end);
+    code = write_runs(sweep, ranks, file, keep, kt_output_path(&output), out, first, end);
     if (fclose(file) != 0 && code == KT_EXIT_DONE) {
         kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
         code = KT_EXIT_INTEGRATION;
@@ -254,12 +265,12 @@ static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
 }
 
 /* Writes lines and, with --keep, records. */
-static int write_results(kt_sweep *sweep, const char *out, int64_t first, int64_t end) {
+static int write_results(kt_sweep *sweep, kt_ranks *ranks, const char *out, int64_t first, int64_t end) {
     const kt_sweep_arguments *arguments = sweep->arguments;
     kt_keep keep = {.output.lock = -1};
     int code = arguments->keep != NULL ? kt_keep_open(&keep, arguments->keep, arguments->resume) : -1;
     if (code < 0)
-        code = write_file(sweep, &keep, out, first, end);
+        code = write_file(sweep, ranks, &keep, out, first, end);
     return end_keep(&keep, sweep, code);
 }
 
@@ -323,7 +334,7 @@ static int read_text(kt_sweep *sweep) {
     return fine ? -1 : KT_EXIT_SCENE;
 }
 
-static int sweep_scene(const kt_sweep_arguments *arguments, const char *path) {
+static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, const char *path) {
     kt_sweep sweep = {.arguments = arguments, .path = path};
     int64_t first = 0, end = 0;
     char out[4096];
@@ -335,8 +346,12 @@ static int sweep_scene(const kt_sweep_arguments *arguments, const char *path) {
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
     code = code < 0 ? read_text(&sweep) : code;
     code = code < 0 ? kt_sweep_list_columns(&sweep) : code;
+    if (code < 0 && kt_ranks_own(ranks) > 0) {
+        kt_ranks_work(ranks, &sweep, arguments->jobs > 0 ? threads_of(arguments) : 1);
+        code = KT_EXIT_DONE;
+    }
     if (code < 0)
-        code = write_results(&sweep, arguments->out != NULL ? arguments->out : out, first, end);
+        code = write_results(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
     kt_sweep_free(&sweep);
     return code;
 }
@@ -472,5 +487,11 @@ int kt_command_sweep(int argc, char **argv) {
         kt_say("sweep: standard output cannot be taken up again: --resume needs a file");
         return KT_EXIT_USAGE;
     }
-    return sweep_scene(&arguments, argv[1]);
+    int code_of_ranks;
+    kt_ranks *ranks = kt_ranks_start(&code_of_ranks);
+    if (ranks != NULL && strcmp(argv[1], "-") == 0) {
+        kt_say("sweep: standard input has the scene for one process alone; name a file");
+        code_of_ranks = KT_EXIT_USAGE;
+    }
+    return kt_ranks_end(ranks, code_of_ranks >= 0 ? code_of_ranks : sweep_scene(&arguments, ranks, argv[1]));
 }
