@@ -114,9 +114,9 @@ static void compute(const kt_sweep *sweep, int64_t first, int64_t end, int threa
 
 struct kt_ranks {
     int own, count;
-    bool *waits;  /* rank 0, of each: it has sent what it had, and waits for a block */
-    int *waiting; /* those in the order in which they came, the last first */
-    int waiting_count;
+    bool *is_idle; /* rank 0, of each: it has sent what it had, and waits for a block */
+    int *idle;     /* those in the order in which they came, the last first */
+    int idle_count;
     bool is_done; /* others: there are no more blocks */
     bool is_lost; /* a rank does not answer */
 };
@@ -127,8 +127,8 @@ static bool is_started_by_mpi(void) {
 }
 
 static void free_ranks(kt_ranks *ranks) {
-    free(ranks->waits);
-    free(ranks->waiting);
+    free(ranks->is_idle);
+    free(ranks->idle);
     free(ranks);
 }
 
@@ -141,10 +141,10 @@ kt_ranks *kt_ranks_start(int *code) {
         (void)MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN); /* a rank may be lost */
         (void)MPI_Comm_rank(MPI_COMM_WORLD, &ranks->own);
         (void)MPI_Comm_size(MPI_COMM_WORLD, &ranks->count);
-        ranks->waits = calloc((size_t)ranks->count, sizeof *ranks->waits);
-        ranks->waiting = calloc((size_t)ranks->count, sizeof *ranks->waiting);
+        ranks->is_idle = calloc((size_t)ranks->count, sizeof *ranks->is_idle);
+        ranks->idle = calloc((size_t)ranks->count, sizeof *ranks->idle);
     }
-    if (ranks == NULL || ranks->waits == NULL || ranks->waiting == NULL) {
+    if (ranks == NULL || ranks->is_idle == NULL || ranks->idle == NULL) {
         kt_say("sweep: there is not enough memory");
         (void)MPI_Abort(MPI_COMM_WORLD, KT_EXIT_INTEGRATION);
         return NULL;
@@ -238,14 +238,14 @@ static block *choose_block(server *s, double now) {
 
 static void hand_out(server *s, double now) {
     kt_ranks *ranks = s->ranks;
-    while (ranks->waiting_count > 0) {
+    while (ranks->idle_count > 0) {
         block *b = choose_block(s, now);
         if (b == NULL)
             return;
-        const int rank = ranks->waiting[--ranks->waiting_count];
+        const int rank = ranks->idle[--ranks->idle_count];
         const int64_t runs[2] = {b->first, b->end};
         b->since = now;
-        ranks->waits[rank] = false;
+        ranks->is_idle[rank] = false;
         (void)MPI_Send(runs, 2, MPI_INT64_T, rank, TAG_BLOCK, MPI_COMM_WORLD);
     }
 }
@@ -296,8 +296,8 @@ static int receive(server *s) {
     if (m.bytes == NULL)
         return -1;
     (void)MPI_Recv(m.bytes, size, MPI_BYTE, status.MPI_SOURCE, TAG_RESULT, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-    s->ranks->waits[status.MPI_SOURCE] = true;
-    s->ranks->waiting[s->ranks->waiting_count++] = status.MPI_SOURCE;
+    s->ranks->is_idle[status.MPI_SOURCE] = true;
+    s->ranks->idle[s->ranks->idle_count++] = status.MPI_SOURCE;
     const int failed = take(s, &m);
     free(m.bytes);
     return failed != 0 ? -1 : 1;
@@ -373,7 +373,7 @@ static bool gather(kt_ranks *ranks) {
     for (;;) {
         int there = 1;
         for (int rank = 1; rank < ranks->count; rank++)
-            there += ranks->waits[rank];
+            there += ranks->is_idle[rank];
         if (there == ranks->count || kt_clock() - start > 5.0 * patience)
             return there == ranks->count;
         if (receive(&s) == 0)
@@ -386,7 +386,7 @@ static void let_go(kt_ranks *ranks) {
     ranks->is_lost = !gather(ranks);
     const int64_t none[2] = {-1, ranks->is_lost};
     for (int rank = 1; rank < ranks->count; rank++)
-        if (ranks->waits[rank])
+        if (ranks->is_idle[rank])
             (void)MPI_Send(none, 2, MPI_INT64_T, rank, TAG_BLOCK, MPI_COMM_WORLD);
     if (ranks->is_lost)
         kt_say("sweep: a rank was lost");
