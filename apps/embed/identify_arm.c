@@ -1,5 +1,5 @@
 /* Identification: masses, inertias and friction of a seven-axis arm from a record of joint torques with noise, and
- * which of them the record cannot tell.
+ * which of them the record does not determine.
  *
  * Torques are linear in the parameters, tau = Y(q, v, a) pi (kt_regressor_evaluate), but most parameters show in sums
  * alone: kt_base_parameters_find finds these sums from the model. Each joint's rows are divided by the deviation of its

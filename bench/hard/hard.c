@@ -12,7 +12,7 @@
 #include <string.h>
 
 static const char about[] =
-    "Runs the cases on which engines break, and shows what is measured beside its bound.\n"
+    "Runs the cases on which engines break, and shows what is measured and its bound.\n"
     "Usage: bench-hard [OPTION...]\n\n"
     "  --only N     the cases of kind N, 1 to 15\n"
     "  --short      as short as the tests run them\n"
@@ -187,7 +187,7 @@ static void head(const options *o) {
                kt_hard_mujoco_version(), kt_hard_ode_version());
         return;
     }
-    printf("Hard cases, %s; beside them %s and %s\nfigures    %s\n\n",
+    printf("Hard cases, %s; for comparison %s and %s\nfigures    %s\n\n",
            o->brief ? "as the tests run them" : "in full length", kt_hard_mujoco_version(), kt_hard_ode_version(),
            o->csv ? o->csv : "in this table only (--csv FILE)");
     printf("%2s %-34s %-46s %8s %8s%-7s %-10s %s\n", "", "case", "measured", "kinetree", "bound", "", peer_names[0],

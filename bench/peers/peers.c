@@ -1,4 +1,4 @@
-/* Kinetree beside MuJoCo, in turns, in one run, on the same mechanisms: chains of n links; 100 such links as a tree in
+/* Kinetree and MuJoCo, in turns, in one run, on the same mechanisms: chains of n links; 100 such links as a tree in
  * which each carries two; and the bundled human figure, if this build reads scenes. Compared are
  *   forward dynamics    ABA against kinematics, comPos, crb, factorM, comVel, rne, solveM
  *   inverse dynamics    RNEA against kinematics, comPos, comVel, rne

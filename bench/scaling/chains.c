@@ -1,5 +1,5 @@
 /* Mechanisms of many loops that share bodies: evaluation, projection after a step, assembly and set-up, how they grow
- * with the size, and what an evaluation costs beside that of the same bodies without loops.
+ * with the size, and what an evaluation costs compared with that of the same bodies without loops.
  *
  * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work: as in
  * loops.c, at most 1e-8 here, because the accelerations of a chain grow with the cube of its length.

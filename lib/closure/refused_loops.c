@@ -1,5 +1,5 @@
 /* What a failure says that a caller's own loop is the cause of. Its equations are not numbers then, and what has stumbled
- * over them cannot tell why; a callback is a function of its arguments alone, so that it is asked again. */
+ * over them does not know why; a callback is a function of its arguments alone, so that it is asked again. */
 #include "closure/refused_loops.h"
 
 #include "constraint/refusal.h"

@@ -3,7 +3,7 @@
  *
  * - Lengths as given. The points of a loop are computed from its lengths and, where it ends on the ground, from
  *   distances from the world's origin: 1e-16 of these is no gap, however small the loop is. Of a hinge at 0.1 + 0.2
- *   beside a joint at 0.3 it is all there is. This share, of the longest, is model->rounding (kt_attach_measure_loops).
+ *   with a joint at 0.3 it is all there is. This share, of the longest, is model->rounding (kt_attach_measure_loops).
  * - Coordinates. A crank at 3e5 rad is known to 6e-11 rad, and no step closes its loop any better.
  * - Speeds. An entry of A that should be zero is a rounding error of what it could be, the scale of its row over the
  *   unit of its coordinate; and the rate of a drive is a sum of terms, which may cancel.

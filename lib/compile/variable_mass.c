@@ -62,7 +62,7 @@ void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_
         for (int k = 0; k < 6; k++)
             r->curve[1 + k] = compile_curve(&variable->inertia[k], m, number);
         for (size_t other = 1; other < m->n.body; other++)
-            m->body[other].beside_variable |= m->body[other].link == m->body[b].link;
+            m->body[other].on_variable_link |= m->body[other].link == m->body[b].link;
     }
 }
 #else

@@ -1,8 +1,8 @@
 /* Operational-space inertia (Khatib 1987): with X = M^-1 J' and J X = L L',
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
  *
- * How much of itself a row of J can move is judged three times: by its size beside what it could be, by what the loops
- * leave of it beside what it could be without them, and by its pivot in L beside what it is without the rows before it.
+ * How much of itself a row of J can move is judged three times: by its size compared with what it could be, by what the loops
+ * leave of it compared with what it could be without them, and by its pivot in L compared with what it is without the rows before it.
  * The product of the three, of the row that has the least, is the reciprocal condition number.
  */
 #include "closure/levenberg_marquardt.h"
@@ -12,12 +12,12 @@
 #include <float.h>
 #include <string.h>
 
-/* The part of a row of J X that must be left beside the rows before it, as in cholesky.h. It is a square. */
+/* The part of a row of J X that must be independent of the rows before it, as in cholesky.h. It is a square. */
 #define KT_TASK_RANK 1e-14
 
 /* ---- what is left of a row --------------------------------------------------------------------------------------- */
 
-/* The size of a row beside what one of a radian or of a length of the mechanism could have, whichever is less, at most
+/* The size of a row compared with what one of a radian or of a length of the mechanism could have, whichever is less, at most
  * 1: the most that a coordinate moves the task while it moves by one unit. 0 up to rounding. */
 static double size_of(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const double could_be = fmin(1.0, kt_model_extent(w->model));
@@ -27,7 +27,7 @@ static double size_of(const kt_mass_inverse *w, int rows, int r, const double *j
     return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
 }
 
-/* With the basis Z of what loops leave: the largest entry of the row J_r Z beside the largest sum of the absolute
+/* With the basis Z of what loops leave: the largest entry of the row J_r Z compared with the largest sum of the absolute
  * values of its terms. */
 static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
@@ -45,7 +45,7 @@ static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, 
     return left > KT_RANK_TOLERANCE * whole ? left / whole : 0.0;
 }
 
-/* Without a basis: J_r M^-1 J_r' beside that of a row whose entries are as large, in other proportions; squares. */
+/* Without a basis: J_r M^-1 J_r' compared with that of a row whose entries are as large, in other proportions; squares. */
 static double free_fraction_by_generic(kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;
@@ -151,7 +151,7 @@ kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const doubl
     if (failed < rows)
         return kt_error_set(
             error, KT_ERROR_SINGULAR, "jacobian",
-            "no motion is left along row %d beside the rows before it: the position is singular for this "
+            "no motion is left along row %d that the rows before it leave free: the position is singular for this "
             "task, or it has more rows than the mechanism has degrees of freedom; leave the row out",
             failed);
     if (!invert(w, rows))

@@ -40,7 +40,7 @@ KT_INLINE void impose(const columns *k, front *o) {
         add(o->map.pull + j * all, -k->z[j], all, k->pull);
         add(o->map.close + j * n, k->z[j], n, o->found);
     }
-    carry_y(&o->f, k->constant, o->map.reach, rank, k->z);
+    add_y(&o->f, k->constant, o->map.reach, rank, k->z);
 }
 
 /* p0 += N N' h,   g = (G' h, h_A - G_A' h) */

@@ -71,7 +71,7 @@ static void load_links(kt_model *now, const kt_model *model, double t) {
         link->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     }
     for (size_t b = 1; b < now->n.body; b++)
-        if (now->body[b].beside_variable)
+        if (now->body[b].on_variable_link)
             kt_link_load(now, &now->body[b]);
     for (size_t k = 0; k < model->n.varying; k++) {
         const size_t link = (size_t)now->body[model->varying[k].body].link;

@@ -21,7 +21,7 @@ typedef struct kt_jet {
 typedef void kt_switch(void *user, const kt_jet *decision);
 
 /* Bounds of a formula of time alone over [from, to]. `meet` is called for every operation that is not smooth (abs, sign,
- * min, max, step, clamp, comparisons), in the order of the text; NULL: for none. Beside such an operation the bounds are
+ * min, max, step, clamp, comparisons), in the order of the text; NULL: for none. Next to such an operation the bounds are
  * those of all branches that are taken in the interval. O(length). */
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user);
 

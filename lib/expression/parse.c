@@ -118,7 +118,7 @@ static bool parse_number(kt_parser *p, bool *is_angle) {
     if (!kt_decimal_read(spot, &value, &p->at))
         return refuse(p, spot,
                       kt_decimal_end(spot) > spot ? "this number is too large; the largest is about 1.8e308"
-                                                  : "a digit is missing beside this point");
+                                                  : "a digit is missing before or after this point");
     skip_blanks(p);
     return parse_unit(p, &value, is_angle) && put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = value});
 }

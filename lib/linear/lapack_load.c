@@ -30,7 +30,7 @@ KT_LAPACK_STUDY_LIST(KT_LAPACK_PASS)
 #undef KT_LAPACK_PASS
 
 /* Writes the path of the module in the folder of this library; returns false if it is not there. */
-static bool find_beside(char *path, size_t size) {
+static bool find_module(char *path, size_t size) {
     Dl_info own;
     if (dladdr((void *)&loaded, &own) == 0 || own.dli_fname == NULL)
         return false;
@@ -69,7 +69,7 @@ kt_status kt_lapack_open(kt_error *error) {
     if (!has_room())
         return refuse("OpenBLAS takes more memory than this process may have; raise its limit (ulimit -v, ulimit -d)",
                       error);
-    void *module = dlopen(find_beside(path, sizeof path) ? path : KT_LAPACK_MODULE, RTLD_NOW | RTLD_LOCAL);
+    void *module = dlopen(find_module(path, sizeof path) ? path : KT_LAPACK_MODULE, RTLD_NOW | RTLD_LOCAL);
     const kt_lapack_table *table = module != NULL ? dlsym(module, "kt_lapack_module") : NULL;
     if (table == NULL)
         return refuse(dlerror(), error);

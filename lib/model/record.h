@@ -102,7 +102,7 @@ typedef struct kt_body_record {
     uint32_t name;       /* offset in the model's text */
     uint32_t joint_name; /* likewise; equal to `name` where the joint has none of its own */
     bool fixed; /* to the world: no degree of freedom between (lib/study/absolute.c: by the joints of the tree) */
-    bool beside_variable; /* a body on its link has a variable mass, perhaps this one */
+    bool on_variable_link; /* a body on its link has a variable mass, perhaps this one */
 } kt_body_record;
 
 /* Functions of a body whose mass is one. */
@@ -250,7 +250,7 @@ typedef struct kt_relative_record {
     int32_t loop;             /* index in the description */
     int32_t component;        /* which of the loop's coordinates it is */
     int32_t term, term_count; /* in model->term: the links that count turns */
-    double angle, per_length; /* near which an angle is, beside their sum and d_z / pitch of a screw */
+    double angle, per_length; /* an angle is near the sum of the terms, d_z per_length (a screw's 1 / pitch) and this */
     double zero;              /* universal: the direction from which it is counted */
 } kt_relative_record;
 

@@ -480,7 +480,7 @@ static kt_solid thin_rod(const maker *m, int body, kt_vec3 from, kt_vec3 to) {
 
 /* Whether a rigid part has a mesh: frames of joints need not be on it, and a body without looks may be inside of it (a
  * sensor, a screw). */
-static bool is_beside_mesh(const maker *m, int body) {
+static bool has_mesh_near(const maker *m, int body) {
     const kt_picture *p = m->picture;
     int i = m->first[p->part[body]];
     while (i >= 0 && p->solids[i].mesh == NULL)
@@ -500,7 +500,7 @@ static void imply_mass(maker *m, int body) {
                           slides ? kt_vec3_make(2.0 * r, 2.0 * r, 3.5 * r) : kt_vec3_make(2.4 * r, 2.4 * r, 2.4 * r)};
     solid.pose.rotation = slides ? kt_triad_from_axis(kt_vec3_normalize(source->joint.axis), 2) : kt_mat3_identity();
     solid.pose.position = slides ? kt_vec3_make(0.0, 0.0, 0.0) : source->com;
-    if (!has_own(m, body) && !is_beside_mesh(m, body) && (source->mass > 0.0 || slides))
+    if (!has_own(m, body) && !has_mesh_near(m, body) && (source->mass > 0.0 || slides))
         add_solid(m, solid);
 }
 
@@ -511,7 +511,7 @@ static void attach_to(maker *m, int body, kt_vec3 point, int only) {
     const kt_vec3 at = kt_pose_apply(m->poses[body], point);
     kt_vec3 nearest = at;
     double least = DBL_MAX;
-    if (is_beside_mesh(m, body))
+    if (has_mesh_near(m, body))
         return;
     for (int i = m->first[p->part[body]]; i >= 0; i = m->next[i]) {
         if (only >= 0 && p->solids[i].body != only)

@@ -24,8 +24,8 @@ static void draw_circle(pencil *p, kt_vec3 centre, kt_vec3 first, kt_vec3 second
     kt_vec3 last = kt_vec3_add(centre, first);
     for (int k = 1; k <= ROUND; k++) {
         const double a = turn * k / ROUND;
-        const kt_vec3 way = kt_vec3_add(kt_vec3_scale(cos(a), first), kt_vec3_scale(sin(a), second));
-        const kt_vec3 next = kt_vec3_add(centre, way);
+        const kt_vec3 direction = kt_vec3_add(kt_vec3_scale(cos(a), first), kt_vec3_scale(sin(a), second));
+        const kt_vec3 next = kt_vec3_add(centre, direction);
         draw(p, last, next);
         last = next;
     }

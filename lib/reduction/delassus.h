@@ -18,7 +18,7 @@
  * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep gives u_i
  * = the rows of A', of which C is the inverse of the triangular factor, loop by loop with pivoting.
  *
- * Rank. Positions next to singular ones, and rows that are large beside each other, are left to the fronts (front.h),
+ * Rank. Positions next to singular ones, and rows of very different size, are left to the fronts (front.h),
  * as are motions along which the tree has no inertia.
  *
  * A damped step of a search, the least of |B y + r|^2 + mu |y|^2 with equations and coordinates in their units, needs

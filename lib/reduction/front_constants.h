@@ -81,31 +81,31 @@ KT_INLINE void find_right(const kt_front *f, KT_COLUMN *constant, int s, const K
 KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const kt_front_count *count = &f->count[s];
-    KT_COLUMN passed[KT_FRONT_DELAYED_MOST];
-    memset(passed, 0, sizeof passed);
+    KT_COLUMN constants[KT_FRONT_DELAYED_MOST];
+    memset(constants, 0, sizeof constants);
     for (int d = 0; d < count->delayed; d++) {
         for (int e = 0; e < count->received; e++)
             if (count->received_row[e] == count->delayed_row[d])
-                passed[d] = *constant_at(f, constant, kt_front_delayed(f, e));
+                constants[d] = *constant_at(f, constant, kt_front_delayed(f, e));
         for (int i = step->loop; i < step->loop + step->loop_count; i++) {
             const int32_t index = f->model->front_loop[i];
             const kt_loop_record *loop = &f->model->loop[index];
             const int32_t *slot = kt_front_slots(f, loop);
             for (int r = 0; r < loop->row_count; r++)
                 if (slot[r] == count->delayed_row[d])
-                    passed[d] = constant_of(f, constant, step, index, slot[r]);
+                    constants[d] = constant_of(f, constant, step, index, slot[r]);
         }
     }
     for (int d = 0; d < count->received; d++)
         kt_front_release(f, kt_front_delayed(f, d));
     for (int d = 0; d < count->delayed; d++) {
-        *constant_at(f, constant, kt_front_delayed(f, d)) = passed[d];
+        *constant_at(f, constant, kt_front_delayed(f, d)) = constants[d];
         kt_front_enter(f, kt_front_delayed(f, d));
     }
 }
 
 /* t += T y for the slots in use: `rows` has `rank` numbers for each of their vectors. */
-KT_INLINE void carry_y(const kt_front *f, KT_COLUMN *constant, const double *rows, int rank, const KT_COLUMN *y) {
+KT_INLINE void add_y(const kt_front *f, KT_COLUMN *constant, const double *rows, int rank, const KT_COLUMN *y) {
     for (int32_t l = 0; l < f->live_count; l++) {
         KT_COLUMN *t = constant_at(f, constant, f->live[l]);
         for (int c = 0; c < kt_front_vector_count(f, f->live[l]); c++, rows += rank)

@@ -320,7 +320,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
         if (count->rank && !least)
             impose(f, s, &x, base);
         if (count->rank)
-            carry_y(f, f->constant, x.early, count->rank, x.y);
+            add_y(f, f->constant, x.early, count->rank, x.y);
         if (least)
             keep_free(f, s, &x);
         else if (!minimise(f, s, &x, base, dynamics))

@@ -111,12 +111,12 @@ static bool has_time(const char *where) {
 /* where: room for KT_WHERE_SIZE + 32. */
 static void add_time(const kt_simulation *simulation, char *where) {
     const kt_error *cause = &simulation->cause;
-    const bool told = cause->code != KT_OK;
-    if (told && has_time(cause->where)) /* the time of a stage */
+    const bool known = cause->code != KT_OK;
+    if (known && has_time(cause->where)) /* the time of a stage */
         (void)snprintf(where, KT_WHERE_SIZE + 32, "%s", cause->where);
     else
         (void)snprintf(where, KT_WHERE_SIZE + 32, "t = %.9g s%s%s", kt_integrator_time(simulation->integrator),
-                       told && cause->where[0] != '\0' ? ", " : "", told ? cause->where : "");
+                       known && cause->where[0] != '\0' ? ", " : "", known ? cause->where : "");
 }
 
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {

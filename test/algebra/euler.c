@@ -142,7 +142,7 @@ KT_TEST(euler_angles_reproduce_the_matrix_near_their_singularities) {
 KT_TEST(singular_middle_angles_are_flagged_and_give_a_zero_third_angle) {
     kt_random random = kt_random_of_test();
     static const double ends[2][2] = {{-0.5 * KT_PI, 0.5 * KT_PI}, {0.0, KT_PI}};
-    kt_worst flag = kt_worst_make("flagged at it, not beside it"), third = kt_worst_make("c = 0");
+    kt_worst flag = kt_worst_make("flagged at it, not next to it"), third = kt_worst_make("c = 0");
     kt_worst reproduced = kt_worst_make("R -> angles -> R");
     for (int s = 0; s < 12; s++)
         for (int n = 0; n < 100; n++) {
@@ -157,7 +157,7 @@ KT_TEST(singular_middle_angles_are_flagged_and_give_a_zero_third_angle) {
                            "sequence %d", sequences[s]);
             a.y += n % 2 == 0 ? 1e-13 : -1e-13;
             (void)angles_of(sequences[s], matrix_of(sequences[s], a), &singular);
-            kt_worst_below(&flag, singular ? 1.0 : 0.0, 0.0, "beside it, sequence %d", sequences[s]);
+            kt_worst_below(&flag, singular ? 1.0 : 0.0, 0.0, "next to it, sequence %d", sequences[s]);
         }
     kt_check_worst(&flag);
     kt_check_worst(&third);
@@ -166,7 +166,7 @@ KT_TEST(singular_middle_angles_are_flagged_and_give_a_zero_third_angle) {
     kt_check_equal_int("without a flag", kt_euler_from_matrix(313, kt_mat3_identity(), &angles, NULL, NULL), KT_OK);
 }
 
-/* Sequences with three axes are regular at zero: each angle keeps its digits, however small beside the others. */
+/* Sequences with three axes are regular at zero: each angle keeps its digits, however small next to the others. */
 KT_TEST(small_euler_angles_keep_their_digits) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("relative error of each angle"), rpy = kt_worst_make("of roll, pitch, yaw");

@@ -164,10 +164,10 @@ KT_TEST(triad_about_any_axis_is_the_nearest_cyclic_one_turned_least) {
         const int which = n % 3;
         kt_vec3 axis = kt_reference_direction(&random, 1.0);
         if (n % 2 == 0) { /* next to a coordinate axis */
-            const kt_vec3 beside = kt_reference_direction(&random, kt_reference_magnitude(&random, -20.0, -1.0));
+            const kt_vec3 small = kt_reference_direction(&random, kt_reference_magnitude(&random, -20.0, -1.0));
             const double e = n % 4 == 0 ? 1.0 : -1.0;
             const int m = kt_random_int(&random, 0, 2);
-            axis = kt_vec3_normalize(kt_vec3_add(kt_vec3_scale(e, kt_reference_column(kt_mat3_identity(), m)), beside));
+            axis = kt_vec3_normalize(kt_vec3_add(kt_vec3_scale(e, kt_reference_column(kt_mat3_identity(), m)), small));
         }
         const kt_mat3 triad = kt_triad_from_axis(axis, which);
         kt_worst_below(&skewness, kt_reference_skewness(triad), 4.0 * EPS, "%d", n);
@@ -198,8 +198,8 @@ KT_TEST(triad_where_several_axes_are_nearest_takes_the_one_asked_for) {
         double n[3] = {third, third, third};
         const kt_mat3 tie = kt_triad_from_axis(kt_vec3_make(n[0], n[1], n[2]), which);
         n[which] += 1e-9;
-        const kt_mat3 beside = kt_triad_from_axis(kt_vec3_normalize(kt_vec3_make(n[0], n[1], n[2])), which);
-        kt_worst_below(&error, kt_reference_distance(tie, beside), 2e-9, "three, which %d", which);
+        const kt_mat3 alone = kt_triad_from_axis(kt_vec3_normalize(kt_vec3_make(n[0], n[1], n[2])), which);
+        kt_worst_below(&error, kt_reference_distance(tie, alone), 2e-9, "three, which %d", which);
         double two[3] = {half, half, half};
         two[which] = 0.0;
         const kt_mat3 pair = kt_triad_from_axis(kt_vec3_make(two[0], two[1], two[2]), which);

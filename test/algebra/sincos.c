@@ -161,7 +161,7 @@ KT_TEST(what_is_not_finite_gives_nan) {
     take(kt_sincos_gather, x, (int32_t[]){0, 1, 2, 3}, 4, sine, cosine);
     for (int i = 0; i < 3; i++)
         kt_check_true("sine and cosine are NaN", isnan(sine[i]) && isnan(cosine[i]));
-    kt_check_near("beside them, sin 1", sine[3], sin(1.0), DBL_EPSILON);
+    kt_check_near("next to them, sin 1", sine[3], sin(1.0), DBL_EPSILON);
 }
 
 /* A sine does not depend on what its neighbours are: one beyond the limit, one NaN. */

@@ -247,8 +247,8 @@ KT_TEST(full_turns_are_reported_as_singular) {
         kt_check_equal_int("status", kt_euler_vector_map_inverse(theta, &inverse, &error), KT_ERROR_SINGULAR);
         kt_check_contains("message", error.message, "full turns");
         kt_check_equal_bits("output", &inverse.x.x, &before.x.x, 9);
-        const kt_vec3 beside = kt_vec3_scale(1.0 + 1e-12, theta);
-        kt_check_equal_int("beside it", kt_euler_vector_map_inverse(beside, &inverse, &error), KT_OK);
+        const kt_vec3 near = kt_vec3_scale(1.0 + 1e-12, theta);
+        kt_check_equal_int("next to it", kt_euler_vector_map_inverse(near, &inverse, &error), KT_OK);
     }
     kt_error error;
     kt_mat3 inverse = kt_mat3_identity();

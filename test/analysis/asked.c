@@ -134,7 +134,7 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
         kt_check_near("-k / I", stiffness, -150.0, fmax(4.0 * small_at(s.system->state_error, 2, 1, 0), 1e-10));
         kt_check_below("and it knows how well", small_at(s.system->state_error, 2, 1, 0), 1e-8);
         spring.reach = 0.0;
-        check_words("told nowhere beside", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, &e), &e,
+        check_words("told nowhere else", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, &e), &e,
                     KT_ERROR_EFFECT, "its callback cannot compute its force here (code 1)");
         kt_check_contains("where", e.where, "effect 'spring'");
         kt_check_equal_int("nobody need hear of it",

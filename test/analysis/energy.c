@@ -110,7 +110,7 @@ static int push(void *user, double t, const kt_effect_end *ends, kt_wrench *wren
     return 0;
 }
 
-/* The strongest of all parts counts: a motor beside a damper; a loop that is driven. */
+/* The strongest of all parts counts: a motor next to a damper; a loop that is driven. */
 KT_TEST(functions_of_time_and_own_effects_supply_energy) {
     scene s;
     kt_effect effects[2];

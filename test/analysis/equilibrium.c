@@ -79,7 +79,7 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage_free(&l);
 }
 
-/* A motor of 1.7 m g l / 2, which no position balances, beside a soft stop: the search stalls where the stop begins, which
+/* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop: the search stalls where the stop begins, which
  * is no end. */
 KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     kt_effect stop = kt_effect_default();
@@ -105,7 +105,7 @@ KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     linkage_free(&l);
 }
 
-/* -x / sqrt(1 + x^2), as of a string over a pulley beside the rail. */
+/* -x / sqrt(1 + x^2), as of a string over a pulley next to the rail. */
 static int pull(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     (void)user, (void)t, (void)v, (void)balance;
     *force = -q / sqrt(1.0 + q * q);

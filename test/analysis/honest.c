@@ -37,7 +37,7 @@ static int see(const kt_tree *tree, double *seen) {
     return count;
 }
 
-/* A state beside, and what it is away. */
+/* A neighbouring state, and what it is away. */
 static bool look(const tangle *g, const double *dq, const double *dv, double s, derivative *out) {
     const kt_tree *tree = &g->tree;
     double q[KT_TREE_NQ], v[KT_TREE_NV], step[KT_TREE_NV];

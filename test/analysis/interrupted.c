@@ -1,5 +1,5 @@
 /* An effect fails at its n-th evaluation, n = 1, 2, ...: whatever was asked for is refused in its words and leaves what
- * was known, or is right all the same, where an evaluation beside could be done without.
+ * was known, or is right all the same, where a neighbouring evaluation could be done without.
  */
 #include "../constraint/linkage.h"
 #include "small.h"

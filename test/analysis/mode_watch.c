@@ -248,7 +248,7 @@ KT_TEST(few_steps_a_period_are_told_with_the_step_that_is_enough) {
     train_free(&t);
 }
 
-/* A fast flywheel beside a block on a spring: 500 rad/s of the one, which needs no samples, do not outweigh the
+/* A fast flywheel next to a block on a spring: 500 rad/s of the one, which needs no samples, do not outweigh the
  * other. */
 KT_TEST(a_steady_spin_hides_no_oscillation) {
     kt_error error = {0};

@@ -26,7 +26,7 @@ with tempfile.TemporaryDirectory() as folder:
     rows = list(csv.DictReader(path.open()))
 
 # 43 sums of inertias of an arm with seven axes whose first is vertical (Mayeda, Yoshida & Osuka 1990); five armatures, for those of the first two
-# joints cannot be told from Izz and Iyy of their bodies, which turn about these axes alone; seven viscous and seven Coulomb frictions.
+# joints cannot be distinguished from Izz and Iyy of their bodies, which turn about these axes alone; seven viscous and seven Coulomb frictions.
 claim("as_many_sums_as_published", [] if rank == len(rows) == 43 + 5 + 7 + 7 else [f"{rank}"])
 # Of 62 normal errors one is beyond 4.5 deviations in a record of 2,300 such.
 errors = [abs(float(row["identified"]) - float(row["true"])) / float(row["deviation"]) for row in rows]

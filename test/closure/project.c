@@ -352,7 +352,7 @@ static int project_cart(double x, double rate, double *size) {
 
 KT_TEST(a_dead_point_is_one_where_a_ten_thousandth_of_a_direction_is_left) {
     double size = 0.0, per_x;
-    kt_check_equal_int("1 mm beside", project_cart(1e-3, 1.5, &size), 0);
+    kt_check_equal_int("1 mm off it", project_cart(1e-3, 1.5, &size), 0);
     per_x = size / 1e-3;
     kt_check_equal_int("a little less", project_cart(0.99e-4 / per_x, 1.5, &size), 1);
     kt_check_near("size", size, 0.99e-4, 1e-10); /* 1e-6, the square of 1 mm, of it */

@@ -205,7 +205,7 @@ KT_TEST(drives_agree_at_the_crest_of_a_sine) {
         if (linkage_compile(&l)) {
             kt_check_equal_int("at the crest", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), KT_OK);
             kt_check_equal_int("projected", kt_state_project(l.model, l.data, 0.0, l.q, l.v, NULL, &e), KT_OK);
-            kt_check_equal_int("beside it", kt_state_project(l.model, l.data, 1e-3, l.q, l.v, NULL, &e),
+            kt_check_equal_int("next to it", kt_state_project(l.model, l.data, 1e-3, l.q, l.v, NULL, &e),
                                KT_ERROR_CONSTRAINT);
         }
         linkage_free(&l);

@@ -25,7 +25,7 @@ static const char *find(void) {
     return kt_bundled_find(folder, sizeof folder) ? folder : "none";
 }
 
-/* Nothing lies beside this program; its source tree is ./source, and its scenes are installed in ./installed. */
+/* Nothing lies next to this program; its source tree is ./source, and its scenes are installed in ./installed. */
 KT_TEST(scenes_are_found_in_the_source_tree_where_they_were_installed_or_where_told) {
     char directory[] = "/tmp/kinetree-bundled-XXXXXX";
     if (!kt_check_true("a folder of its own", mkdtemp(directory) != NULL && chdir(directory) == 0))

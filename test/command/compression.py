@@ -35,7 +35,7 @@ def run(text, name, *more):
     return done, json.loads((folder / f"{name}.json").read_text())
 
 
-# From rest beside the top it pushes with m g sin at once; below the level of its centre it pulls, with 3 m g sin less what
+# From rest next to the top it pushes with m g sin at once; below the level of its centre it pulls, with 3 m g sin less what
 # it began with, sin the height over the length.
 done, summary = run(BALL.replace("X", "0.8").replace("Y", "0.6").replace("V", "0"), "over")
 says = [line for line in done.stderr.splitlines() if "pushes" in line]

@@ -198,7 +198,7 @@ KT_TEST(scene_without_freedoms_is_said_to_have_no_modes) {
                       "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
 }
 
-/* -7 +- 5.657i of Baumgarte's gains 7 and 9 beside the pendulum's +- 3.132i; zeros of force projection. */
+/* -7 +- 5.657i of Baumgarte's gains 7 and 9 next to the pendulum's +- 3.132i; zeros of force projection. */
 KT_TEST(modes_of_a_formulation_show_what_it_adds) {
     const kt_ran ran =
         kt_shell("$K modes " KT_SCENES "/point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9");

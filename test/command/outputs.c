@@ -1,4 +1,4 @@
-/* Results are written beside their names and moved there when they are whole, or when a run has failed and nothing is
+/* Results are written next to their names and moved there when they are whole, or when a run has failed and nothing is
  * there: what was there before is lost to no run that fails, and no result lands on another or on what it is made from.
  */
 #define _XOPEN_SOURCE 700

@@ -48,7 +48,7 @@ KT_TEST(ends_of_loops_exist) {
                  "between[0].at[1] is nan; give a finite number");
     REFUSES_LOOP(ROD, l->between[1].at.z = 1e200, 1, "between", "loop 'rod'",
                  "between[1].at[2] is 1e+200, and the equations would overflow; magnitudes end at 1e+50");
-    PASSES_LOOP("at beside a marker", CLOSE, l->between[1].at.x = nan_value);
+    PASSES_LOOP("at, next to a marker", CLOSE, l->between[1].at.x = nan_value);
 }
 
 KT_TEST(rotations_of_ends_are_checked) {

@@ -227,7 +227,7 @@ KT_TEST(a_mechanism_that_starts_at_a_singular_position_is_accepted) {
     accepted(&tree, "gimbals in lock");
 }
 
-/* Small beside the rest, but there: 1e-10 of what turns about the same axis, 1e-12 of the mass that hangs on it. */
+/* Small next to the rest, but there: 1e-10 of what turns about the same axis, 1e-12 of the mass that hangs on it. */
 KT_TEST(small_inertias_are_inertias) {
     kt_tree tree = {.count = 0};
     load(add(&tree, "ship", KT_JOINT_FREE, ez), 1e6, ex, 1e7);

@@ -1,4 +1,4 @@
-/* Faults that only the whole mechanism shows: told all at once, and beside other faults. */
+/* Faults that only the whole mechanism shows: told all at once, and together with other faults. */
 #include "check.h"
 #include "interpose.h"
 #include "string_up.h"
@@ -72,7 +72,7 @@ KT_TEST(all_freedoms_without_inertia_are_told_at_once) {
     check_told("none is left", &tree.description, "", "");
 }
 
-/* Beside other faults: what they leave open is not told. */
+/* Together with other faults: what they leave open is not told. */
 KT_TEST(freedoms_without_inertia_are_told_beside_other_faults) {
     kt_tree tree;
     grow_four(&tree);

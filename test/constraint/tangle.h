@@ -44,7 +44,7 @@ typedef struct tangle {
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
 void tangle_free(tangle *g);
 
-/* Adds to one that no loop drives a body beside one on a revolute joint in a loop, and a rod between equal arms of
+/* Adds to one that no loop drives a body next to one on a revolute joint in a loop, and a rod between equal arms of
  * both, which is `off` (radians) from its dead centre where the mechanism stands, and if `braced` a second one, at
  * right angles: redundant everywhere, as both bodies turn as one. Compiles the mechanism again, with its state as the
  * initial one; false if it has no such body. */
@@ -74,7 +74,7 @@ int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double
 double tangle_reach(const tangle *g, bool mass);
 
 /* Whether the accelerations that were asked for last are those of a state so near to a singular position that they came
- * from states beside it: to h^6 and not to rounding, which is another test's. */
+ * from neighbouring states: to h^6 and not to rounding, which is another test's. */
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data);
 
 #endif

@@ -303,7 +303,7 @@ KT_TEST(torques_of_a_five_bar_are_those_of_the_closed_form_also_with_a_third_mot
             compare_forward(l.model, l.data, &m, three, torque, 1e-14);
             kt_check_near("third torque", torque[2], up / down, 1e-14);
             for (int i = 0; i < 2; i++)
-                kt_check_near("torque beside it", torque[i], p.leg[i].torque - c[i] * up / down, 1e-14);
+                kt_check_near("torque next to it", torque[i], p.leg[i].torque - c[i] * up / down, 1e-14);
         }
         linkage_free(&l);
     }

@@ -1,4 +1,4 @@
-/* Reciprocal condition numbers that stand beside results: of a slider-crank near its dead point against its geometry,
+/* Reciprocal condition numbers that come with results: of a slider-crank near its dead point against its geometry,
  * of feet that a loop holds, and of arms near their stretched position; and what is singular is refused.
  *
  * Slider-crank, crank r at the angle a from the line of the slider, rod l at the angle a + b, r sin a + l sin(a + b) = 0.

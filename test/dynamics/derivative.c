@@ -331,7 +331,7 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     kt_check_equal_bits("outputs", out, before, 3 * 4);
 }
 
-/* Where all joints are fixed there is nothing to tell, and nothing to write: neither numbers nor beside the memory. */
+/* Where all joints are fixed there is nothing to tell, and nothing to write: neither numbers nor outside the memory. */
 KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
     enum { AROUND = 8192 };
     kt_tree tree;

@@ -242,16 +242,16 @@ KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
     const double before[3] = {1.0, 2.0, 3.0}, tau[3] = {1.0, 0.0, 0.0}, quarter = acos(0.0);
     if (!grow_gimbals(&tree))
         return;
-    const double at[3] = {0.4, quarter, 0.9}, beside[3] = {0.4, quarter - 1e-4, 0.0};
+    const double at[3] = {0.4, quarter, 0.9}, near[3] = {0.4, quarter - 1e-4, 0.0};
     kt_check_equal_int("status", kt_dynamics_forward(tree.model, tree.data, at, NULL, tau, NULL, a, &error),
                        KT_ERROR_SINGULAR);
     kt_check_text("where", error.where, "joint 'outer'");
     kt_check_contains("message", error.message, "no inertia along one of its degrees of freedom at this position");
     kt_check_equal_bits("accelerations", a, before, 3);
-    kt_check_equal_int("beside it", kt_dynamics_forward(tree.model, tree.data, beside, NULL, tau, NULL, a, &error),
+    kt_check_equal_int("next to it", kt_dynamics_forward(tree.model, tree.data, near, NULL, tau, NULL, a, &error),
                        KT_OK);
     const double c = sin(1e-4); /* the ring and the wheel turn together: 0.15 cos^2 about z */
-    kt_check_near("acceleration beside it", a[0] * c * c * 0.15, 1.0, 1e-7);
+    kt_check_near("acceleration next to it", a[0] * c * c * 0.15, 1.0, 1e-7);
     kt_tree_free(&tree);
 }
 

@@ -1,4 +1,4 @@
-/* What the planar recursions refuse, alone and beside spatial ones, in the words of the others; and that nothing is
+/* What the planar recursions refuse, alone and next to spatial ones, in the words of the others; and that nothing is
  * touched then. */
 #include "tree.h"
 
@@ -97,7 +97,7 @@ KT_TEST(motions_in_planes_that_overflow_are_refused) {
     }
 }
 
-/* The spatial part's fault, beside a plane where all is well. */
+/* The spatial part's fault, next to a plane where all is well. */
 KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_refused) {
     kt_tree tree;
     if (!grow(&tree, true, 1.0))

@@ -116,8 +116,7 @@ KT_TEST(stops_push_back_continuously) {
     kt_check_equal_int("forces that pull, or are too large", wrong, 0);
     kt_check_near("between the stops", kind->joint_force(&r, NULL, 0.4, 5.0, 0.0, NULL), 0.0, 0.0);
     kt_check_near("far inside", kind->joint_force(&r, NULL, 100.5, 0.3, 0.0, NULL), -1e5 - 6.0, 6.0 * 6.0 / 1e5);
-    kt_check_near("and on the way back", kind->joint_force(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0,
-                  6.0 * 6.0 / 1e5);
+    kt_check_near("and in return", kind->joint_force(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0, 6.0 * 6.0 / 1e5);
 }
 
 /* As without limit up to nine tenths of it, the limit from eleven tenths on, half of a tenth of the way less where the

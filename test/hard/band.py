@@ -58,7 +58,7 @@ def rod(name, length, angle, at=None, parent=None, mass=1.0, velocity=0.0, along
 
 
 def scene(bodies, loops, hold=(), effects=(), gravity=(0, -9.81, 0), driven=False):
-    """The account of what a drive supplies is a quadrature over steps: a pendulum beside the drive sees to it that there are some."""
+    """The account of what a drive supplies is a quadrature over steps: a pendulum next to the drive sees to it that there are some."""
     if driven:
         bodies = [*bodies, rod("clock", 0.1, -1.0, at=[0, 5, 0], mass=0.1)]
     s = {"kinetree": 1, "gravity": list(gravity), "bodies": bodies, "loops": loops, "initial": {"hold": list(hold)}}

@@ -1,7 +1,7 @@
 /* Hard cases: mechanisms on which engines break, each with what is measured and how large it may be.
  *
  * A case is a row of a table (kt_hard_at). The tests run it and hold it to its bounds; bench/hard prints it, in its
- * full length, beside what other engines make of the same mechanism. Nothing here knows of the tests.
+ * full length, and what other engines make of the same mechanism. Nothing here knows of the tests.
  */
 #ifndef KT_TEST_HARD_H
 #define KT_TEST_HARD_H

@@ -53,7 +53,7 @@ static const kt_hard_motion in_space = {.scene = "four-bar",
 
 /* ---- the particle ------------------------------------------------------------------------------------------------ */
 
-/* Its place against the pendulum's; the start is at rest beside the centre, or moving below it. */
+/* Its place against the pendulum's; the start is at rest next to the centre, or moving below it. */
 static void watch_particle(kt_hard_watch *w, const kt_hard_view *view) {
     const kt_vec3 p = view->pose[1].position, v = view->twist[1].linear;
     if (w->count == 0)
@@ -74,9 +74,9 @@ static bool start_below(kt_hard *h) {
 #define PARTICLE                                                                                                       \
     .scene = "particle", .duration = 10.0, .integrator = "rk4", .step = 1e-3, .interval = 0.01, .rank = 1,             \
     .watch = watch_particle, .alone = true
-static const kt_hard_motion beside = {PARTICLE, .reduction = KT_REDUCTION_PARTITION};
+static const kt_hard_motion near_centre = {PARTICLE, .reduction = KT_REDUCTION_PARTITION};
 static const kt_hard_motion below = {PARTICLE, .reduction = KT_REDUCTION_PARTITION, .change = start_below};
-static const kt_hard_motion beside_qr = {PARTICLE};
+static const kt_hard_motion near_centre_qr = {PARTICLE};
 static const kt_hard_motion below_qr = {PARTICLE, .change = start_below};
 
 /* ---- a million steps --------------------------------------------------------------------------------------------- */
@@ -135,8 +135,8 @@ const kt_hard_case kt_hard_loops[] = {
      .why = "three of the five equations of a hinge say nothing in the plane, and nobody tells the engine",
      .measures = {{"energy", "of the kinetic", 8e-8}, {"gap", "m, rad", 1e-12}}},
     {.number = 4,
-     .name = "partition, beside the centre",
-     .motion = &beside,
+     .name = "partition, next to the centre",
+     .motion = &near_centre,
      .why = "x cannot be the coordinate that is kept there: it does not move",
      .measures = {{"off the exact motion", "m", 4e-10}, {"off the circle", "m", 1e-15}}},
     {.number = 4,
@@ -145,8 +145,8 @@ const kt_hard_case kt_hard_loops[] = {
      .why = "y cannot be kept there, and x not a quarter of a turn later",
      .measures = {{"off the exact motion", "m", 5e-10}, {"off the circle", "m", 1e-15}}},
     {.number = 4,
-     .name = "QR, beside the centre",
-     .motion = &beside_qr,
+     .name = "QR, next to the centre",
+     .motion = &near_centre_qr,
      .why = "the same, reduced without a choice of coordinates",
      .measures = {{"off the exact motion", "m", 4e-10}, {"off the circle", "m", 1e-15}}},
     {.number = 4,

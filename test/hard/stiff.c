@@ -1,4 +1,4 @@
-/* Kinds 9 and 10: what is fast beside what is slow.
+/* Kinds 9 and 10: what is fast next to what is slow.
  *
  * Two blocks in a row, the second on the first: masses M, m, springs K, k, u = place of the first, s = of the second on
  * it: (M + m) u'' + m s'' = -K u, m (u'' + s'') = -k s. In modes u = A cos(w t + ...), s = rho u with
@@ -159,13 +159,13 @@ const kt_hard_case kt_hard_stiff[] = {
      .name = "flyball governor",
      .motion = &governor,
      .run = run_governor,
-     .why = "springs with dampers decay at 8117 /s beside a motion of seconds: stability, not accuracy, sets the step",
+     .why = "springs with dampers decay at 8117 /s next to a motion of seconds: stability, not accuracy, sets the step",
      .measures = {{"energy's balance, adaptive", "of the kinetic", 9e-12}, {"step beyond the limit: claims", "", 0.0}}},
     {.number = 9,
      .name = "spring of 1e9 N/m in a chain",
      .motion = &spring,
      .run = run_spring,
-     .why = "1e5 rad/s beside 3 rad/s",
+     .why = "1e5 rad/s next to 3 rad/s",
      .measures = {{"energy's balance, adaptive", "of the kinetic", 5e-12}, {"step beyond the limit: claims", "", 0.0}}},
     {.number = 10,
      .name = "frequencies 1e4 apart",

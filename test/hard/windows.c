@@ -225,6 +225,6 @@ const kt_hard_case kt_hard_windows[] = {
     {.number = 3,
      .name = "slider-crank, dead points",
      .motion = &slider,
-     .why = "at both dead points the piston cannot tell which way the crank goes on",
+     .why = "at both dead points the piston does not decide which way the crank goes on",
      .measures = {{"piston off its branch", "m", 8e-15}, {"energy", "of the kinetic", 1.5e-11}, {"gap", "m", 5e-14}}},
     {.name = NULL}};

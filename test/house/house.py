@@ -71,7 +71,7 @@ def direction_problems(root, sources):
 
 
 def unbuilt(root, folder, pattern):
-    """Sources that no meson.build beside or above them names: they would be forgotten in silence."""
+    """Sources that no meson.build next to or above them names: they would be forgotten in silence."""
     for path in sorted((root / folder).rglob(pattern)):
         builds = [parent / "meson.build" for parent in path.parents if parent.is_relative_to(root / folder)]
         names = (path.relative_to(build.parent).as_posix() for build in builds)

@@ -1,4 +1,5 @@
-"""How many parameters functions inside the library have: what belongs together travels as a struct (kt_dynamic_state).
+"""How many parameters functions inside the library, and those of programs, have: what belongs together travels as a
+struct (kt_dynamic_state).
 
 parameters.py SOURCE-ROOT
 
@@ -47,12 +48,12 @@ def functions_of(text):
 def main():
     root = pathlib.Path(sys.argv[1])
     public = {name for path in (root / "include/kinetree").glob("*.h") for _, name, _ in functions_of(code_of(path.read_text()))}
-    found = [(path.relative_to(root).as_posix(), *function) for path in sorted((root / "lib").rglob("*.[ch]"))
-             for function in functions_of(code_of(path.read_text()))]
+    found = [(path.relative_to(root).as_posix(), *function) for folder in ("lib", "apps", "bench")
+             for path in sorted((root / folder).rglob("*.[ch]")) for function in functions_of(code_of(path.read_text()))]
     inside = [one for one in found if one[2] not in public and one[0] != LAPACK]
     note(f"{len(public)} public functions, {len(inside)} inside, of which {sum(one[3] == MOST for one in inside)} have {MOST} parameters")
     claim("there_are_functions", [] if len(inside) > 4000 and len(public) > 300 else [f"{len(inside)}, {len(public)}"])
-    claim(f"functions_inside_the_library_have_at_most_{MOST}_parameters",
+    claim(f"functions_have_at_most_{MOST}_parameters",
           [f"{path}:{line}: {name}: {count}" for path, line, name, count in inside if count > MOST])
     made = code_of("void f(int a, const kt_model *b, double c[3], size_t d, bool e, void (*f)(int, int), /* , */ int g,\\\n int h, int i);\n"
                    "bool (*g)(int a, int b); f(a, b, c, d, e, g, h, i, j);")

@@ -5,6 +5,9 @@ words.py SOURCE-ROOT
 CODE are identifiers, or parts of identifiers between underscores, that no code has; comments and texts are not read for
 them, since many are good English there. TEXT are phrases that stand nowhere: not in code, comments, messages or pages.
 Each line says what stands in its place. Where a word is the field's own for something else, its files are named.
+
+Words that mean something else in many files are not asked, since a list of these would say nothing: turn (2 pi), group,
+place, far, whole, base, held, kept, seen, share, close, cross (product), show.
 """
 import pathlib
 import re
@@ -43,6 +46,32 @@ CODE = [
     ("come_nearer", "nearest_on_manifold", ()),
     ("bearer", "force frame", ()),
     ("wish", "options", ()),
+    ("freedoms?", "dof", ()),
+    ("slide", "prismatic", ("lib/dynamics/aba_inverse_passes.c", "lib/dynamics/inertia_check.c", "lib/control/frame.c", "lib/compile/planar.c")),
+    ("helix", "screw", ("lib/scene/form.c", "lib/loop/curve.c", "lib/picture/stroke.c", "include/kinetree/description.h")),  # a curve
+    ("ball", "spherical", ("lib/export/mjcf.c", "lib/import/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
+    ("node", "constraint group",  # of a text; of the recursion over degrees of freedom; of glTF
+     ("lib/scene/", "lib/dynamics/", "lib/derivative/effect_", "lib/mechanism/effects.h", "lib/mechanism/singular_crossing.c", "lib/loop/", "lib/simulation/", "apps/kinetree/view/")),
+    ("chart", "independent coordinates", ("apps/kinetree/subcommands/", "apps/kinetree/plot/")),  # a picture
+    ("drive", "wrench, joint_force", ()),
+    ("pushes", "inputs", ()),
+    ("way", "path, support, direction", ()),
+    ("ways?_(?:out|back)", "forward_pass, backward_pass", ()),
+    ("tangent", "dual number, complex step", ("lib/sensitivity/", "lib/simulation/", "lib/study/")),  # of a step's map
+    ("kt_(?:root|raise|angle)", "kt_sqrt, kt_pow, kt_atan2", ()),
+    ("face", "user_model", ("lib/mesh/", "lib/picture/", "apps/kinetree/draw/", "apps/kinetree/subcommands/draw.c", "apps/kinetree/plot/")),
+    ("tells?", "report", ("lib/scene/vary.c", "apps/notes/")),
+    ("see", "sync", ()),
+    ("told", "known, reported", ("apps/embed/identify_arm.c",)),
+    ("carry", "parent_coupling, propagate", ("lib/constraint/planar_gradient.c", "lib/dynamics/body.c", "lib/dynamics/total.c")),
+    ("solved", "has_special_form", ("lib/linear/lemke.h", "lib/analysis/floquet.c", "lib/study/dae")),
+    ("spread", "expand_basis", ("lib/import/sdf_tree.c", "lib/batch/lanes.c", "lib/study/", "include/kinetree/study.h", "apps/")),
+    ("passed", "delayed", ("lib/integrator/step.c",)),
+    ("go", "line_search", ()),
+    ("go_down", "backward_pass", ()),
+    ("gives?_way", "damped_step, is_compliant", ()),
+    ("push_velocities", "project_velocities", ()),
+    ("beside", "near, next to", ()),
 ]
 TEXT = [
     (r"compare[-_]sets", "--formulations", ("apps/kinetree/text/arguments.c", "test/command/accuracy_formulations.c")),
@@ -50,7 +79,13 @@ TEXT = [
     (r"callback cannot tell", "cannot compute", ()),
     (r"cannot be had", "cannot be computed", ("include/pages/contributing.md",)),
     (r"is told in", "is described in", ()),
-    (r"gives way", "is compliant", ()),
+    (r"\btold (?:from|about)\b", "expressed about, in", ("include/pages/contributing.md",)),
+    (r"\bgives? way", "is compliant; damped step", ("include/pages/contributing.md",)),
+    (r"\b[Bb]eside\b", "next to, neighbouring, compared with", ("include/pages/contributing.md",)),
+    (r"\bat one go\b", "at once", ()),
+    (r"\bway[ _](?:out|back)\b", "forward pass, backward pass", ("include/pages/contributing.md",)),
+    (r"\bbearers?\b", "force frame", ("include/pages/contributing.md",)),
+    (r"\bcannot tell\b", "cannot compute, does not know", ()),
     (r"open links?\b", "active link", ("include/pages/contributing.md",)),
     (r"KT_BY_LEVEL|model->level", "isa", ()),
     (r"KT_REQUIRE\b", "KT_IS_MISSING", ()),

@@ -22,7 +22,7 @@ static int count_notes(const kt_scene *scene, const char *words) {
 #define SDF(within) "<sdf version='1.9'><model name='m'><link name='a'>" within "</link></model></sdf>"
 #define SDF_BALL "<geometry><sphere><radius>2</radius></sphere></geometry>"
 
-/* Visuals: a box and a ball; collisions: a ball that is not seen beside them. */
+/* Visuals: a box and a ball; collisions: a ball that is not seen with them. */
 KT_TEST(all_visuals_are_seen_and_collisions_only_without_them) {
     static const struct {
         const char *text;
@@ -186,7 +186,7 @@ KT_TEST(meshes_are_found_by_package_model_and_search_path) {
         {"package://arm/meshes/a.stl", 0, 0},
         {"model://arm/meshes/a.stl", 0, 0},
         {"package://hand/c.stl", -1, 2},
-        {"package://else/d.stl", 3, 3}, /* beside the robot's package; by the search path the package itself */
+        {"package://else/d.stl", 3, 3}, /* next to the robot's package; by the search path the package itself */
         {"package://arm/none.stl", -1, -1},
         {"package://", -1, -1},
         {"d.stl", -1, 3},

@@ -190,7 +190,7 @@ KT_TEST(root_is_the_world_or_fixed_or_free) {
     if (parse_right("<robot name='r'><link name='world'/><link name='b'>" MASS "</link><joint name='j' type='fixed'>"
                     "<parent link='world'/><child link='b'/></joint></robot>",
                     NULL, &scene)) {
-        kt_check_equal_int("bodies beside the world", scene.description.body_count, 1);
+        kt_check_equal_int("bodies besides the world", scene.description.body_count, 1);
         kt_check_true("on the world", find_body(&scene, "b")->parent == NULL);
         kt_scene_free(&scene);
     }

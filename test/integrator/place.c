@@ -237,7 +237,7 @@ static int onto_circle(double t, double *y, bool *changed, void *user) {
     return 0;
 }
 
-/* At every step a fresh integrator takes over, with or without the previous state, and the old one goes on beside it.
+/* At every step a fresh integrator takes over, with or without the previous state, and the old one goes on, too.
  */
 static void check_restore(const kt_method *m, const kt_integrator_options *options, bool with_previous) {
     kt_error error;

@@ -56,7 +56,7 @@ static double decays_worst(kt_integrator *it) {
 
 /* ---- accuracy ---------------------------------------------------------------------------------------------------- */
 
-/* problem_chirp, nonlinear and not autonomous, beside a decay at rest that asks for many stages. */
+/* problem_chirp, nonlinear and not autonomous, next to a decay at rest that asks for many stages. */
 static int chirp_and_decay(double t, const double *y, double *dydt, void *user) {
     (void)problem_chirp.rhs(t, y, dydt, user);
     dydt[4] = -3e4 * y[4];

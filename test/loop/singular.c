@@ -65,7 +65,7 @@ KT_TEST(opposite_axes_are_half_a_turn_apart) {
         const kt_loop_record loop = {.type = KT_LOOP_COAXIAL};
         aligned(&random, n % 2 ? 1.0 : -1.0, n % 2 ? -1.0 : 1.0, -1.0, end);
         (void)kt_loop_kinds_baseline[KT_LOOP_COAXIAL]->evaluate(&loop, NULL, end, 0.0, rows);
-        /* e_x is the way out: the error is about e_y. Slopes are those of the clearance. */
+        /* e_x leads out: the error is about e_y. Slopes are those of the clearance. */
         const double slant = cos(0.25 * (3.141592653589793 - asin(CLEARANCE)));
         kt_worst_near(&size, rows[0].residual, 0.0, 8.0 * EPS / CLEARANCE, "%d: e_x", n);
         kt_worst_near(&size, rows[1].residual, 4.0, 8.0 * EPS, "%d: e_y", n);

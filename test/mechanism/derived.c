@@ -129,7 +129,7 @@ KT_TEST(derivatives_that_cannot_be_had_are_refused) {
         KT_ERROR_MEMORY);
     kt_check_contains("message", e.message, "kt_acceleration_work_size");
     refuse_derivatives(&l, KT_ERROR_EFFECT, "effects[0] (custom) on joint 'bar'",
-                       "its callback cannot compute its force here (code 2)"); /* beside the state */
+                       "its callback cannot compute its force here (code 2)"); /* at a neighbouring state */
     linkage_free(&l);
 
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
@@ -255,7 +255,7 @@ KT_TEST(group_beside_a_singular_one_moves_as_it_does_alone) {
         kt_check_equal_int("groups", kt_loop_group_count(l.model), 2);
         for (int k = 0; k < 3; k++) {
             const int at = kt_body_coordinates(l.model, kt_body_find(l.model, alone.body[k].name)).v;
-            kt_check_near("beside", a[at], expected[k], 1e-14 * fabs(expected[k]));
+            kt_check_near("next to it", a[at], expected[k], 1e-14 * fabs(expected[k]));
             char name[16];
             (void)snprintf(name, sizeof name, "crank%d", k);
             const int crank = kt_body_coordinates(l.model, kt_body_find(l.model, name)).v;

@@ -283,7 +283,7 @@ static void drive_at(const double c[4], double t, double *angle, double *rate, d
     *acceleration = 2.0 * c[2] + 6.0 * c[3] * t;
 }
 
-/* The same with a drive that accelerates: the rocker does as the crank, flat or nearly so. The states beside are those
+/* The same with a drive that accelerates: the rocker does as the crank, flat or nearly so. The neighbouring states are those
  * of the motion only where the drive goes along with them. */
 KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
     static linkage l;
@@ -317,7 +317,7 @@ KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
     kt_check_worst(&worst);
 }
 
-/* What is beside the loops, however fast, changes nothing in how they cross. */
+/* What is outside the loops, however fast, changes nothing in how they cross. */
 KT_TEST(fast_rotor_beside_does_not_disturb_a_crossing) {
     static linkage l;
     double a[LINKAGE_BODIES], alone[LINKAGE_BODIES];

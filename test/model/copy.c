@@ -76,7 +76,7 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
     }
     for (size_t k = 0; k < GUARD; k++)
         touched += (second[k] != 0xAB) + (second[GUARD + size + k] != 0xAB);
-    kt_check_equal_int("bytes touched beside it", touched, 0);
+    kt_check_equal_int("bytes touched next to it", touched, 0);
     memcpy(model, kept, size);
     free(kept);
     kt_model_free(again); /* nothing */

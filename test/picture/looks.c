@@ -134,7 +134,7 @@ KT_TEST(meshes_take_the_place_of_balls_and_rods_and_lost_ones_are_counted) {
         kt_check_equal_int("meshes", p->solids[i].mesh != NULL, p->solids[i].body == 1);
     }
     kt_check_equal_int("the mesh alone", of[0], 1);
-    kt_check_equal_int("nothing beside it", of[1], 0);
+    kt_check_equal_int("nothing next to it", of[1], 0);
     kt_check_above("a ball without it", of[2], 0.5);
     if (p != NULL) {
         kt_check_equal_int("lost", p->lost_meshes, 2);

@@ -151,7 +151,7 @@ def stiff_chain(rods):
 
 
 def ratio(text, function):
-    """What a function costs beside an evaluation of accelerations."""
+    """What a function costs next to an evaluation of accelerations."""
     what = function.removeprefix("kt_").removesuffix("_evaluate")
     cost, evaluation = (counted(text, function=f, what=what).instructions for f in (function, EVALUATE))
     note(f"{function}: {cost} instructions, an evaluation {evaluation}, {cost / evaluation:.2f}")

@@ -425,8 +425,9 @@ static void compare_derivatives(const tangle *g, const tangle_system *s, const f
         const double h = (k % 2 ? -step : step) * (k / 2 + 1);
         for (int i = 0; i < nv; i++)
             v[i] = g->v[i] + h * sin(1.0 + i);
-        fine = kt_tree_fine(
-            "beside", kt_acceleration_evaluate(few->model, few->data, g->t, g->q, v, g->tau, g->external, a, &e), &e);
+        fine = kt_tree_fine("neighbouring state",
+                            kt_acceleration_evaluate(few->model, few->data, g->t, g->q, v, g->tau, g->external, a, &e),
+                            &e);
         for (int i = 0; i < nv; i++)
             by[i] += (k % 2 ? -1.0 : 1.0) * weight[k / 2] * a[i] / step;
     }

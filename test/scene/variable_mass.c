@@ -120,7 +120,7 @@ KT_TEST(chain_slides_off_its_table) {
     kt_check_near("v, m/s", last.v[0], 0.1 * k * sinh(0.8 * k), 1e-11);
 }
 
-/* ---- equations integrated beside --------------------------------------------------------------------------------- */
+/* ---- the same equations, integrated by a file of their own -------------------------------------------------------- */
 
 /* Classical Runge-Kutta steps of y' = f(t, y). */
 static void integrate(void (*f)(double t, const double *y, double *rate), int n, double *y, double end, int steps) {

@@ -145,7 +145,7 @@ KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
     check_run(run, "tolerance", "one of them above zero");
 }
 
-/* What lies below rounding, and beside it the least that does not. */
+/* What lies below rounding, and next to it the least that does not. */
 KT_TEST(runs_that_could_never_end_are_refused) {
     kt_run run = kt_run_default();
     run.duration = 5e-324;

@@ -45,7 +45,7 @@ static kt_iterations assemble(double angle, double x, double *reached) {
 }
 
 /* Near the upper dead centre the closed states are x = 3 - 3/4 angle^2 + ..., of curvature 3/2: seen from the centre of
- * curvature, 2/3 below, all of them are equally near but for terms of fourth order. A state 1e-6 beside it is nearest
+ * curvature, 2/3 below, all of them are equally near but for terms of fourth order. A state 1e-6 off it is nearest
  * to angle (1e-6 / (4 0.708))^(1/3), 7e-3, and the way there is as flat as 1e-6. */
 KT_TEST(assembly_that_ends_at_its_cap_is_told) {
     double angle = 0.0;

@@ -314,7 +314,7 @@ KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
     kt_model_free(model);
 }
 
-/* Beside its kind and its method a checkpoint begins with four numbers of its model. */
+/* Next to its kind and its method a checkpoint begins with four numbers of its model. */
 KT_TEST(damaged_checkpoint_is_refused_and_changes_nothing) {
     enum { NUMBERS = 48 };
     const double mark = 0.123456789;

@@ -69,7 +69,7 @@ static int check_tumble(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Spun about its middle axis with a little beside it, it turns over and over. The quaternion keeps its norm in every
+/* Spun about its middle axis with a little across it, it turns over and over. The quaternion keeps its norm in every
  * record to rounding though the tolerance is coarse, and its scaling spoils nothing: the angular momentum in the world,
  * which the orientation enters, is kept to what the tolerance allows (five times what was measured). */
 static void tumble(const char *integrator, double tolerance, double bound) {

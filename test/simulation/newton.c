@@ -105,7 +105,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
 /* ---- own states ---------------------------------------------------------------------------------------------------- */
 
 /* A body on a ball joint with an arm, and states that read joints, a marker, time and each other; effects of all places
- * of formulas read them. With `loop` a rod beside it that is closed to the ground. */
+ * of formulas read them. With `loop` a second rod that is closed to the ground. */
 #define STATES_TREE                                                                                                    \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
     "  - {name: ball, joint: {type: spherical}, mass: 2, com: [0.3, 0.1, 0], inertia: [0.2, 0.3, 0.4]}\n"              \

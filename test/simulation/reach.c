@@ -201,7 +201,7 @@ static int drive_to_a_pole(void *user, double t, double q, double v, double *for
     return 0;
 }
 
-/* A wheel driven by a motion, which can always follow, and beside it a block with a force that has a pole. */
+/* A wheel driven by a motion, which can always follow, and next to it a block with a force that has a pole. */
 KT_TEST(driven_loop_that_can_be_closed_is_not_blamed_for_a_pole) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
     kt_loop loop = kt_loop_default();

@@ -202,7 +202,7 @@ KT_TEST(sensors_show_to_the_bit_each_part_alone) {
 KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
 
 /* Through ten singular positions of two four-bars in a row, at and next to which accelerations are those of states
- * beside: against an evaluation, and kinematics from nothing, with data of their own. */
+ * next to: against an evaluation, and kinematics from nothing, with data of their own. */
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
     static double multipliers[16];
@@ -218,7 +218,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     kt_run run = kt_run_fixed("rk4", 2e-3, 10.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
-    int beside = 0, differing = 0;
+    int near = 0, differing = 0;
     for (int k = 0; k < 5000; k++) {
         if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
             !kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error) ||
@@ -231,7 +231,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
                 kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
                 &error))
             break;
-        beside += data->interpolated;
+        near += data->interpolated;
         differing += memcmp(multipliers, record.multipliers,
                             (size_t)kt_model_mobility(model).equations * sizeof *multipliers) != 0;
         differing += memcmp(joints, record.reactions, (size_t)kt_model_body_count(model) * sizeof *joints) != 0;
@@ -243,7 +243,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
             differing += memcmp(&a, &b, sizeof a) != 0;
         }
     }
-    kt_check_above("states at singular positions", beside, 10);
+    kt_check_above("states at singular positions", near, 10);
     kt_check_equal_int("differing", differing, 0);
     kt_simulation_free(simulation);
     kt_data_free(data);

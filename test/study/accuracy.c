@@ -265,7 +265,7 @@ KT_TEST(given_reference_is_used_and_checked) {
     kt_accuracy_free(b.study);
     const double edges[] = {0.9e-5, 1.1e-5}; /* of the amplitude: from 1e-5 on it is another motion */
     for (int k = 0; k < 2; k++) {
-        if (kt_check_equal_int("beside the edge", study_with_truth(&b, edges[k] * amplitude, q, v), KT_OK)) {
+        if (kt_check_equal_int("next to the edge", study_with_truth(&b, edges[k] * amplitude, q, v), KT_OK)) {
             const kt_accuracy_results *r = kt_accuracy_get(b.study);
             kt_check_equal_int("cut", r->cut, k ? KT_ACCURACY_DISAGREEMENT : KT_ACCURACY_WHOLE);
             kt_check_near("duration", r->duration, k ? 2.5 : 5.0, 0.051);

@@ -269,8 +269,8 @@ static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3
 
 /* Tests the assembly with a length that is longer by `change` m. */
 static bool closes_longer(const kt_scene *scene, const length *l, double change) {
-    const kt_vec3 way = kt_vec3_sub(l->to, l->from);
-    const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(way), way));
+    const kt_vec3 span = kt_vec3_sub(l->to, l->from);
+    const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(span), span));
     return l->child >= 0 ? closes_with_joint_at(scene, l->child, to) : closes_with_end_at(scene, l->loop, l->end, to);
 }
 
@@ -520,9 +520,9 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
         const kt_vec3 to = kt_pose_apply(kt_pose_invert(kt_body_pose(r->model, r->data, body)), there);
         if (!closes_with_end_at(scene, loop, k, to))
             continue;
-        const kt_vec3 way = without_rounding(kt_vec3_sub(to, point_of_end(d, &ends[k])));
+        const kt_vec3 direction = without_rounding(kt_vec3_sub(to, point_of_end(d, &ends[k])));
         fprintf(stderr, "  they close if the end of loop '%s' on '%s' is moved by [%.3g, %.3g, %.3g] m in that frame\n",
-                d->loops[loop].name, body > 0 ? ends[k].body : "world", way.x, way.y, way.z);
+                d->loops[loop].name, body > 0 ? ends[k].body : "world", direction.x, direction.y, direction.z);
         found++;
     }
     return found;

@@ -32,7 +32,7 @@ static bool find_own_folder(char *folder, size_t size) {
     return true;
 }
 
-static bool find_beside_program(char *folder, size_t size) {
+static bool find_near_program(char *folder, size_t size) {
     char own[FOLDER_SIZE];
     if (!find_own_folder(own, sizeof own))
         return false;
@@ -50,14 +50,14 @@ bool kt_bundled_find(char *folder, size_t size) {
         kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
         return false;
     }
-    if (find_beside_program(folder, size))
+    if (find_near_program(folder, size))
         return true;
     for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
         snprintf(folder, size, "%s", configured[i]);
         if (is_folder(folder))
             return true;
     }
-    kt_say("demo: the bundled scenes are neither beside the program (%s) nor in %s; KINETREE_SCENES=FOLDER says where "
+    kt_say("demo: the bundled scenes are neither next to the program (%s) nor in %s; KINETREE_SCENES=FOLDER says where "
            "they are",
            KT_SCENES_FROM_PROGRAM, KT_SCENES_INSTALLED);
     return false;

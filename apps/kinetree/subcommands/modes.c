@@ -202,7 +202,7 @@ static void warn(const kt_linear_system *system, const char *state) {
 enum { NAMED = 3, NEUTRAL_NAMED = 6 };
 
 /* Returns zero if x does not exceed its error. */
-static double told(double x, double error) { return fabs(x) > error ? x : 0.0; }
+static double beyond_error(double x, double error) { return fabs(x) > error ? x : 0.0; }
 
 static void print_movers(const kt_small_motion *motion, int mode) {
     kt_mover movers[NAMED];
@@ -227,9 +227,9 @@ static void print_mode(const kt_small_motion *motion, int index, int number) {
         printf("%12.6g  ", mode.frequency);
     else
         printf("%12s  ", "-");
-    printf("%12.6g  ", told(mode.real, mode.error));
+    printf("%12.6g  ", beyond_error(mode.real, mode.error));
     if (mode.imaginary > 0.0)
-        printf("%9.4f  ", told(mode.damping, mode.error / hypot(mode.real, mode.imaginary)));
+        printf("%9.4f  ", beyond_error(mode.damping, mode.error / hypot(mode.real, mode.imaginary)));
     else
         printf("%9s  ", "-");
     print_movers(motion, index);

@@ -51,8 +51,7 @@ const kt_usage kt_usage_stability = {
         "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
         "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
         "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
-        "oscillations at any step; their limits depend on the duration. Of implicit methods the verdict stands "
-        "beside:\n"
+        "oscillations at any step; their limits depend on the duration. Of implicit methods the verdict is given:\n"
         "A-stable, where no mode that decays or oscillates grows, whatever the step; L-stable, where moreover what is\n"
         "infinitely stiff is gone after a step; otherwise the factor by which it shrinks.\n",
     .options = options,

@@ -73,9 +73,9 @@ static void put_vector(glb *g, kt_vec3 u) {
     put_float(g, u.z);
 }
 
-/* Makes what was put since `start` a view of rows of one kind. Returns its accessor. */
-static int end_view(glb *g, size_t start, int use, int component, const char *type, size_t count, bool is_normalized,
-                    json_t *low, json_t *high) {
+/* Makes what was put since `start` a view of rows of one kind; shorts are fractions. Returns its accessor. */
+static int end_view(glb *g, size_t start, int use, int component, const char *type, size_t count, json_t *low,
+                    json_t *high) {
     json_t *view = json_object(), *accessor = json_object();
     json_object_set_new(view, "buffer", json_integer(0));
     json_object_set_new(view, "byteOffset", json_integer((json_int_t)start));
@@ -86,7 +86,7 @@ static int end_view(glb *g, size_t start, int use, int component, const char *ty
     json_object_set_new(accessor, "componentType", json_integer(component));
     json_object_set_new(accessor, "count", json_integer((json_int_t)count));
     json_object_set_new(accessor, "type", json_string(type));
-    if (is_normalized)
+    if (component == SHORT)
         json_object_set_new(accessor, "normalized", json_true());
     if (low != NULL)
         json_object_set_new(accessor, "min", low);
@@ -128,22 +128,21 @@ static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
     json_t *attributes = json_object(), *primitive = json_object();
     json_object_set_new(
         attributes, "POSITION",
-        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, false, kt_json_vector(vector_of(all.low)),
+        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, kt_json_vector(vector_of(all.low)),
                               kt_json_vector(vector_of(all.high)))));
     start = g->used;
     for (size_t i = 0; i < points; i++)
         put_vector(g, mesh->normals[i]);
     json_object_set_new(attributes, "NORMAL",
-                        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, false, NULL, NULL)));
+                        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, NULL, NULL)));
     start = g->used;
     for (size_t i = 0; i < corners; i++) {
         const uint32_t corner = (uint32_t)mesh->corners[i];
         put_bytes(g, &corner, sizeof corner);
     }
     json_object_set_new(primitive, "attributes", attributes);
-    json_object_set_new(
-        primitive, "indices",
-        json_integer(end_view(g, start, FOR_TRIANGLES, UNSIGNED_INT, "SCALAR", corners, false, NULL, NULL)));
+    json_object_set_new(primitive, "indices",
+                        json_integer(end_view(g, start, FOR_TRIANGLES, UNSIGNED_INT, "SCALAR", corners, NULL, NULL)));
     json_object_set_new(primitive, "material", json_integer(material));
     return primitive;
 }
@@ -305,8 +304,7 @@ static int add_times(glb *g) {
         }
     const float first = (float)times[0], last = (float)times[g->frames[g->frame_count - 1]];
     const double low = (double)first, high = (double)last;
-    return end_view(g, start, 0, FLOAT, "SCALAR", g->frame_count, false, kt_json_numbers(&low, 1),
-                    kt_json_numbers(&high, 1));
+    return end_view(g, start, 0, FLOAT, "SCALAR", g->frame_count, kt_json_numbers(&low, 1), kt_json_numbers(&high, 1));
 }
 
 static int add_places(glb *g, size_t body) {
@@ -315,7 +313,7 @@ static int add_places(glb *g, size_t body) {
         const float *place = g->motion->places + 3 * (g->frames[i] * bodies + body);
         put_vector(g, vector_of(place));
     }
-    return end_view(g, start, 0, FLOAT, "VEC3", g->frame_count, false, NULL, NULL);
+    return end_view(g, start, 0, FLOAT, "VEC3", g->frame_count, NULL, NULL);
 }
 
 static int add_turns(glb *g, size_t body) {
@@ -325,7 +323,7 @@ static int add_turns(glb *g, size_t body) {
         for (int k = 1; k <= 4; k++)
             put_bytes(g, &q[k % 4], sizeof *q);
     }
-    return end_view(g, start, 0, SHORT, "VEC4", g->frame_count, true, NULL, NULL);
+    return end_view(g, start, 0, SHORT, "VEC4", g->frame_count, NULL, NULL);
 }
 
 static void add_channel(json_t *samplers, json_t *channels, int times, int values, int node, const char *path) {
