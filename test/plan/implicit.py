@@ -19,6 +19,9 @@ CASES = [
     ("flyball-governor", "crank-nicolson", 2.0, 2.4),
     ("flyball-governor", "radau5", 3.0, 3.0),
     ("cart-pole", "implicit-euler", 2.0, 2.0),
+    # As measured: the step itself is as cheap as one of a simulation, F at its end and the projection's derivatives are not.
+    ("arm7", "implicit-euler", 2.2, 2.3),
+    ("four-bar", "implicit-euler", 4.9, 4.9),
 ]
 
 
@@ -39,5 +42,5 @@ for (scene, method, over_simulated, over_step), c in zip(CASES, results):
     note(said)
     for what in ("derivatives", "adjoint"):
         dear += [said] if ratios[what][0] > over_simulated or ratios[what][1] > over_step else []
-claim("derivatives_of_implicit_steps_cost_at_most_what_was_asked_for", dear)
+claim("derivatives_of_implicit_steps_cost_at_most_so_many_steps", dear)
 finish()
