@@ -151,6 +151,29 @@ KT_API double *kt_own_states(const kt_model *model, kt_data *data);
 KT_API KT_CHECKED kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q,
                                                const double *v, double *rates, kt_error *error);
 
+/* ---- quasi-statics -----------------------------------------------------------------------------------------------
+ *
+ * A joint that moves no mass, but on which springs or dampers act, has no equation of motion: the forces on it are
+ * balanced at all times, r(q, v, t) = 0 [MSD 8.1]. Its velocity follows from that where a damper resists it (its position
+ * is a state of first order), its position where springs alone hold it. A simulation does this in every evaluation. In a
+ * state that is not balanced kt_acceleration_evaluate gives the force that is left in place of the acceleration of such a
+ * joint; in one that is, that is zero, and the acceleration of the joint is not computed. */
+
+/* How many velocity coordinates move no mass, 0 in most models; the k-th of them, -1 where there is none. O(1). */
+KT_API int kt_massless_count(const kt_model *model);
+KT_API int kt_massless_coordinate(const kt_model *model, int k);
+
+/* Whether velocity coordinate v takes part in the motions that move no mass: that of such a joint does, and that of a
+ * joint on it which keeps its mass where it is. Their accelerations are not computed. O(kt_massless_count). */
+KT_API bool kt_massless_moves(const kt_model *model, int v);
+
+/* Changes q and v, which are right for what has mass, along the motions that move none until the forces there are
+ * balanced, under tau (nv, or NULL) and external (as kt_acceleration_evaluate). Of a model without such coordinates they
+ * stay. Errors: KT_ERROR_SINGULAR where forces do not determine the coordinates; as kt_acceleration_evaluate; q and v are
+ * then untouched. Cost: some ten evaluations of accelerations for one coordinate, two more for each other one. */
+KT_API KT_CHECKED kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, double *q, double *v,
+                                                const double *tau, const kt_wrench *external, kt_error *error);
+
 /* ---- powers ------------------------------------------------------------------------------------------------------ */
 
 /* Powers in a motion, W: the power that effects dissipate (>= 0), and the power that is supplied by driving effects, by

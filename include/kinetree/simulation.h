@@ -350,7 +350,8 @@ KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint
 KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
 
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches that the next step will have.
- * Errors: as for a step; a is then untouched. Cost: that of kt_acceleration_evaluate; the
+ * NaN of coordinates that move without mass (kt_massless_moves), which are not computed. Errors: as for a step; a is then
+ * untouched. Cost: that of kt_acceleration_evaluate; the
  * next step does not use the result, unlike that of kt_simulation_sense. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 

@@ -98,6 +98,8 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
         status = kt_own_states_refuse(model, "kt_floquet_create",
                                       "the monodromy matrix would leave them out; integrate the motion instead", error);
     if (status == KT_OK)
+        status = kt_massless_refuse(model, "kt_floquet_create", "its steps have no derivatives", error);
+    if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;

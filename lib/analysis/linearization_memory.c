@@ -98,7 +98,12 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     if (KT_IS_MISSING(error, model, linearization))
         return KT_ERROR_ARGUMENT;
     const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
-    kt_status status = check_options(model, &settings, error);
+    kt_status status = kt_massless_refuse(model, "kt_linearization_init",
+                                          "its accelerations have no derivatives: no modes, stability limits or "
+                                          "equilibria are computed",
+                                          error);
+    if (status == KT_OK)
+        status = check_options(model, &settings, error);
     if (status != KT_OK)
         return status;
     const kt_linearization_sizes sizes = measure(model, &settings);

@@ -80,6 +80,8 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         status =
             kt_masses_refuse(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
     if (status == KT_OK)
+        status = kt_massless_refuse(model, "kt_batch_init", "a batch does not balance forces", error);
+    if (status == KT_OK)
         status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, options), error);
     if (status != KT_OK)
         return status;

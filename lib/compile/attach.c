@@ -397,6 +397,9 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     n.effect = (size_t)description->effect_count - n.effect_off;
     n.x = KT_HAS_FORMULAS ? (size_t)description->state_count : 0;
     n.planar_loop = n.planar ? n.loop : 0;
+#if KT_HAS_QUASI_STATICS
+    n.massless = (*model)->found_massless;
+#endif
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = place_arrays(NULL, NULL, &n);
     void *memory = kt_arena_allocate(bytes, "compiling loops and effects", error);

@@ -461,6 +461,9 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
 #if KT_HAS_VARIABLE_MASS
         kt_masses_attach(b.model);
 #endif
+#if KT_HAS_QUASI_STATICS
+        kt_massless_attach(b.model);
+#endif
         kt_model_seal(b.model);
         *model = b.model;
     } else {

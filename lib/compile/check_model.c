@@ -59,7 +59,7 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
     if (status != KT_ERROR_MEMORY && !o.unknown) {
         kt_description sound = *description;
         sound.gravity = kt_vec3_make(0.0, 0.0, 0.0);
-        sound.effect_count = sound.hold_count = 0;
+        sound.hold_count = 0;
         sound.bodies = o.bodies ? o.bodies : description->bodies;
         status = kt_model_try(&sound, report, user, error);
     } else if (status == KT_ERROR_MODEL) {

@@ -39,6 +39,10 @@ static kt_status compile_one(const kt_description *description, const kt_model_o
     kt_status status = kt_model_build(description, options, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
+#if KT_HAS_QUASI_STATICS
+    if (status == KT_OK && tree->n.massless)
+        status = kt_massless_find(tree, description, error);
+#endif
     if (status == KT_OK && KT_HAS_LOOPS)
         status = kt_delassus_check_accuracy(tree, error);
     if (status == KT_OK)

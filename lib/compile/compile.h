@@ -31,8 +31,9 @@ static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == K
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */
 kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
 
-/* Reports the faults that only the whole tree shows, in the order of the description; report may be NULL. */
-kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
+/* Reports the faults that only the whole tree shows, in the order of the description; report may be NULL. Joints without
+ * inertia on which effects act are none: they are given an armature of 1 and counted (massless.c). */
+kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error);
 
 /* Checks an own state of the checker's description. */
@@ -77,6 +78,15 @@ void kt_fronts_find_delays(kt_model *model);
 
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
+
+#if KT_HAS_QUASI_STATICS
+/* massless.c: whether effects act on what a link carries; gives the coordinates of a link that move no mass an armature
+ * of 1; and finds, in a complete model, the motions of these that move no mass. Errors of the last: KT_ERROR_MODEL where
+ * there are none, or no force holds them, naming the body; KT_ERROR_MEMORY. */
+bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
+void kt_massless_mark(kt_model *tree, size_t link);
+KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);
+#endif
 
 /* pose.c: computes the poses of all links in the world at q, and for these poses their twists (world axes, of the
  * links' origins). */

@@ -5,7 +5,8 @@
  * computed. Links are judged from the tips of the tree to the ground. A link that carries a link without inertia is not
  * judged: the inertia of the latter may be all that is missing there. A link that carries an end of a loop is not
  * judged either: the loop may constrain or drive it, and an inertia that is then still missing is found when the
- * mechanism moves.
+ * mechanism moves. A link without inertia on which effects act follows from the balance of their forces (massless.c):
+ * it is given armature, and the tree is judged again.
  */
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"
@@ -86,8 +87,10 @@ static void end(trial *t) {
     free(t->q);
 }
 
-static void find_faulty(trial *t, const kt_model *m, const kt_description *d) {
+/* Judges the tree at all positions. */
+static void judge(trial *t, const kt_model *m, const kt_description *d) {
     size_t found = 1;
+    memset(t->moves, 0, 2 * m->n.link * sizeof *t->moves);
     for (int variant = 0; variant < VARIANTS && found; variant++) {
         if (variant > 0)
             generic_positions(m, variant - 1, t->q);
@@ -99,6 +102,27 @@ static void find_faulty(trial *t, const kt_model *m, const kt_description *d) {
             t->still[i] |= t->verdict[i] == KT_INERTIA_NONE;
         }
     }
+}
+
+/* Gives armature to the links that have no inertia and follow from the balance of forces; whether there are some. */
+static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) {
+    bool any = false;
+#if KT_HAS_QUASI_STATICS
+    for (size_t i = 1; i < m->n.link; i++)
+        if (t->still[i] && !t->moves[i] && kt_massless_is_carried(m, d, i)) {
+            kt_massless_mark(m, i);
+            any = true;
+        }
+#else
+    (void)t, (void)m, (void)d;
+#endif
+    return any;
+}
+
+static void find_faulty(trial *t, kt_model *m, const kt_description *d) {
+    do
+        judge(t, m, d);
+    while (mark_massless(t, m, d));
     for (size_t i = 1; i < m->n.link; i++)
         if (t->still[i] && !t->moves[i])
             t->faulty[m->body[m->link[i].body].source] = true;
@@ -134,7 +158,7 @@ static void report_rigid(reporter *t, const kt_loop *loop, int index) {
 
 /* ---- both checks ------------------------------------------------------------------------------------------------- */
 
-kt_status kt_tree_check(const kt_model *tree, const kt_description *description, kt_report *report, void *user,
+kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error) {
     reporter t = {.report = report, .user = user, .first = {.code = KT_OK}};
     trial try;

@@ -254,7 +254,8 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
         memcpy(values, (const double[]){j->xx, j->yy, j->zz, j->xy, j->xz, j->yz}, 6 * sizeof *values);
         break;
     case KT_PARAMETER_ARMATURE:
-        memcpy(values, model->armature + body->v, (size_t)parameter->count * sizeof *values);
+        for (int k = 0; k < parameter->count; k++)
+            values[k] = kt_is_massless(model, (size_t)(body->v + k)) ? 0.0 : model->armature[body->v + k];
         break;
     case KT_PARAMETER_HOLD:
         values[0] = 0.0;
@@ -348,6 +349,12 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
                                 "the mass of body '%.100s' is a function of time, and no number; change the function",
                                 m->text + record->name);
 #endif
+    for (int k = 0; k < kt_joint_sizes[record->type].nv; k++)
+        if (kt_is_massless(m, (size_t)(record->v + k)))
+            return kt_error_set(error, KT_ERROR_MODEL, "parameter",
+                                "joint '%.100s' moves no mass and follows from the balance of forces: compile the "
+                                "description with the mass that it is to have",
+                                m->text + record->joint_name);
     body.name = m->text + record->name;
     body.joint.type = (kt_joint_type)record->type;
     body.mass = parameter->kind == KT_PARAMETER_MASS ? x[0] : record->mass;
@@ -458,6 +465,9 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
         kt_armature_note(copy);
 #if KT_HAS_VARIABLE_MASS
         kt_masses_attach(copy);
+#endif
+#if KT_HAS_QUASI_STATICS
+        kt_massless_attach(copy);
 #endif
         if (KT_HAS_LOOPS)
             kt_forms_choose(copy);

@@ -140,6 +140,8 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     work w = {.reduced = NULL};
     kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
                                       kt_acceleration_work_size(model), error);
+    if (status == KT_OK)
+        status = kt_massless_refuse(model, "derivatives", "its accelerations have none", error);
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));

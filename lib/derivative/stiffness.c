@@ -289,6 +289,8 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     kt_linearized w;
     kt_status status =
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
+    if (status == KT_OK)
+        status = kt_massless_refuse(model, "derivatives", "its accelerations have none", error);
     if (status != KT_OK)
         return status;
     const bool by_tree = is_along_tree(model);

@@ -49,6 +49,8 @@ double kt_armature_energy(const kt_model *model, const kt_data *data) {
     rates r = {.twice = 0.0};
     for (size_t i = 1; i < model->n.link && model->has_armature; i++) {
         const kt_link *link = &model->link[i];
+        if (kt_is_massless(model, (size_t)link->v))
+            continue;
         const kt_link_kinematics *m = &data->kinematics[i], *up = &data->kinematics[link->parent];
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(m->axes, axes);

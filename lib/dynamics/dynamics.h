@@ -109,6 +109,16 @@ KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, d
 KT_INNER KT_CHECKED kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what,
                                                kt_error *error);
 
+/* ---- coordinates that move no mass (massless.c) ---- */
+
+/* Makes inverse dynamics and the mass matrix leave out the armature that takes the place of the mass. Of other models
+ * nothing. */
+void kt_massless_attach(kt_model *model);
+
+/* Refuses a model with such coordinates with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. */
+KT_INNER KT_CHECKED kt_status kt_massless_refuse(const kt_model *model, const char *where, const char *what,
+                                                 kt_error *error);
+
 /* Brings links, groups and kernels of a model in step with its armatures (model->armature); planar links have been
  * filled. O(links). */
 void kt_armature_note(kt_model *model);

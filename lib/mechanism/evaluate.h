@@ -67,6 +67,13 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   double *derivatives);
 
+#if KT_HAS_QUASI_STATICS
+/* kt_massless_balance of a state that is finite, of a model with such coordinates: the state is written to
+ * data->balanced_q and balanced_v. */
+KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                       kt_error *error);
+#endif
+
 /* kt_own_state_rates of a state that is finite; rates are written in any case. */
 KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                 const double *v, double *rates, kt_error *error);

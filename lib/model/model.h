@@ -24,8 +24,9 @@ typedef struct kt_counts {
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t dense;      /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
-    size_t varying; /* bodies whose mass is a function of time */
-    size_t front;   /* links of groups, if any group is large enough for fronts */
+    size_t varying;  /* bodies whose mass is a function of time */
+    size_t massless; /* velocity coordinates that follow from the balance of forces */
+    size_t front;    /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
      * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
     size_t rest;        /* room for those that are rotated at rest, and screws */
@@ -72,6 +73,25 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 #else
 #define KT_MODEL_MASS_FIELDS(X)
 #define KT_DATA_MASS_FIELDS(X)
+#endif
+
+/* Arrays of models and data in which coordinates move no mass (mechanism/quasi_static.c). */
+#if KT_HAS_QUASI_STATICS
+#define KT_MODEL_STATIC_FIELDS(X)                                                                                      \
+    X(int32_t, massless, n->massless,                                                                                  \
+      "velocity coordinates that move no mass, each in place of one motion that does not")                             \
+    X(double, massless_basis, n->massless * n->massless, "B: combinations of these, those that dampers resist first")  \
+    X(double, massless_motion, n->massless * n->v, "N B: what moves with them while no mass does, nv x massless")
+#define KT_DATA_STATIC_FIELDS(X)                                                                                       \
+    X(double, balanced_q, kt_where(n->massless, n->q), "positions in which forces are balanced")                       \
+    X(double, balanced_v, kt_where(n->massless, n->v), "velocities likewise")                                          \
+    X(double, balance, kt_where(n->massless, 2 * n->q + 4 * n->v), "scratch: neighbouring states and accelerations")   \
+    X(double, balance_matrix, n->massless * n->massless, "derivative of the residuals")                                \
+    X(double, balance_residual, 2 * n->massless, "residuals, and those of a neighbouring state")                       \
+    X(int, balance_pivot, n->massless, "of the factors of that matrix")
+#else
+#define KT_MODEL_STATIC_FIELDS(X)
+#define KT_DATA_STATIC_FIELDS(X)
 #endif
 
 /* Bytes of the links of a model and of the array behind them. */
@@ -126,6 +146,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
     X(kt_effect_record, state, KT_OWN_STATES(n), "rates of own states: formulas, as those of an effect in a joint")    \
     KT_MODEL_MASS_FIELDS(X)                                                                                            \
+    KT_MODEL_STATIC_FIELDS(X)                                                                                          \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
     X(char, text, n->text, "names, each terminated")                                                                   \
     X(char, index, n->index, "table of names")
@@ -155,6 +176,10 @@ struct kt_model {
     kt_forward_call *forward;
 #if KT_HAS_VARIABLE_MASS
     kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
+#endif
+#if KT_HAS_QUASI_STATICS
+    size_t found_massless; /* while it is built: how many coordinates will be `massless` */
+    size_t damped;         /* how many of the combinations of `massless` dampers resist: the first ones */
 #endif
     const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
     kt_metric metric;
@@ -191,6 +216,19 @@ static inline const kt_curve *kt_mass_curve(const kt_model *model, size_t k) {
     (void)model, (void)k;
     return NULL;
 #endif
+}
+
+/* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1, which is none of a
+ * rotor: it takes the place of the mass that is missing (mechanism/quasi_static.c). */
+static inline bool kt_is_massless(const kt_model *model, size_t v) {
+#if KT_HAS_QUASI_STATICS
+    for (size_t k = 0; k < model->n.massless; k++)
+        if ((size_t)model->massless[k] == v)
+            return true;
+#else
+    (void)model, (void)v;
+#endif
+    return false;
 }
 
 /* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
@@ -325,6 +363,7 @@ typedef struct kt_front_count {
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
     X(double, x, 2 * KT_OWN_STATES(n), "own states, an input (kt_own_states); their rates before they are committed")  \
     KT_DATA_MASS_FIELDS(X)                                                                                             \
+    KT_DATA_STATIC_FIELDS(X)                                                                                           \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
     X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \

@@ -34,6 +34,14 @@
 #define KT_HAS_VARIABLE_MASS 1
 #endif
 
+/* Whether coordinates that move no mass may follow from the balance of forces. A library without Jacobians, which is meant
+ * to be small, refuses them. */
+#ifdef KT_NO_JACOBIAN
+#define KT_HAS_QUASI_STATICS 0
+#else
+#define KT_HAS_QUASI_STATICS 1
+#endif
+
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
     kt_mat3 triad;  /* z is the axis; x and y are those of a planar joint */

@@ -6,6 +6,8 @@
  *     v' = a(t, q, v, x)    kt_acceleration_evaluate, or the caller's
  *     x' = f(t, q, v, x)    own states, which most models have none of (kt_own_state_rates)
  *
+ * Where coordinates move no mass, all three are those of (q, v) with the forces on these balanced (kt_massless_balance).
+ *
  * If a balance is computed, y = (q, v, x, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
  * (kt_power_evaluate).
  *
@@ -100,14 +102,16 @@ KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, 
     return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
 }
 
-/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. */
-KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, double *dydt) {
+/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. state: y,
+ * or y with its forces balanced. */
+KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, const double *state,
+                         double *dydt) {
     const kt_simulation_sizes *size = &simulation->size;
     const bool balanced = kt_simulation_is_balanced(simulation);
     const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
     kt_power power = {0.0, 0.0};
     const double *rate;
-    const int result = accelerate(simulation, state_at(simulation, at, y), &rate, dydt + size->nq,
+    const int result = accelerate(simulation, state_at(simulation, at, state), &rate, dydt + size->nq,
                                   balanced || at_end ? &power : NULL, &simulation->cause);
     if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
@@ -120,7 +124,7 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const d
         return result > 0 && simulation->ahead ? 1 : -1;
     }
     if (size->quaternion > 0)
-        kt_position_rate(simulation->model, y, rate, dydt);
+        kt_position_rate(simulation->model, state, rate, dydt);
     else if (size->nq > 0)
         memcpy(dydt, rate, size->nq * sizeof *dydt);
     else
@@ -135,7 +139,7 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const d
 }
 
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, t, y, dydt);
+    return find_slope(user, t, t, y, y, dydt);
 }
 
 /* Where steps end at corners: at one that ends or begins a step, the limit from inside of the step. */
@@ -145,24 +149,55 @@ static double time_inside(const kt_simulation *simulation, double t) {
 }
 
 static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, time_inside(user, t), y, dydt);
+    return find_slope(user, t, time_inside(user, t), y, y, dydt);
 }
 
-/* Of a model with own states, which has its own right-hand side, so that others do not ask for them. */
+/* Balances the forces of the state y at the time `at` where coordinates move no mass. */
+static kt_status balance_forces(kt_simulation *simulation, double at, const double *y, double *balanced,
+                                kt_error *error) {
+#if KT_HAS_QUASI_STATICS
+    const kt_simulation_sizes *size = &simulation->size;
+    const kt_dynamic_state state = state_at(simulation, at, y);
+    const kt_status status = kt_massless_solve(simulation->model, simulation->data, &state, error);
+    if (status == KT_OK) {
+        memmove(balanced, y, size->n * sizeof *y);
+        memcpy(balanced, simulation->data->balanced_q, size->nq * sizeof *y);
+        memcpy(balanced + size->nq, simulation->data->balanced_v, size->nv * sizeof *y);
+    }
+    return status;
+#else
+    (void)simulation, (void)at, (void)y, (void)balanced, (void)error;
+    return KT_OK;
+#endif
+}
+
+/* What an error at t means to the integrator: a smaller step may avoid it unless it is at the present state. */
+static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
+    simulation->ahead = t != kt_integrator_time(simulation->integrator);
+    return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
+}
+
+/* Of a model with own states or coordinates that move no mass, which has its own right-hand side, so that others do not
+ * ask for them. */
 static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
     const double at = simulation->corners.any ? time_inside(simulation, t) : t;
+    const double *state = y;
     kt_simulation_use_states(simulation, y);
-    const int result = find_slope(simulation, t, at, y, dydt);
-    if (result != 0)
+    if (KT_HAS_QUASI_STATICS && size->balanced > 0) {
+        const kt_status status = balance_forces(simulation, at, y, simulation->balanced, &simulation->cause);
+        if (status != KT_OK)
+            return fail_slope(simulation, t, status);
+        state = simulation->balanced;
+    }
+    const int result = find_slope(simulation, t, at, y, state, dydt);
+    if (result != 0 || size->x == 0)
         return result;
-    const kt_status status = kt_own_state_rates_trusted(simulation->model, simulation->data, at, y, y + size->nq,
-                                                        dydt + size->nq + size->nv, &simulation->cause);
-    if (status == KT_OK)
-        return 0;
-    simulation->ahead = t != kt_integrator_time(simulation->integrator);
-    return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
+    const kt_status status =
+        kt_own_state_rates_trusted(simulation->model, simulation->data, at, state, state + size->nq,
+                                   dydt + size->nq + size->nv, &simulation->cause);
+    return status == KT_OK ? 0 : fail_slope(simulation, t, status);
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -192,7 +227,18 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
             return status;
     } else if (simulation->groups > 0 && !simulation->unprojected) {
         simulation->memory.factorizations += (uint64_t)simulation->groups;
-        return kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
+        const kt_status status =
+            kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
+        if (status != KT_OK || simulation->size.balanced == 0)
+            return status;
+    }
+    if (KT_HAS_QUASI_STATICS && simulation->size.balanced > 0) {
+        *changed = true;
+        simulation->cached = KT_CACHED_NOTHING;
+        kt_simulation_use_states(simulation, y);
+        const kt_status status = balance_forces(simulation, t, y, y, error);
+        if (status != KT_OK)
+            return status;
     }
     for (size_t i = 0; i < simulation->size.quaternion && !*changed; i++)
         *changed = !is_unit(y + simulation->quaternion[i]);
@@ -241,10 +287,10 @@ double kt_simulation_noise(double h, void *user) {
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
-    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0;
+    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0 || simulation->size.balanced > 0;
     kt_integrator_callbacks callbacks = {simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
                                          projects ? project_state : NULL, simulation};
-    if (KT_HAS_FORMULAS && simulation->size.x > 0)
+    if (KT_HAS_FORMULAS && simulation->size.x + simulation->size.balanced > 0)
         callbacks.rhs = evaluate_slope_of_states;
     return callbacks;
 }

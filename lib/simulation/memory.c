@@ -26,6 +26,18 @@ typedef struct kt_simulation_request {
     unsigned record;
 } kt_simulation_request;
 
+/* What coordinates that move no mass cannot be integrated with. */
+static kt_status refuse_massless(const kt_simulation_request *settings, kt_error *error) {
+    const kt_simulation_options *options = &settings->options;
+    if (options->transformation != NULL)
+        return kt_massless_refuse(options->transformation->model, "transformation",
+                                  "no other formulation knows that; integrate in tree coordinates", error);
+    if (options->acceleration != NULL || options->projection != NULL)
+        return kt_massless_refuse(settings->model, "acceleration",
+                                  "equations in place of the engine's do not balance forces", error);
+    return KT_OK;
+}
+
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
@@ -47,6 +59,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         status = kt_masses_refuse(model, "transformation",
                                   "no other formulation knows that; integrate in tree coordinates", error);
 #endif
+    if (KT_HAS_QUASI_STATICS && status == KT_OK)
+        status = refuse_massless(settings, error);
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
@@ -54,13 +68,16 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "%s has no error estimate and cannot choose its steps: give it a step",
                             settings->method->name);
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
+    if (KT_HAS_QUASI_STATICS && (settings->record & KT_RECORD_ACCELERATIONS) != 0)
+        return kt_massless_refuse(model, "record", "its acceleration is not computed; leave accelerations out", error);
     return KT_OK;
 }
 
-/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, or the
- * library was built without. */
+/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, coordinates
+ * follow from the balance of forces, or the library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
-    const bool own = settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0;
+    const bool own =
+        settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
     return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
@@ -75,6 +92,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
         size->x = x;
     size->work = all > 0 ? all : 1;
     size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
+    size->balanced = KT_HAS_QUASI_STATICS && model->n.massless > 0 ? size->n : 0;
     size->panel = size->n > size->work && !(settings->run.step > 0.0);
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
@@ -210,6 +228,11 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK && simulation->transformation != NULL)
         return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
     memcpy(simulation->y, q, simulation->size.state * sizeof *q);
+    if (KT_HAS_QUASI_STATICS && status == KT_OK && simulation->size.balanced > 0) {
+        bool changed;
+        status = kt_simulation_project(simulation, 0.0, simulation->y, &changed, error);
+        memcpy(q, simulation->y, simulation->size.state * sizeof *q);
+    }
     return status;
 }
 

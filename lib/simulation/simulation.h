@@ -170,6 +170,7 @@ struct kt_contacts; /* contact.c */
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
+    X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")              \
     KT_NEWTON_ARRAYS(X)                                                                                                \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
@@ -187,6 +188,7 @@ typedef struct kt_simulation_sizes {
 #if KT_HAS_EVENTS
     size_t contact; /* bytes of hard contacts; 0 without */
 #endif
+    size_t balanced; /* n where coordinates move no mass, else 0 */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */

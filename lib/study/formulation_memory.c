@@ -89,6 +89,9 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
         status = kt_masses_refuse(model, "kt_constraint_formulation_init",
                                   "only the engine's own equations of motion know that", error);
     if (status == KT_OK)
+        status = kt_massless_refuse(model, "kt_constraint_formulation_init",
+                                    "only the engine's own equations of motion know that", error);
+    if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)
         status = check(options, error);

@@ -195,6 +195,8 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_object_set(root, "moved", outcome->moved);
     json_object_set_new(root, "disagreement", kt_start_disagreement(outcome->model));
     json_object_set_new(root, "inertia_excess", kt_start_inertias(outcome->scene));
+    if (kt_massless_count(model) > 0)
+        json_object_set_new(root, "massless", kt_start_massless(model));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
     list_states(outcome, root);

@@ -261,8 +261,10 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
         report_all(scene, &error);
     else if (status != KT_OK)
         kt_say_error(&error);
-    else
+    if (status == KT_OK) {
         (void)kt_start_say_inertias(scene);
+        kt_start_say_massless(*model);
+    }
     return kt_exit_code(status);
 }
 

@@ -131,10 +131,15 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
     int count;
     kt_initial_change *changes = list_changes(model, q, v, &count);
     double *given = count > 0 ? given_state(model) : NULL;
+    const bool closes = kt_loop_count(model) > 0;
+    const char *const why = kt_massless_count(model) == 0 ? "to close the loops, assembly"
+                            : closes
+                                ? "to close the loops and to balance the forces on joints that move no mass, assembly"
+                                : "the balance of forces on joints that move no mass";
     if (given != NULL)
-        fprintf(stderr, "%s%s: to close the loops, assembly moved initial values that the scene gives",
-                path != NULL ? path : "kinetree", path != NULL ? ": warning" : "");
-    if (given != NULL)
+        fprintf(stderr, "%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
+                path != NULL ? ": warning" : "", why);
+    if (given != NULL && closes)
         say_holdable(scene, model, changes, count);
     if (given != NULL)
         fputs(":\n", stderr);
@@ -182,7 +187,9 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) 
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v) {
     kt_error error = {0};
     kt_model_initial(model, q, v);
-    const kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
+    kt_status status = kt_state_assemble(model, data, 0.0, q, v, &error);
+    if (status == KT_OK)
+        status = kt_massless_balance(model, data, 0.0, q, v, NULL, NULL, &error);
     if (status == KT_OK) {
         (void)kt_say_disagreement(scene, model);
         (void)kt_start_say_moved(NULL, scene, model, q, v);
@@ -242,6 +249,28 @@ static double excess_of(const kt_body *body) {
     if (kt_body_inertia(body, &com, &inertia, NULL) != KT_OK)
         inertia = body->inertia; /* one that was accepted */
     return kt_inertia_check(inertia, NULL) == KT_INERTIA_NEGATIVE ? (double)INFINITY : kt_inertia_excess(inertia);
+}
+
+json_t *kt_start_massless(const kt_model *model) {
+    json_t *list = json_array();
+    int last = 0;
+    for (int k = 0; k < kt_massless_count(model); k++) {
+        const int body = kt_body_of_velocity(model, kt_massless_coordinate(model, k));
+        if (body != last)
+            json_array_append_new(list, json_string(kt_joint_name(model, body)));
+        last = body;
+    }
+    return list;
+}
+
+void kt_start_say_massless(const kt_model *model) {
+    json_t *list = kt_start_massless(model);
+    const size_t count = json_array_size(list);
+    if (count > 0)
+        kt_say("joint '%s'%s %s no mass: %s from the balance of forces (quasi-statics)",
+               json_string_value(json_array_get(list, 0)), count > 1 ? " and others" : "", count > 1 ? "move" : "moves",
+               count > 1 ? "they follow" : "it follows");
+    json_decref(list);
 }
 
 int kt_start_say_inertias(const kt_scene *scene) {

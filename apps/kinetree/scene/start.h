@@ -28,6 +28,10 @@ const char *kt_start_jumping(const kt_scene *scene);
  * Returns their number. */
 int kt_start_say_inertias(const kt_scene *scene);
 
+/* The joints that move no mass (kt_massless_count): printed, and as a list of names. */
+void kt_start_say_massless(const kt_model *model);
+json_t *kt_start_massless(const kt_model *model);
+
 /* Object that maps each body whose inertia violates the triangle inequality to the relative excess. */
 json_t *kt_start_inertias(const kt_scene *scene);
 

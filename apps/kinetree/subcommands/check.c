@@ -265,7 +265,9 @@ static int check_start(check *c) {
     kt_error error = {0};
     kt_warnings warnings = {.path = c->path};
     kt_model_initial(c->model, c->q, c->v);
-    const kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
+    kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
+    if (status == KT_OK)
+        status = kt_massless_balance(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, &error);
     if (status != KT_OK) {
         const int code = refuse(c, status, &error);
         if (status == KT_ERROR_CONSTRAINT)

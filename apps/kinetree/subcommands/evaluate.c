@@ -152,6 +152,9 @@ static kt_status compute(kt_evaluation *e, kt_error *error) {
         status = kt_loop_nullspace(model, e->data, 0.0, e->q, e->basis, &e->columns, error);
     if (status == KT_OK)
         status = kt_kinematics_update(model, e->data, e->q, e->v, e->lacks_inertia ? NULL : e->a, error);
+    for (int k = 0; k < e->nv; k++)
+        if (kt_massless_moves(model, k))
+            e->a[k] = (double)NAN; /* null in JSON */
     return status;
 }
 

@@ -1,0 +1,77 @@
+/* Recursions of models in which some coordinates move no mass (mechanism/quasi_static.c).
+ *
+ * With N the motions that move no mass, M N = 0, the mass matrix M is singular. An armature of 1 on one coordinate w of
+ * each such motion makes M + E E' regular, E the unit vectors of these coordinates; N' E = 1. Of the accelerations then
+ *
+ *     (M + E E') a = tau - h     gives     a_w = N' (tau - h)
+ *
+ * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. Where that is zero, M a = tau - h holds exactly.
+ * This armature is in forward dynamics alone: inverse dynamics and the mass matrix leave it out.
+ */
+#include "dynamics/dynamics.h"
+#include "kinetree/dynamics.h"
+
+#if KT_HAS_QUASI_STATICS
+
+static const kt_kernels *plain(const kt_model *model) { return kt_kernels_of(model->isa, model->sweep, false); }
+
+static size_t forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
+                      const kt_wrench *external, double *a) {
+    return kt_kernels_of(model->isa, model->sweep, true)->forward(model, data, q, v, tau, external, a);
+}
+
+static double armature_of(const kt_model *model, size_t v) {
+    return kt_is_massless(model, v) ? 0.0 : model->armature[v];
+}
+
+static void inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                    const kt_wrench *external, double *tau) {
+    plain(model)->inverse(model, data, q, v, a, external, tau);
+    for (size_t i = 0; i < model->n.v; i++)
+        tau[i] += armature_of(model, i) * a[i];
+}
+
+static size_t mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
+    const size_t failed = plain(model)->mass(model, data, q, matrix);
+    for (size_t i = 0; i < model->n.v && !failed; i++)
+        matrix[i * (model->n.v + 1)] += armature_of(model, i);
+    return failed;
+}
+
+static void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
+static size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    return plain(model)->kinematics(model, data, q, v, a);
+}
+static size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    return plain(model)->follow(model, data, q, v, a);
+}
+static void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    plain(model)->force_links(model, data, q, v);
+}
+
+void kt_massless_attach(kt_model *model) {
+    static const kt_kernels kernels = {.name = "coordinates that move no mass",
+                                       .forward = forward,
+                                       .inverse = inverse,
+                                       .mass = mass,
+                                       .mirror = mirror,
+                                       .kinematics = kinematics,
+                                       .follow = follow,
+                                       .force_links = force_links};
+    if (model->n.massless)
+        model->kernels = &kernels;
+}
+
+#endif
+
+kt_status kt_massless_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
+#if KT_HAS_QUASI_STATICS
+    if (model->n.massless)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                            "joint '%.60s' moves no mass and follows from the balance of forces, and %s; give what it "
+                            "moves a small mass, and integrate with an implicit method (radau5)",
+                            kt_joint_name(model, kt_body_of_velocity(model, model->massless[0])), what);
+#endif
+    (void)model, (void)where, (void)what, (void)error;
+    return KT_OK;
+}
