@@ -106,16 +106,19 @@ static void list_coordinates(kt_model *m, const kt_description *d) {
     }
 }
 
-/* Writes n_w of coordinate k at q to f->motion. Gravity is switched off in the model. */
-static bool find_motion(const finder *f, size_t k) {
+/* Writes n_w of coordinate k at q to f->motion; returns why it does not exist, or NULL. Gravity is switched off in the
+ * model. */
+static const char *find_motion(const finder *f, size_t k) {
     const kt_model *m = f->model;
     memset(f->v, 0, m->n.v * sizeof *f->v);
     f->v[m->massless[k]] = 1.0;
     const size_t failed = m->kernels->forward(m, f->data, f->q, m->zero, f->v, NULL, f->motion);
-    bool is_one = failed == 0;
+    if (failed > 0)
+        return "another joint, which a loop drives, moves no mass either: give what that one moves a mass";
     for (size_t j = 0; j < m->n.massless; j++)
-        is_one &= fabs(f->motion[m->massless[j]] - (j == k)) <= 1e-12;
-    return is_one;
+        if (!(fabs(f->motion[m->massless[j]] - (j == k)) <= 1e-12))
+            return "has inertia in part of its degrees of freedom or positions";
+    return NULL;
 }
 
 /* Generic positions: rotations of the initial ones by increments. */
@@ -135,8 +138,9 @@ static kt_status find_motions(const finder *f, kt_error *error) {
         move(f, variant);
         for (size_t k = 0; k < m->n.massless; k++) {
             double *first = m->massless_motion + k * nv;
-            if (!find_motion(f, k))
-                return refuse(m, k, "has inertia in part of its degrees of freedom or positions", error);
+            const char *why = find_motion(f, k);
+            if (why != NULL)
+                return refuse(m, k, why, error);
             if (variant == 0)
                 memcpy(first, f->motion, nv * sizeof *first);
             for (size_t i = 0; i < nv; i++)
