@@ -185,12 +185,14 @@ static int evaluate_slope_of_states(double t, const double *y, double *dydt, voi
     const double at = simulation->corners.any ? time_inside(simulation, t) : t;
     const double *state = y;
     kt_simulation_use_states(simulation, y);
-    if (KT_HAS_QUASI_STATICS && size->balanced > 0) {
+#if KT_HAS_QUASI_STATICS
+    if (size->balanced > 0) {
         const kt_status status = balance_forces(simulation, at, y, simulation->balanced, &simulation->cause);
         if (status != KT_OK)
             return fail_slope(simulation, t, status);
         state = simulation->balanced;
     }
+#endif
     const int result = find_slope(simulation, t, at, y, state, dydt);
     if (result != 0 || size->x == 0)
         return result;
@@ -229,10 +231,10 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
         simulation->memory.factorizations += (uint64_t)simulation->groups;
         const kt_status status =
             kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
-        if (status != KT_OK || simulation->size.balanced == 0)
+        if (status != KT_OK || !kt_simulation_balances_forces(simulation))
             return status;
     }
-    if (KT_HAS_QUASI_STATICS && simulation->size.balanced > 0) {
+    if (kt_simulation_balances_forces(simulation)) {
         *changed = true;
         simulation->cached = KT_CACHED_NOTHING;
         kt_simulation_use_states(simulation, y);
@@ -287,10 +289,11 @@ double kt_simulation_noise(double h, void *user) {
 }
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
-    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0 || simulation->size.balanced > 0;
+    const bool projects =
+        simulation->closes_loops || simulation->size.quaternion > 0 || kt_simulation_balances_forces(simulation);
     kt_integrator_callbacks callbacks = {simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
                                          projects ? project_state : NULL, simulation};
-    if (KT_HAS_FORMULAS && simulation->size.x + simulation->size.balanced > 0)
+    if (KT_HAS_FORMULAS && (simulation->size.x > 0 || kt_simulation_balances_forces(simulation)))
         callbacks.rhs = evaluate_slope_of_states;
     return callbacks;
 }

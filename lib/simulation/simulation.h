@@ -142,6 +142,13 @@ struct kt_contacts; /* contact.c */
 #define KT_SIMULATION_CONTACTS(X)
 #endif
 
+#if KT_HAS_QUASI_STATICS
+#define KT_SIMULATION_STATICS(X)                                                                                       \
+    X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")
+#else
+#define KT_SIMULATION_STATICS(X)
+#endif
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(const kt_effect_record *, gap_effect, size->gap, "those that act on one side of a boundary")                     \
@@ -170,7 +177,7 @@ struct kt_contacts; /* contact.c */
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
-    X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")              \
+    KT_SIMULATION_STATICS(X)                                                                                           \
     KT_NEWTON_ARRAYS(X)                                                                                                \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
     X(char, data_memory, size->data, "the model's data")                                                               \
@@ -188,7 +195,9 @@ typedef struct kt_simulation_sizes {
 #if KT_HAS_EVENTS
     size_t contact; /* bytes of hard contacts; 0 without */
 #endif
+#if KT_HAS_QUASI_STATICS
     size_t balanced; /* n where coordinates move no mass, else 0 */
+#endif
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
@@ -273,6 +282,16 @@ static inline size_t kt_simulation_contact_events(const kt_simulation *simulatio
 #else
     (void)simulation;
     return 0;
+#endif
+}
+
+/* Whether coordinates move no mass, and the state is where the forces on these are balanced. */
+static inline bool kt_simulation_balances_forces(const kt_simulation *simulation) {
+#if KT_HAS_QUASI_STATICS
+    return simulation->size.balanced > 0;
+#else
+    (void)simulation;
+    return false;
 #endif
 }
 

@@ -242,6 +242,7 @@ static bool trace(const char *method, double tolerance, const char *small_flap, 
         return false;
     kt_run run = run_by(method, 0.0);
     run.relative = run.absolute = tolerance;
+    run.duration = 2.0;
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
     const bool done = kt_fine(method, kt_simulation_run(s, keep, p, &error), &error);
     kt_simulation_free(s);
@@ -379,7 +380,7 @@ KT_TEST(inputs_and_own_states_act_on_what_has_no_mass) {
     const double x = kt_simulation_positions(s)[0];
     kt_check_near("node", kt_simulation_positions(s)[1], (20.0 + 300.0 * (x - 0.9)) / 400.0, 1e-14);
     kt_check_near("path, without the jump", kt_simulation_own_states(s)[0],
-                  kt_simulation_positions(s)[1] - 20.0 / 400.0 - from, 1e-8);
+                  kt_simulation_positions(s)[1] - 20.0 / 400.0 - from, 1e-10);
     kt_simulation_free(s);
     end(&m);
 }
