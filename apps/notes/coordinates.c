@@ -270,8 +270,9 @@ static bool massless(void) {
 }
 
 bool coordinates(void) {
-    return minimal() && crossing() && projections() && masses("8.4", 1e-9, 100.0) && massless() && masses("8.5", 1.0, 1e13) &&
-           index_of("8.1", KT_DAE_INDEX1) && index_of("8.2", KT_DAE_INDEX2) && index_of("8.3", KT_DAE_INDEX3) &&
-           stabilised() && spectrum() && formulation("9.1", KT_CONSTRAINT_FORMULATION_AUGMENTED) &&
+    return minimal() && crossing() && projections() && masses("8.4", 1e-9, 100.0) && massless() &&
+           masses("8.5", 1.0, 1e13) && index_of("8.1", KT_DAE_INDEX1) && index_of("8.2", KT_DAE_INDEX2) &&
+           index_of("8.3", KT_DAE_INDEX3) && stabilised() && spectrum() &&
+           formulation("9.1", KT_CONSTRAINT_FORMULATION_AUGMENTED) &&
            formulation("9.2", KT_CONSTRAINT_FORMULATION_PROJECTION);
 }
