@@ -364,7 +364,7 @@ EVERY_METHOD = {"dopri5", "dop853", "radau5", "rk4", "svd", "partition", "absolu
 EVERY_RUN = {"change_point", "slider_crank_equal"}
 ALSO = {
     ("toggle", "dop853"), ("parallelogram_driven", "svd"), ("parallelogram_driven", "partition"), ("parallelogram_driven", "spatial"),
-    ("sarrus", "absolute"),
+    ("sarrus", "absolute"), ("change_point_driven", "dop853"),
 }  # fmt: skip
 
 
