@@ -23,6 +23,14 @@
  * time varies with s; otherwise only the groups move that are near a singular position. Forces are those of the given
  * state throughout. If nothing moves, the acceleration computed without interpolation is used.
  *
+ * If more than one degree of freedom is left at the position the branches form a cone. A motion of curvature k that is s
+ * away from the apex misses it by e = k s^2: on x^2 + e^2 = z^2 its acceleration has a part e^2 v^2 / s^3 = k^2 s v^2,
+ * which the neighbouring states, farther away on both sides, do not have. But on the two sides of the apex accelerations
+ * follow different curves. Of the odd parts o_k = (a_k - a_-k) / 2 of a smooth family nothing is left at 0,
+ *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
+ * and of others half the jump between the sides. The interpolation is off by that at least, and where it is not small
+ * beside s v^2, by s v^2 (k = 1 in the mechanism's units).
+ *
  * The difference of the two interpolations does not see a bend between the inner states: they all lie on the branches
  * outside it. The closed state does: if its acceleration differs from the interpolated one by more than both errors
  * explain (by d v^2 / s^3 against c v^2 / s^3: the same factor d / c all along), the path bends, and the direct one
@@ -59,6 +67,9 @@ enum { HALVINGS_MOST = 3 };
 /* The path is taken to bend, without further states, if the direct acceleration differs from the mean of the inner two by
  * more than half of itself, and its own error is at most this part of the difference. */
 #define BENT 1e-3
+/* From which part of s v^2 on a jump between the two sides tells that the motion misses an apex: 2e-3 to 3e-2 of it were
+ * observed at cones, and less than 1e-4 elsewhere. */
+#define JUMP_LEAST 1e-3
 /* The error, relative to the largest acceleration, that needs no second opinion. */
 #define ACCURATE 1e-11
 /* Newton's steps that close a state, each of which squares the gap. */
@@ -84,6 +95,8 @@ typedef struct crossing {
     double interpolated, dt; /* error of the interpolated one, and the distance of its states, s */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
+    bool cone;               /* more than one degree of freedom is left at the position */
+    double between, jump;    /* half the jump between the two sides: as last interpolated, and of what was adopted */
 } crossing;
 
 /* The largest |a_i - b_i| (b: NULL for zero) of the groups' coordinates, over their units. */
@@ -213,28 +226,33 @@ static double interpolate(crossing *c, double dt, double *a) {
     static const double node[6] = {-1.0, 1.0, -2.0, 2.0, -3.0, 3.0};
     static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};
     static const double inner[6] = {2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, -1.0 / 6.0, 0.0, 0.0};
+    static const double odd[6] = {-1.25, 1.25, 1.0, -1.0, -0.25, 0.25};
     const size_t nv = c->model->n.v;
-    double *one = kt_scratch_part(c->model, c->data, 0), *four = kt_scratch_part(c->model, c->data, 3);
+    double *one = kt_scratch_part(c->model, c->data, 0), *jump = kt_scratch_part(c->model, c->data, 1);
+    double *four = kt_scratch_part(c->model, c->data, 3);
     memset(a, 0, nv * sizeof *a);
     memset(four, 0, nv * sizeof *four);
+    memset(jump, 0, nv * sizeof *jump);
     for (int k = 0; k < 6; k++) {
         if (!accelerate_neighbour(c, node[k] * dt, one))
             return (double)INFINITY;
         for (size_t i = 0; i < nv; i++) {
             a[i] += weight[k] * one[i];
             four[i] += inner[k] * one[i];
+            jump[i] += odd[k] * one[i];
         }
         c->bent = k == 1 && bends_within(c, a, one);
         if (c->bent)
             return (double)INFINITY;
     }
+    c->between = difference(c->model, jump, NULL);
     const double apart = difference(c->model, a, four);
     return apart > 0.0 ? apart / difference(c->model, a, NULL) : 0.0;
 }
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
  * its unit, and in *pull the largest acceleration, relative to its unit, too. */
-static double choose_direction(const crossing *c, const double *a, double *direction, double *pull) {
+static double choose_direction(crossing *c, const double *a, double *direction, double *pull) {
     const kt_model *model = c->model;
     double speed = 0.0;
     *pull = 0.0;
@@ -245,6 +263,7 @@ static double choose_direction(const crossing *c, const double *a, double *direc
         const kt_group *group = &model->group[g];
         if (!c->driven && !c->data->near[g])
             continue;
+        c->cone |= c->data->near[g] && group->v_count > group->rank[KT_ROWS_ALL] + 1;
         for (int32_t i = group->v; i < group->v + group->v_count; i++) {
             const int32_t k = model->group_v[i];
             direction[k] = c->at.v[k];
@@ -261,6 +280,7 @@ static void adopt(crossing *c, double dt, double apart, const double *try, doubl
     memcpy(a, try, c->model->n.v * sizeof *a);
     c->dt = dt;
     c->apart = apart * most;
+    c->jump = c->cone ? c->between : 0.0;
     c->interpolated = fmin(apart, 4.5 * apart * sqrt(apart)) * most;
 }
 
@@ -309,11 +329,18 @@ static bool interpolate_across(crossing *c, double *a) {
 
 /* ---- the choice -------------------------------------------------------------------------------------------------- */
 
-/* Interpolations that agree to APART_MOST are more exact than they tell. */
-static bool is_direct_better(crossing *c, const double *a) {
-    const bool settled = c->apart <= APART_MOST * difference(c->model, a, NULL);
+/* By how much the interpolation may be off where its sides differ, s away from the position. */
+static double error_of_sides(const crossing *c, double s) {
+    const double speed = difference(c->model, c->at.v, NULL), miss = s * speed * speed;
+    return c->jump > JUMP_LEAST * miss ? fmax(c->jump, miss) : c->jump;
+}
+
+/* Interpolations that agree to APART_MOST, and whose sides do, are more exact than they tell. */
+static bool is_direct_better(crossing *c, const double *a, double s) {
+    const bool smooth = c->jump <= c->interpolated;
+    const bool settled = smooth && c->apart <= APART_MOST * difference(c->model, a, NULL);
     c->bent = contradicts(c, a);
-    return c->bent || (!settled && c->open + c->rounding < c->interpolated);
+    return c->bent || (!settled && c->open + c->rounding < (smooth ? c->interpolated : error_of_sides(c, s)));
 }
 
 /* Adds to what kt_data_crossings tells; s: the size of the smallest direction. Where errors cannot be measured the
@@ -347,7 +374,7 @@ static size_t choose(crossing *c, bool lost) {
         measure_direct(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, &c->at, true, a);
-        data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a));
+        data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a, s));
     }
     count_crossing(c, s, data->interpolated);
     return failed || data->interpolated ? failed : kernels->forward(model, data, &c->at, false, a);

@@ -2,7 +2,7 @@
  * time take different ones:
  *
  *   0, 1   what inverse dynamics gives with and without something (effects.c, power.c); the neighbouring state's
- *          acceleration (singular_crossing.c); the direction and the step of an assembly (assemble.c)
+ *          acceleration, and the jump between the sides (singular_crossing.c); the direction and the step of an assembly (assemble.c)
  *   2      a motion tried by an assembly; the acceleration of a call that computes something else from it (power.c, reaction.c); before that is
  *          written, an interpolated one (singular_crossing.c)
  *   3      the interpolation from the inner four states

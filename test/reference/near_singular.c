@@ -24,8 +24,19 @@
 
 enum { DISTANCES = 12 };
 
-/* Of those that meet a position, one at whose closed state, 2e-11 of a direction from there, rounding is anything. */
-enum { DIFFICULT = 5611 };
+/* Further mechanisms of the series that are always asked. Of those that meet a position one at whose closed state, 2e-11
+ * of a direction from there, rounding is anything; and cones whose apex is missed, where interpolations were 1.5 to 4.2
+ * bounds off that agree with each other. Of those that miss it one that bends between the neighbouring states by as little
+ * as 2e-8 of its acceleration. */
+static const int meeting[] = {5611, 551, 1389, 2368, 2129}, missing[] = {1248};
+enum { MEETING = sizeof meeting / sizeof *meeting, MISSING = sizeof missing / sizeof *missing };
+
+/* The next mechanism that is asked, the i-th. */
+static void next(singular *s, int i, const int *more) {
+    if (i >= near_mechanisms())
+        s->seed = more[i - near_mechanisms()] - 1;
+    near_next(s);
+}
 
 /* The exactly closed state nearest to the rounded one: its acceleration. */
 static bool nearest_acceleration(const quad_mechanism *m, const near_state *n, quad *a) {
@@ -87,8 +98,8 @@ KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
     kt_worst worst = kt_worst_make("acceleration");
     singular s = {.seed = 0};
     int told = 0;
-    for (int i = 0; i < near_mechanisms(); i++) {
-        near_next(&s);
+    for (int i = 0; i < near_mechanisms() + MISSING; i++) {
+        next(&s, i, missing);
         for (size_t k = 0; k < sizeof distances / sizeof *distances; k++)
             compare_off(&s, distances[k], &worst, &told);
     }
@@ -104,10 +115,8 @@ KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
     kt_worst worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
     singular s = {.seed = 0};
     int told = 0;
-    for (int i = 0; i <= near_mechanisms(); i++) {
-        if (i == near_mechanisms())
-            s.seed = DIFFICULT - 1;
-        near_next(&s);
+    for (int i = 0; i < near_mechanisms() + MEETING; i++) {
+        next(&s, i, meeting);
         const quad_mechanism m = near_off_by(&s, 0.0);
         library l;
         near_state n, before = {.least = 0.0}, last = {.least = 0.0};
