@@ -18,7 +18,7 @@
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, n *k, "A', m x k")                                                                                            \
     X(factor, n *k, "A' factored")                                                                                     \
-    X(reflector, s, "scales of the reflectors (QR); singular values (SVD)")                                            \
+    X(reflector_scale, s, "t of the reflectors 1 - t u u' (qr.h)")                                                     \
     X(square, n *n, "orthogonal factor (SVD)")                                                                         \
     X(right, k, "b'' or what is to be closed")                                                                         \
     X(residual, k, "phi")                                                                                              \
@@ -87,11 +87,15 @@ static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_da
 }
 
 /* Second purposes of arrays that their first ones have left: after the elimination, accelerations (m) and the forces on
- * the coordinates that multipliers are computed from (m); sums A x (k) where there are no multipliers. */
+ * the coordinates that multipliers are computed from (m); sums A x (k) where there are no multipliers; singular values
+ * (s) where the method has no reflectors (lib/study); of a pin, p / D (3) and its null vector n (m). */
 KT_INLINE double *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
 KT_INLINE double *kt_group_forces(const kt_group_work *w) { return w->half; }
 KT_INLINE double *kt_front_forces(const kt_group_work *w) { return w->free; }
 KT_INLINE double *kt_group_products(const kt_group_work *w) { return w->multiplier; }
+KT_INLINE double *kt_group_singular_values(const kt_group_work *w) { return w->reflector_scale; }
+KT_INLINE double *kt_pin_momentum(const kt_group_work *w) { return w->coupling; }
+KT_INLINE double *kt_pin_null_vector(const kt_group_work *w) { return w->basis; }
 
 #define KT_GROUP_COUNT(name, count, meaning) +1
 _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,

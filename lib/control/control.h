@@ -17,7 +17,7 @@ kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, si
     X(double, drift, n->row, "b''")                                                                                    \
     X(double, force, n->v, "M a + h - J' external - Q; a particular solution")                                         \
     X(double, factor, n->v * n->v, "the rows of Z that are chosen")                                                    \
-    X(double, reflector, n->v, "its reflectors")                                                                       \
+    X(double, reflector_scale, n->v, "its reflectors")                                                                 \
     X(double, norm, n->v, "of its columns")                                                                            \
     X(double, sum, n->v, "in substitutions")                                                                           \
     X(double, right, n->v, "right-hand side")                                                                          \

@@ -91,10 +91,13 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
         for (int i = 0; i < list.count; i++)
             w->factor[(size_t)c * (size_t)list.count + (size_t)i] =
                 w->basis[(size_t)c * model->n.v + (size_t)list.index[i]] * (scale ? scale[i] : 1.0);
-    w->least = (kt_least){
-        .qr = {.m = list.count, .k = w->dofs, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot},
-        .norm = w->norm,
-        .sum = w->sum};
+    w->least = (kt_least){.qr = {.m = list.count,
+                                 .k = w->dofs,
+                                 .factor = w->factor,
+                                 .reflector_scale = w->reflector_scale,
+                                 .pivot = w->pivot},
+                          .norm = w->norm,
+                          .sum = w->sum};
     kt_least_factor(&w->least, could_be(w, list, scale));
     if (w->least.rank == w->dofs)
         return KT_OK;

@@ -27,7 +27,7 @@ void kt_least_solve_transposed(kt_least *w, const double *b, double *x) {
     for (int i = w->rank; i < m; i++)
         x[i] = 0.0;
     for (int j = w->rank - 1; j >= 0; j--)
-        kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector[j], j, m, x);
+        kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector_scale[j], j, m, x);
 }
 
 /* R11 y = sum, x = P [y; 0] with the entries after the rank as they stand. */
@@ -41,7 +41,7 @@ void kt_least_solve(kt_least *w, const double *b, double *x) {
     const int m = w->qr.m;
     memcpy(w->sum, b, (size_t)m * sizeof *b);
     for (int j = 0; j < w->rank; j++)
-        kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector[j], j, m, w->sum);
+        kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector_scale[j], j, m, w->sum);
     substitute_back(w, x);
 }
 

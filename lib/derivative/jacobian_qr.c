@@ -34,7 +34,8 @@ static int weight_equations(kt_jacobian_qr *w, const kt_model *model, kt_rows ro
 }
 
 static kt_qr qr_of(const kt_jacobian_qr *w) {
-    return (kt_qr){.m = (int)w->n, .k = (int)w->p, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
+    return (kt_qr){
+        .m = (int)w->n, .k = (int)w->p, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
 
 /* basis = Q */
@@ -44,7 +45,7 @@ static void write_basis(const kt_jacobian_qr *w) {
     for (size_t c = 0; c < n; c++) {
         w->basis[c * n + c] = 1.0;
         for (int j = w->rank - 1; j >= 0; j--)
-            kt_reflect(w->factor + (size_t)j * n, w->reflector[j], j, (int)n, w->basis + c * n);
+            kt_reflect(w->factor + (size_t)j * n, w->reflector_scale[j], j, (int)n, w->basis + c * n);
     }
 }
 

@@ -10,7 +10,7 @@
 /* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. */
 #define KT_JACOBIAN_QR_FIELDS(X)                                                                                       \
     X(double, factor, n *p, "A' factored")                                                                             \
-    X(double, reflector, n + p, "scales of the reflectors")                                                            \
+    X(double, reflector_scale, n + p, "scales of the reflectors")                                                      \
     X(double, norm, p, "squared lengths of the equations")                                                             \
     X(double, weight, p, "by which independent equations are chosen")                                                  \
     X(int32_t, pivot, p, "order of the equations")                                                                     \

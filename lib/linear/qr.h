@@ -9,10 +9,10 @@
 
 #include <math.h>
 
-/* A matrix A (m x k), then its factors; reflector and pivot: k. */
+/* A matrix A (m x k), then its factors; reflector_scale (t) and pivot: k. */
 typedef struct kt_qr {
     int m, k;
-    double *factor, *reflector;
+    double *factor, *reflector_scale;
     int32_t *pivot;
 } kt_qr;
 
@@ -68,7 +68,7 @@ KT_INLINE void kt_eliminate_column(const kt_qr *w, int m, int j, double *norm) {
     const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
     for (int i = j + 1; i < m; i++)
         u[i] /= u0;
-    w->reflector[j] = t;
+    w->reflector_scale[j] = t;
     u[j] = r;
     for (int c = j + 1; c < w->k; c++) {
         double *x = w->factor + (size_t)c * (size_t)m;

@@ -324,7 +324,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     kt_front_factor_find(f, s, &x);
     if (count->rows && goal->eliminate) {
         const double *usual = goal->may_delay[s] && !goal->regular ? goal->usual + s : NULL;
-        const kt_qr d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector = x.scale};
+        const kt_qr d = {.m = n, .k = count->rows, .factor = x.rows, .pivot = pivot, .reflector_scale = x.scale};
         const int rank = factor_rows(f, &d, goal->cap[s] - at->rank - at->dropped, usual, &at->first);
         if (rank < 0)
             return false;

@@ -39,16 +39,17 @@ enum { KT_PIN_LINKS = 3 };
  * whether the inertia is zero. */
 #define KT_PIN_INERTIA 1e-10
 
-/* The links are in the order of the paths: those of the first end come first. */
+/* The letters of the equations above, a row a link, in the order of the paths: links of the first end come first. */
 typedef struct kt_pin {
     const kt_planar_link *link[KT_PIN_LINKS];
     kt_v2 offset[KT_PIN_LINKS]; /* from the previous link */
     kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
     kt_v2 bias[KT_PIN_LINKS];   /* acceleration from the velocities alone */
     kt_v2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
-    kt_v2 c[KT_PIN_LINKS];
-    kt_v2 drift; /* -b'' */
-    double n[KT_PIN_LINKS], x[KT_PIN_LINKS];
+    kt_v2 c[KT_PIN_LINKS];      /* rates of p2 - p1, columns of A */
+    kt_v2 drift;                /* -b'' */
+    double n[KT_PIN_LINKS];     /* null vector */
+    double x[KT_PIN_LINKS];     /* x0 */
 } kt_pin;
 
 KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
@@ -254,10 +255,11 @@ KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_p
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         w.free[p.link[i]->local] = p.x[i] + p.n[i] * z;
-        w.basis[p.link[i]->local] = p.n[i];
+        kt_pin_null_vector(&w)[p.link[i]->local] = p.n[i];
     }
-    w.coupling[0] = sum.moment * one;
-    kt_v2_store(w.coupling + 1, sum.force * kt_v2_splat(one));
+    double *momentum = kt_pin_momentum(&w);
+    momentum[0] = sum.moment * one;
+    kt_v2_store(momentum + 1, sum.force * kt_v2_splat(one));
     kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
     return true;
 }
@@ -269,9 +271,10 @@ KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const 
     const int32_t *v = model->group_v + group->v;
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
-    const double pull = w.coupling[0] * up->alpha + (w.coupling[1] * up->linear[0] + w.coupling[2] * up->linear[1]);
+    const double *momentum = kt_pin_momentum(&w), *n = kt_pin_null_vector(&w);
+    const double pull = momentum[0] * up->alpha + (momentum[1] * up->linear[0] + momentum[2] * up->linear[1]);
     for (int i = 0; i < KT_PIN_LINKS; i++)
-        a[v[i]] = w.free[i] - w.basis[i] * pull;
+        a[v[i]] = w.free[i] - n[i] * pull;
 }
 
 #endif

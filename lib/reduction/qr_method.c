@@ -37,7 +37,7 @@ KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
 }
 
 KT_INLINE kt_qr qr_of(const kt_group_work *w) {
-    return (kt_qr){.m = w->m, .k = w->k, .factor = w->factor, .reflector = w->reflector, .pivot = w->pivot};
+    return (kt_qr){.m = w->m, .k = w->k, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
 
 static void unweight(const kt_group_work *w, int rank) {
@@ -94,7 +94,7 @@ static int factor_large(kt_group_work *w, int cap) {
         if (!isfinite(w->factor[i]))
             return -1;
     }
-    (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector, w->work, size);
+    (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector_scale, w->work, size);
     for (int c = 0; c < w->k; c++)
         w->pivot[c]--; /* Fortran counts from 1 */
     const double first = kt_larger(fabs(w->factor[0]), w->least);
@@ -117,13 +117,14 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double 
     if (w->m >= KT_LARGE && count > 0) {
         const bool blocks = w->m >= KT_BLOCKED && 4 * columns > w->m;
         const int size = blocks ? (int)kt_group_work_count(m, (size_t)w->k) : columns;
-        (void)kt_lapack_ormqr(transposed ? 'T' : 'N', w->m, columns, count, w->factor, w->reflector, x, w->work, size);
+        (void)kt_lapack_ormqr(transposed ? 'T' : 'N', w->m, columns, count, w->factor, w->reflector_scale, x, w->work,
+                              size);
         return;
     }
     for (int c = 0; c < columns; c++)
         for (int i = 0; i < count; i++) {
             const int j = transposed ? i : count - 1 - i;
-            kt_reflect(w->factor + (size_t)j * m, w->reflector[j], j, w->m, x + (size_t)c * m);
+            kt_reflect(w->factor + (size_t)j * m, w->reflector_scale[j], j, w->m, x + (size_t)c * m);
         }
 }
 

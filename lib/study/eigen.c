@@ -112,7 +112,7 @@ static int factor(kt_group_work *w, int cap) {
     const double floor = KT_EIGENVALUE_TOLERANCE * (double)m * first;
     int rank = 0;
     for (; rank < cap && w->basis[(size_t)rank * m + (size_t)rank] > floor; rank++)
-        w->reflector[rank] = sqrt(w->basis[(size_t)rank * m + (size_t)rank]);
+        kt_group_singular_values(w)[rank] = sqrt(w->basis[(size_t)rank * m + (size_t)rank]);
     return rank;
 }
 
@@ -125,7 +125,7 @@ static inline void invert(const kt_group_work *w, int rank, const double *y, dou
         double part = 0.0;
         for (size_t j = 0; j < m; j++)
             part += u[j] * y[j];
-        part /= w->reflector[i] * w->reflector[i];
+        part /= kt_group_singular_values(w)[i] * kt_group_singular_values(w)[i];
         for (size_t j = 0; j < m; j++)
             x[j] += u[j] * part;
     }
@@ -159,7 +159,7 @@ static bool solve(const kt_group_work *w, int rank, int width) {
     return kt_group_solve(particular, basis, w, rank, width);
 }
 
-static double size(const kt_group_work *w, int i) { return w->reflector[i]; }
+static double size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_eigen) = {.least = true,
                                                          .large = INT_MAX,

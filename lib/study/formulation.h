@@ -21,7 +21,7 @@
     X(double, drift, k, "b''")                                                                                         \
     X(double, target, k, "c: what A a is to be")                                                                       \
     X(double, factor, n *(n > k ? n : k), "L^-1 A' or A' factored; M + A' s A factored")                               \
-    X(double, reflector, n < k ? n : k, "scales of the reflectors")                                                    \
+    X(double, reflector_scale, n < k ? n : k, "scales of the reflectors")                                              \
     X(int32_t, pivot, k, "order of the equations")                                                                     \
     X(double, multiplier, k, "lambda*")                                                                                \
     X(double, velocity, n, "u'")                                                                                       \

@@ -40,8 +40,8 @@ int kt_formulation_factor(kt_constraint_formulation *formulation, double t, bool
     int rank = 0;
     if (most == 0)
         return 0;
-    (void)kt_lapack_geqp3(n, k, formulation->factor, formulation->pivot, formulation->reflector, formulation->work,
-                          34 * (n + k));
+    (void)kt_lapack_geqp3(n, k, formulation->factor, formulation->pivot, formulation->reflector_scale,
+                          formulation->work, 34 * (n + k));
     while (rank < most && diagonal(formulation, rank) > formulation->options.rank_tolerance * diagonal(formulation, 0))
         rank++;
     if (!formulation->options.uncapped && rank > formulation->cap)
@@ -55,7 +55,7 @@ void kt_formulation_constrain(kt_constraint_formulation *formulation, int rank, 
     const int n = formulation->n, most = n < formulation->k ? n : formulation->k;
     if (rank == 0)
         return;
-    (void)kt_lapack_ormqr('T', n, 1, most, formulation->factor, formulation->reflector, x, formulation->work, 1);
+    (void)kt_lapack_ormqr('T', n, 1, most, formulation->factor, formulation->reflector_scale, x, formulation->work, 1);
     for (int i = 0; i < rank; i++) {
         const double *column = formulation->factor + (size_t)i * (size_t)n;
         double sum = b[formulation->pivot[i] - 1];
@@ -63,7 +63,7 @@ void kt_formulation_constrain(kt_constraint_formulation *formulation, int rank, 
             sum -= column[j] * x[j];
         x[i] = sum / column[i];
     }
-    (void)kt_lapack_ormqr('N', n, 1, most, formulation->factor, formulation->reflector, x, formulation->work, 1);
+    (void)kt_lapack_ormqr('N', n, 1, most, formulation->factor, formulation->reflector_scale, x, formulation->work, 1);
 }
 
 kt_status kt_formulation_gauss(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {

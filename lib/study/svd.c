@@ -21,11 +21,12 @@ static int factor(kt_group_work *w, int cap) {
         if (!isfinite(w->a[i]))
             return -1;
     memcpy(w->factor, w->a, m * k * sizeof(double));
-    if (kt_lapack_gesvd(w->m, w->k, w->factor, w->reflector, w->square, w->work, (int)kt_group_work_count(m, k)) != 0)
+    if (kt_lapack_gesvd(w->m, w->k, w->factor, kt_group_singular_values(w), w->square, w->work,
+                        (int)kt_group_work_count(m, k)) != 0)
         return -1;
-    const double first = kt_larger(w->reflector[0], w->least);
+    const double first = kt_larger(kt_group_singular_values(w)[0], w->least);
     int rank = 0;
-    while (rank < cap && w->reflector[rank] > w->tolerance * first)
+    while (rank < cap && kt_group_singular_values(w)[rank] > w->tolerance * first)
         rank++;
     return rank;
 }
@@ -37,7 +38,7 @@ static inline void particular(const kt_group_work *w, int rank, const double *b,
         double y = 0.0;
         for (int c = 0; c < w->k; c++)
             y += w->factor[(size_t)c * m + (size_t)i] * b[c];
-        y /= w->reflector[i];
+        y /= kt_group_singular_values(w)[i];
         for (size_t j = 0; j < m; j++)
             x[j] += w->square[(size_t)i * m + j] * y;
     }
@@ -53,7 +54,7 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         double y = 0.0;
         for (size_t j = 0; j < m; j++)
             y += w->square[(size_t)i * m + j] * g[j];
-        y /= w->reflector[i];
+        y /= kt_group_singular_values(w)[i];
         for (int c = 0; c < w->k; c++)
             lambda[c] += w->factor[(size_t)c * m + (size_t)i] * y;
     }
@@ -63,7 +64,7 @@ static bool solve(const kt_group_work *w, int rank, int width) {
     return kt_group_solve(particular, basis, w, rank, width);
 }
 
-static double size(const kt_group_work *w, int i) { return w->reflector[i]; }
+static double size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
                                                        .open = kt_lapack_open,

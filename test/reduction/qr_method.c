@@ -19,7 +19,7 @@ static void apply_q(const kt_group_work *w, int rank, double *x, int columns) {
             double *y = x + c * w->m, sum = y[j];
             for (int i = j + 1; i < w->m; i++)
                 sum += u[i] * y[i];
-            sum *= w->reflector[j];
+            sum *= w->reflector_scale[j];
             y[j] -= sum;
             for (int i = j + 1; i < w->m; i++)
                 y[i] -= sum * u[i];
@@ -140,7 +140,7 @@ static void check_solutions(const kt_reduction_kind *kind, const kt_group_work *
     int spare = 0;
     for (int r = 0; r < k; r++)
         spare += lambda[r] == 0.0;
-    if (kind->least && kind->size(w, 0) != w->reflector[0]) /* not singular values, whose lambda is least */
+    if (kind->least && kind->size(w, 0) != w->reflector_scale[0]) /* not singular values, whose lambda is least */
         kt_worst_below(&t->spare, fabs((double)(spare - (k - rank))), 0.5, "%d x %d, rank %d", m, k, rank);
 }
 
