@@ -210,13 +210,104 @@ static kt_status make_humanoid(kt_isa isa, kt_chain *chain, kt_error *error) {
 }
 #endif
 
+/* ---- a quadruped ------------------------------------------------------------------------------------------------- */
+
+enum { LEGS = 4, JOINTS = 3 * LEGS };
+
+typedef struct kt_quadruped {
+    kt_body body[1 + JOINTS];
+    kt_effect effect[LEGS + 2 * JOINTS];
+    char name[1 + JOINTS][16];
+    kt_description description;
+} kt_quadruped;
+
+static kt_body *add_body(kt_quadruped *r, const char *parent, kt_joint_type type, kt_vec3 at) {
+    kt_body *body = &r->body[r->description.body_count];
+    *body = kt_body_default();
+    (void)snprintf(r->name[r->description.body_count], sizeof *r->name, "b%d", (int)r->description.body_count);
+    body->name = r->name[r->description.body_count++];
+    body->parent = parent;
+    body->joint.type = type;
+    body->joint.at = at;
+    return body;
+}
+
+static kt_effect *add_effect(kt_quadruped *r, kt_effect_type type) {
+    kt_effect *effect = &r->effect[r->description.effect_count++];
+    *effect = kt_effect_default();
+    effect->type = type;
+    return effect;
+}
+
+/* A hip that abducts, and a thigh and a shank that bend; the foot is a ball at the end of the shank. */
+static void add_leg(kt_quadruped *r, double x, double y) {
+    const kt_vec3 at[3] = {{x, y, 0.0}, {0.0, 0.0, -0.05}, {0.0, 0.0, -0.2}};
+    static const double mass[] = {0.5, 0.8, 0.2}, rest[] = {0.0, 0.7, -1.4};
+    const char *parent = r->name[0];
+    for (int k = 0; k < 3; k++) {
+        kt_body *body = add_body(r, parent, KT_JOINT_REVOLUTE, at[k]);
+        body->joint.axis = k == 0 ? kt_vec3_make(1.0, 0.0, 0.0) : kt_vec3_make(0.0, 1.0, 0.0);
+        body->joint.position[0] = rest[k];
+        body->mass = mass[k];
+        body->com = kt_vec3_make(0.0, 0.0, k == 0 ? 0.0 : -0.1);
+        body->inertia = (kt_sym3){.xx = 2e-3, .yy = 2e-3, .zz = 1e-3};
+        kt_effect *spring = add_effect(r, KT_EFFECT_JOINT_SPRING), *friction = add_effect(r, KT_EFFECT_JOINT_FRICTION);
+        spring->joint = friction->joint = body->name;
+        spring->stiffness = 40.0;
+        spring->damping = 1.0;
+        spring->rest = kt_function_constant(rest[k]);
+        friction->coulomb = 0.1;
+        friction->viscous = 0.02;
+        friction->smoothing = 0.05;
+        parent = body->name;
+    }
+    kt_effect *foot = add_effect(r, KT_EFFECT_CONTACT);
+    foot->between[0] = (kt_end){.body = parent, .at = {0.0, 0.0, -0.2}};
+    foot->radius = 0.02;
+    foot->stiffness = 1e4;
+    foot->exponent = 1.5;
+    foot->dissipation = 0.3;
+    foot->friction = 0.8;
+    foot->slip = 0.01;
+}
+
+/* Effects of a quadruped that stands: contact and friction of its feet, springs and friction in its joints. */
+static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_quadruped r = {.description = kt_description_default()};
+    kt_model_options options = kt_model_options_default();
+    kt_body *trunk = add_body(&r, NULL, KT_JOINT_FREE, (kt_vec3){0.0, 0.0, 0.0});
+    trunk->joint.position[2] = 0.38;
+    trunk->mass = 6.0;
+    trunk->inertia = (kt_sym3){.xx = 0.02, .yy = 0.06, .zz = 0.07};
+    for (int leg = 0; leg < LEGS; leg++)
+        add_leg(&r, leg < 2 ? 0.2 : -0.2, leg % 2 ? 0.1 : -0.1);
+    r.description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    r.description.bodies = r.body;
+    r.description.effects = r.effect;
+    options.isa = isa;
+    *chain = (kt_chain){.n = 0};
+    kt_status status = kt_model_compile(&r.description, &options, &chain->model, error);
+    if (status == KT_OK)
+        status = kt_data_create(chain->model, &chain->data, error);
+    if (status != KT_OK)
+        return status;
+    chain->n = kt_model_nv(chain->model);
+    chain->nq = kt_model_nq(chain->model);
+    chain->q = calloc((size_t)chain->nq, sizeof *chain->q);
+    kt_model_initial(chain->model, chain->q, NULL);
+    return chain->q ? KT_OK : KT_ERROR_MEMORY;
+}
+
 static int run(const kt_bench_options *options, kt_csv *csv) {
     static const struct {
         const char *name;
         kt_goal goal;
-    } cases[] = {{"chain of 32", {4.0, 2.2}}, {"planar of 128", {4.0, 2.0}}, {"humanoid", {3.5, 2.0}}};
+    } cases[] = {{"chain of 32", {4.0, 2.2}},
+                 {"planar of 128", {4.0, 2.0}},
+                 {"humanoid", {3.5, 2.0}},
+                 {"quadruped", {3.0, 1.8}}};
     int worst = KT_BENCH_DONE;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         kt_chain chain;
         kt_error error;
         kt_status made = KT_OK;
@@ -224,11 +315,13 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
             made = kt_chain_make(32, options->isa, false, &chain, &error);
         else if (i == 1)
             made = make_planar(128, options->isa, &chain, &error);
+        else if (i == 3)
+            made = make_quadruped(options->isa, &chain, &error);
         else {
 #ifdef KT_SCENES
             made = make_humanoid(options->isa, &chain, &error);
 #else
-            break;
+            continue;
 #endif
         }
         if (made != KT_OK)

@@ -9,20 +9,76 @@
  *
  * Vectors are added and subtracted by operators, and else combined by these functions; numbers by operators, and
  * compared by kt_value.
+ *
+ * With KT_LANES a number is one of each of several states (algebra/real3.h), which has no vectors here. Code that is
+ * compiled for these, too, does not branch on what may differ between states: KT_CHOOSE takes one of two numbers, of
+ * which in lanes both are computed, and kt_is_anywhere tells whether a condition holds for any state. kt_plain is a
+ * number that carries no derivative: the time, a sign.
  */
 #ifndef KT_ALGEBRA_REAL_H
 #define KT_ALGEBRA_REAL_H
 
 #include "algebra/lane.h"
+#include "algebra/real3.h"
 
 #include <math.h>
 
-#ifndef KT_DUAL
+#ifndef KT_LANES
+
+typedef double kt_plain;
+
+#define KT_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
+KT_OPERATOR bool kt_is_anywhere(bool condition) { return condition; }
+KT_OPERATOR bool kt_not(bool condition) { return !condition; }
+KT_OPERATOR kt_plain kt_plain_of(double x) { return x; }
+
+#endif
+
+#ifdef KT_LANES
+
+typedef kt_real1 kt_real, kt_plain;
+
+KT_OPERATOR kt_real kt_choose(kt_condition condition, kt_real a, kt_real b) {
+    return (kt_real)((condition & (kt_condition)a) | (~condition & (kt_condition)b));
+}
+#define KT_CHOOSE(condition, a, b) kt_choose(condition, a, b)
+KT_OPERATOR bool kt_is_anywhere(kt_condition condition) {
+    int64_t any = 0;
+    for (int lane = 0; lane < KT_LANES; lane++)
+        any |= condition[lane];
+    return any != 0;
+}
+KT_OPERATOR kt_condition kt_not(kt_condition condition) { return ~condition; }
+KT_OPERATOR kt_plain kt_plain_of(double x) { return kt_real1_splat(x); }
+KT_OPERATOR kt_real kt_real_of(double x) { return kt_real1_splat(x); }
+KT_OPERATOR kt_real kt_value(kt_real x) { return x; }
+
+/* Functions of the C library, lane by lane. */
+#define KT_LANE_BY_LANE(name, function)                                                                                \
+    KT_INLINE kt_real name(kt_real x) {                                                                                \
+        for (int lane = 0; lane < KT_LANES; lane++)                                                                    \
+            x[lane] = function(x[lane]);                                                                               \
+        return x;                                                                                                      \
+    }
+KT_LANE_BY_LANE(kt_sqrt, sqrt)
+KT_LANE_BY_LANE(kt_exp, exp)
+KT_LANE_BY_LANE(kt_tanh, tanh)
+#undef KT_LANE_BY_LANE
+KT_INLINE kt_real kt_pow(kt_real x, double exponent) {
+    for (int lane = 0; lane < KT_LANES; lane++)
+        x[lane] = pow(x[lane], exponent);
+    return x;
+}
+KT_OPERATOR kt_real kt_abs(kt_real x) { return (kt_real)((kt_condition)x & INT64_MAX); }
+KT_OPERATOR kt_real kt_max(kt_real x, double least) { return kt_choose(x > least, x, kt_real_of(least)); }
+
+#elif !defined(KT_DUAL)
 
 typedef double kt_real;
 typedef kt_v4 kt_vector;
 
 KT_INLINE double kt_value(kt_real x) { return x; }
+KT_INLINE kt_real kt_real_of(double x) { return x; }
 KT_INLINE kt_real kt_sqrt(kt_real x) { return sqrt(x); }
 KT_INLINE kt_real kt_atan2(kt_real y, kt_real x) { return atan2(y, x); }
 KT_INLINE kt_real kt_max(kt_real x, double least) { return fmax(x, least); }
@@ -64,6 +120,7 @@ KT_INLINE double kt_dual_scaled_derivative(kt_real x) { return (kt_parts){.whole
 /* From a value and its derivative, and back. */
 KT_INLINE kt_real kt_dual_make(double x, double change) { return kt_dual_join(x, KT_TINY * change); }
 KT_INLINE double kt_value(kt_real x) { return kt_dual_value(x); }
+KT_INLINE kt_real kt_real_of(double x) { return x; }
 KT_INLINE double kt_derivative_of(kt_real x) { return kt_dual_scaled_derivative(x) / KT_TINY; }
 
 KT_INLINE kt_v4 kt_lower(kt_vector a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
@@ -143,6 +200,8 @@ KT_INLINE kt_vector kt_apply_transposed(const kt_vector a[3], kt_vector u) {
 
 #endif
 
+#ifndef KT_LANES
+
 /* ---- rotations --------------------------------------------------------------------------------------------------- */
 
 /* The unit quaternion (w, e), w >= 0, of a rotation matrix by columns. */
@@ -166,5 +225,7 @@ KT_INLINE kt_euler_parameters kt_euler_parameters_of(const kt_vector r[3]) {
                                  .e = kt_join(e, half * (kt_v4_splat(q.w) * s + kt_v4_cross(s, e)))};
 #endif
 }
+
+#endif
 
 #endif

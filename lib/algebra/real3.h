@@ -85,7 +85,8 @@ typedef struct kt_real3 {
     kt_real1 x, y, z;
 } kt_real3;
 
-KT_OPERATOR kt_real1 kt_real1_splat(double x) { return (kt_real1){0} + x; }
+/* x - 0 is x, also where x is -0. */
+KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x - (kt_real1){0}; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return (kt_condition){0}; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
 

@@ -31,6 +31,13 @@ static const kt_lane_kernels *kernels_of(const kt_model *model) {
     return &kt_lane_kernels_baseline;
 }
 
+static bool has_formulas(const kt_model *model) {
+    for (size_t i = 0; i < model->n.batch; i++)
+        if (model->batch[i].type == KT_EFFECT_EXPRESSION)
+            return true;
+    return false;
+}
+
 static bool is_explicit(const kt_method *method) {
     return kt_method_family_of(method) == &kt_family_explicit && kt_method_check_sizes(method, NULL) == KT_OK;
 }
@@ -92,6 +99,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->kernels = kernels_of(model);
     made->method = options->method;
     made->n = n;
+    made->has_formulas = has_formulas(model);
     made->report.width = n.width;
     made->report.why = made->kernels ? NULL : "it has loops, which are closed state by state";
     if (made->kernels)
@@ -261,7 +269,7 @@ static void accelerate_alone(kt_batch *batch, kt_batch_group *group, size_t lane
 
 /* Sums the forces of effects, state by state, into batch->total and batch->wrench. Returns the lanes whose effects can
  * be computed. */
-static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, const double *t) {
+static kt_lane_mask apply_effects_alone(kt_batch *batch, const kt_batch_group *group, const double *t) {
     const kt_batch_counts *n = &batch->n;
     kt_lane_mask done = 0;
     for (size_t lane = 0; lane < n->width; lane++) {
@@ -277,6 +285,14 @@ static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, 
         done |= (kt_lane_mask)1 << lane;
     }
     return done;
+}
+
+static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, const double *t) {
+    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
+    if (batch->has_formulas)
+        return apply_effects_alone(batch, group, t);
+    return batch->kernels->effects(batch->model, batch->lanes, &at, batch->total,
+                                   batch->n.body > 0 ? batch->wrench : NULL);
 }
 
 void kt_batch_accelerate(kt_batch *batch, kt_batch_group *group, const double *t, kt_batch_fault *fault) {

@@ -40,6 +40,7 @@ struct kt_batch {
     const kt_lane_kernels *kernels; /* NULL: state by state */
     const kt_method *method;        /* NULL: no steps */
     kt_data *data;                  /* of one state */
+    bool has_formulas;              /* effects by formulas, which read more than their ends: effects state by state */
     kt_batch_counts n;
     kt_batch_report report;
     KT_ARENA_DECLARE(KT_BATCH_FIELDS)

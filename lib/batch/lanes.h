@@ -7,13 +7,19 @@
 #define KT_BATCH_LANES_H
 
 #include "base/isa.h"
-#include "kinetree/model.h"
+#include "model/model.h"
 
 #include <stddef.h>
 #include <stdint.h>
 
 /* Lanes are bits of masks. */
 typedef uint32_t kt_lane_mask;
+
+/* A group of states: times, positions, velocities and joint forces, and which lanes are computed. */
+typedef struct kt_lane_state {
+    const double *t, *q, *v, *tau;
+    kt_lane_mask live;
+} kt_lane_state;
 
 typedef struct kt_lane_kernels {
     size_t width;
@@ -24,10 +30,26 @@ typedef struct kt_lane_kernels {
      * nothing. */
     kt_lane_mask (*forward)(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
                             const double *external, double *a);
+    /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
+     * NULL if no link carries forces). Returns the live lanes whose forces are finite. Not for effects by formulas. */
+    kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
 } kt_lane_kernels;
+
+/* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
+ * succeeded. Not for effects by formulas. */
+bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_end *end, double t,
+                            kt_wrench wrench[2]);
+bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, double q, double v, double t,
+                           double *force);
+
+#ifdef KT_LANES
+/* The effects of a group, into tau and applied. Returns the lanes whose forces are finite. */
+kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
+                                       kt_external *applied);
+#endif
 
 extern const kt_lane_kernels kt_lane_kernels_baseline, kt_lane_kernels_v3, kt_lane_kernels_v4;
 

@@ -43,7 +43,7 @@ static void take_stages(kt_batch *batch, kt_batch_group *group, double h, kt_bat
     const kt_method *m = batch->method;
     const size_t nq = n->width * n->nq, N = nq + n->width * n->nv;
     const double *y = group->q;
-    double t[32];
+    _Alignas(KT_ALIGNMENT) double t[32];
     kt_batch_group at = *group;
     at.q = batch->stage;
     at.v = batch->stage + nq;

@@ -18,4 +18,16 @@ KT_OPERATOR void kt_angles_gather(const kt_model *model, kt_data *data, const kt
 #endif
 }
 
+/* Those of the angles of links that carry forces. */
+KT_OPERATOR void kt_force_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, kt_real1 *sine,
+                                        kt_real1 *cosine) {
+    const size_t count = model->n.force_link_angle;
+#ifdef KT_LANES
+    kt_sincos_gather((const double *)q, data->lane_force_angle, KT_LANES * count, (double *)sine, (double *)cosine);
+#else
+    (void)data;
+    kt_sincos_gather(q, model->force_link_angle, count, sine, cosine);
+#endif
+}
+
 #endif

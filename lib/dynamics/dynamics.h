@@ -217,6 +217,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
                            const kt_real1 *a, const kt_external *external, kt_real1 *tau);
 void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                   const kt_real1 *a, const kt_external *external, kt_real1 *tau);
+void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v);
 
 #endif
 

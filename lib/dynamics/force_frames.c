@@ -1,23 +1,25 @@
-/* Motion of the links that carry forces, and of no others: the forward pass of sweep.h, without accelerations. */
+/* Motion of the links that carry forces, and of no others: the forward pass of sweep.h, without accelerations. For one
+ * state, and for several at once (algebra/real3.h). */
+#include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
 /* Sines and cosines of the angles of these links, each at its index among all. */
-KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const double *q) {
+KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const kt_real1 *q) {
     const size_t count = model->n.force_link_angle;
     if (count == model->n.angle) { /* all angles, in the same order */
-        kt_sincos_gather(q, model->angle, count, data->sine, data->cosine);
+        kt_angles_gather(model, data, q, 0, count, data->sine, data->cosine);
         return;
     }
-    kt_sincos_gather(q, model->force_link_angle, count, data->force_link_sine, data->force_link_cosine);
+    kt_force_angles_gather(model, data, q, data->force_link_sine, data->force_link_cosine);
     for (size_t i = 0; i < count; i++) {
         data->sine[model->force_link_angle_index[i]] = data->force_link_sine[i];
         data->cosine[model->force_link_angle_index[i]] = data->force_link_cosine[i];
     }
 }
 
-void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    const kt_v4 none = kt_v4_splat(0.0);
+void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v) {
+    const kt_real3 none = kt_zero3();
     kt_force_frame *motion = data->force_link;
     rotate_force_links(model, data, q);
     kt_ground_set(none, &motion[0].link);
@@ -27,12 +29,12 @@ void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const doubl
         const kt_link *link = &model->link[b->link];
         const kt_force_frame *parent = &motion[b->parent];
         kt_force_frame *m = &motion[i];
-        kt_v4 angular, linear;
+        kt_real3 angular, linear;
         kt_link_pose(link, &parent->link, q, data->cosine, data->sine, &m->link);
         kt_joint_twist(link, &parent->link, &m->link, v, &angular, &linear);
-        m->link.omega = parent->link.omega + angular;
-        m->base = b->base ? parent->base + m->link.offset : parent->base;
-        m->local = b->base ? none : parent->local + m->link.offset;
-        m->velocity = parent->velocity + kt_v4_cross(parent->link.omega, m->link.offset) + linear;
+        m->link.omega = kt_add3(parent->link.omega, angular);
+        m->base = b->base ? kt_add3(parent->base, m->link.offset) : parent->base;
+        m->local = b->base ? none : kt_add3(parent->local, m->link.offset);
+        m->velocity = kt_add3(kt_add3(parent->velocity, kt_cross3(parent->link.omega, m->link.offset)), linear);
     }
 }

@@ -12,15 +12,15 @@
 
 #define NEAR 1e-50
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
-    const kt_triple d = kt_triple_sub(end[1].point, end[0].point), none = {0.0, 0.0, 0.0};
+    const kt_triple d = kt_triple_sub(end[1].point, end[0].point), none = kt_triple_zero();
     const double s = effect->strength;
     const kt_real distance = kt_triple_norm(d), r = kt_max(distance, NEAR);
     const kt_triple pull = kt_triple_scale(s / r / r, kt_triple_scale(1.0 / r, d));
     wrench[0] = (kt_effect_wrench){.moment = none, .force = pull};
-    wrench[1] = (kt_effect_wrench){.moment = none, .force = kt_triple_scale(-1.0, pull)};
+    wrench[1] = (kt_effect_wrench){.moment = none, .force = kt_triple_scale(kt_real_of(-1.0), pull)};
     if (balance) {
         const kt_real ratio = distance / r; /* 1 outside */
         *balance = (kt_effect_power){.energy = -0.5 * (s / r) * (3.0 - ratio * ratio)};

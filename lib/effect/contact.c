@@ -31,32 +31,36 @@ static inline kt_triple velocity_at(const kt_effect_frame *end, kt_triple arm) {
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
-    const kt_triple n = end[1].axes.z, none = {0.0, 0.0, 0.0};
+    const kt_triple n = end[1].axes.z, none = kt_triple_zero();
     const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
     const kt_real x = effect->radius - kt_triple_dot(n, from_plane);
-    if (kt_value(x) <= 0.0) {
+    const kt_condition touches = kt_not(kt_value(x) <= 0.0);
+    if (!kt_is_anywhere(touches)) {
         wrench[0] = wrench[1] = (kt_effect_wrench){.moment = none, .force = none};
         if (balance)
-            *balance = (kt_effect_power){.energy = 0.0};
+            *balance = (kt_effect_power){.energy = kt_real_of(0.0)};
         return;
     }
-    const kt_triple down = kt_triple_scale(-effect->radius, n), arm = kt_triple_add(from_plane, down);
+    const kt_real depth = KT_CHOOSE(touches, x, kt_real_of(0.0)); /* roots and tanh of zero are soon there */
+    const kt_triple down = kt_triple_scale(kt_real_of(-effect->radius), n), arm = kt_triple_add(from_plane, down);
     const kt_triple s = kt_triple_sub(velocity_at(&end[0], down), velocity_at(&end[1], arm));
-    const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(x, effect->exponent);
+    const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(depth, effect->exponent);
     const kt_real normal = elastic * kt_max(1.0 + 1.5 * effect->dissipation * deeper, 0.0);
     const kt_triple across = kt_triple_add(s, kt_triple_scale(deeper, n));
-    const kt_real speed = kt_triple_norm(across), ratio = speed / effect->slip;
-    const kt_real rub =
-        effect->friction * normal / effect->slip * (kt_value(ratio) > 0.0 ? kt_tanh(ratio) / ratio : 1.0);
+    const kt_real speed = KT_CHOOSE(touches, kt_triple_norm(across), kt_real_of(0.0)), ratio = speed / effect->slip;
+    const kt_real rub = effect->friction * normal / effect->slip *
+                        KT_CHOOSE(kt_value(ratio) > 0.0, kt_tanh(ratio) / ratio, kt_real_of(1.0));
     const kt_triple force = kt_triple_sub(kt_triple_scale(normal, n), kt_triple_scale(rub, across));
-    const kt_triple back = kt_triple_scale(-1.0, force);
-    wrench[0] = (kt_effect_wrench){.moment = kt_triple_cross(down, force), .force = force};
-    wrench[1] = (kt_effect_wrench){.moment = kt_triple_cross(arm, back), .force = back};
+    const kt_triple back = kt_triple_scale(kt_real_of(-1.0), force);
+    wrench[0] = (kt_effect_wrench){.moment = KT_CHOOSE_TRIPLE(touches, kt_triple_cross(down, force), none),
+                                   .force = KT_CHOOSE_TRIPLE(touches, force, none)};
+    wrench[1] = (kt_effect_wrench){.moment = KT_CHOOSE_TRIPLE(touches, kt_triple_cross(arm, back), none),
+                                   .force = KT_CHOOSE_TRIPLE(touches, back, none)};
     if (balance)
-        *balance = (kt_effect_power){.energy = elastic * x / (effect->exponent + 1.0),
+        *balance = (kt_effect_power){.energy = elastic * depth / (effect->exponent + 1.0),
                                      .dissipated = (normal - elastic) * deeper + rub * speed * speed};
 }
 

@@ -2,12 +2,12 @@
 #include "effect/effect.h"
 
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                                     double t) {
-    double x[3], y[3], z[3];
-    kt_curve_evaluate(&effect->curve[0], numbers, t, x);
-    kt_curve_evaluate(&effect->curve[1], numbers, t, y);
-    kt_curve_evaluate(&effect->curve[2], numbers, t, z);
-    const kt_triple value = {x[0], y[0], z[0]};
+                                     kt_plain t) {
+    kt_plain x[3], y[3], z[3];
+    kt_effect_curve_evaluate(&effect->curve[0], numbers, t, x);
+    kt_effect_curve_evaluate(&effect->curve[1], numbers, t, y);
+    kt_effect_curve_evaluate(&effect->curve[2], numbers, t, z);
+    const kt_triple value = kt_triple_constant(x[0], y[0], z[0]);
     return effect->in_body ? kt_columns_apply(end->axes, value) : value;
 }
 

@@ -2,12 +2,12 @@
  * Stokes' law for slow flow and Newton's for fast; f is continuously differentiable, at rest too. */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple v = end[0].velocity;
     const kt_real square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_sqrt(square);
-    wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = kt_triple_scale(-c, v)};
+    wrench[0] = (kt_effect_wrench){.moment = kt_triple_zero(), .force = kt_triple_scale(-c, v)};
     if (balance)
         *balance = (kt_effect_power){.dissipated = c * square};
 }

@@ -8,6 +8,7 @@
 #define KT_EFFECT_EFFECT_H
 
 #include "base/inner.h"
+#include "base/isa.h"
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "kinetree/expression.h"
@@ -18,9 +19,13 @@
 #include <math.h>
 
 /* What an effect reads and writes. For values these are the structs of a caller's own effects; for derivatives each
- * number carries its change. */
-#ifdef KT_DUAL
+ * number carries its change, and in lanes it is one of each of several states. */
+#if defined(KT_DUAL) || defined(KT_LANES)
+#ifdef KT_LANES
+#define KT_EFFECT(name) KT_KERNEL(name)
+#else
 #define KT_EFFECT(name) name##_dual
+#endif
 typedef struct kt_effect_frame {
     kt_columns axes;
     kt_triple point, omega, velocity;
@@ -69,10 +74,10 @@ typedef struct kt_effect_kind {
     /* Effects with ends: wrench[k] receives what acts on end k, moment about its point, world axes. balance may be
      * NULL. The points of both ends are given relative to a fixed point of the world near one of them, so that no
      * digits are lost where they are far from the world's origin. */
-    void (*wrench)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+    void (*wrench)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
                    kt_effect_wrench *wrench, kt_effect_power *balance);
     /* Effects in a joint with position q and velocity v: the joint force (N m, or N in a sliding joint). */
-    kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+    kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                            kt_effect_power *balance);
     /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken
      * of its own code by dual numbers (derivative/dual_effect.c), which cost some ten times as much. */
@@ -101,9 +106,9 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
     return (kt_mat3){kt_vec3_scale(b.x, a), kt_vec3_scale(b.y, a), kt_vec3_scale(b.z, a)};
 }
 
-/* Members of kt_effect_kind that the code for derivatives does not have, nor a library without Jacobians, for its size:
+/* Members of kt_effect_kind that the code for derivatives and lanes does not have, nor a library without Jacobians, for its size:
  * .jacobian = KT_IF_JACOBIAN(write_jacobian). */
-#if defined(KT_DUAL) || defined(KT_NO_JACOBIAN)
+#if defined(KT_DUAL) || defined(KT_LANES) || defined(KT_NO_JACOBIAN)
 #define KT_HAS_EFFECT_JACOBIAN 0
 #define KT_IF_JACOBIAN(function) NULL
 #else
@@ -113,7 +118,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 
 /* The same for what derivatives do not need. A library without Jacobians, which is meant to be small and whose steps are
  * fixed in control loops, does not look for contacts between stages (2 kB on a Cortex-M7). */
-#if defined(KT_DUAL) || defined(KT_NO_JACOBIAN)
+#if defined(KT_DUAL) || defined(KT_LANES) || defined(KT_NO_JACOBIAN)
 #define KT_HAS_GAP 0
 #define KT_GAP(function) NULL
 #else
@@ -193,7 +198,22 @@ kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
 /* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                                     double t);
+                                     kt_plain t);
+
+/* kt_curve_evaluate at the time of each lane, which mostly is that of all. */
+static inline void kt_effect_curve_evaluate(const kt_curve *curve, const double *numbers, kt_plain t, kt_plain out[3]) {
+#ifdef KT_LANES
+    double f[3];
+    for (int lane = 0; lane < KT_LANES; lane++) {
+        if (lane == 0 || t[lane] != t[lane - 1] || t[lane] == 0.0)
+            kt_curve_evaluate(curve, numbers, t[lane], f);
+        for (int k = 0; k < 3; k++)
+            out[k][lane] = f[k];
+    }
+#else
+    kt_curve_evaluate(curve, numbers, t, out);
+#endif
+}
 
 /* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And
  * that of `value`, in world axes. */
@@ -203,14 +223,31 @@ static inline void kt_effect_curve_derivatives(const kt_curve *curve, const doub
 kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
                                         double t);
 
-/* The types that this library has; the others have no kind and no descriptor. */
-#ifdef KT_NO_JACOBIAN
+/* The types that this library has; the others have no kind and no descriptor. In lanes: those whose files are compiled
+ * for them; the others are evaluated lane by lane (batch/effects.c). */
+#ifdef KT_LANES
+#define KT_EFFECT_KIND_LIST(X)                                                                                         \
+    X(KT_EFFECT_SPRING, spring)                                                                                        \
+    X(KT_EFFECT_JOINT_SPRING, joint_spring)                                                                            \
+    X(KT_EFFECT_JOINT_DAMPER, joint_damper)                                                                            \
+    X(KT_EFFECT_JOINT_FRICTION, joint_friction)                                                                        \
+    X(KT_EFFECT_JOINT_LIMIT, joint_limit)                                                                              \
+    X(KT_EFFECT_MOTOR, motor)                                                                                          \
+    X(KT_EFFECT_SERVO, servo)                                                                                          \
+    X(KT_EFFECT_FORCE, force)                                                                                          \
+    X(KT_EFFECT_TORQUE, torque)                                                                                        \
+    X(KT_EFFECT_DRAG, drag)                                                                                            \
+    X(KT_EFFECT_ATTRACTION, attraction)                                                                                \
+    X(KT_EFFECT_CONTACT, contact)
+#elif defined(KT_NO_JACOBIAN)
 #define KT_EFFECT_KIND_LIST(X) KT_EFFECT_PLAIN_LIST(X)
 #else
 #define KT_EFFECT_KIND_LIST(X) KT_EFFECT_LIST(X)
 #endif
 
 extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COUNT];
+
+#ifndef KT_LANES
 
 /* A caller's own effect has callbacks in place of wrench and joint_force (custom.c). */
 extern const kt_effect_kind KT_EFFECT(kt_effect_custom);
@@ -235,5 +272,7 @@ static inline bool kt_effect_has_gap(int type) {
     const kt_effect_kind *kind = kt_effect_kind_of(type);
     return kind->gap != NULL || kind->joint_gap != NULL;
 }
+
+#endif
 
 #endif

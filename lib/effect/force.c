@@ -1,10 +1,10 @@
 /* Force: a vector f(t) on a point of a body, its components in world axes or in the end's; supplied = f . v. */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple f = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
-    wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = f};
+    wrench[0] = (kt_effect_wrench){.moment = kt_triple_zero(), .force = f};
     if (balance)
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
 }

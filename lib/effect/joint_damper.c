@@ -1,7 +1,7 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     if (balance)

@@ -32,10 +32,10 @@ static void check(kt_checker *checker, const kt_effect *effect) {
 #define STRIBECK_RANGE KT_RANGE_POSITIVE
 #endif
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
-    kt_real dry = effect->coulomb;
+    kt_real dry = kt_real_of(effect->coulomb);
     if (effect->breakaway > effect->coulomb && HAS_CURVE(effect)) {
         const kt_real ratio = v / effect->stribeck;
         dry += (effect->breakaway - effect->coulomb) * kt_exp(-ratio * ratio);

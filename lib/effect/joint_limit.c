@@ -21,22 +21,24 @@ static void check(kt_checker *checker, const kt_effect *effect) {
                          effect->upper);
 }
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_real above = q - effect->upper, below = effect->lower - q;
-    const double side = kt_value(above) >= kt_value(below) ? 1.0 : -1.0;
-    const kt_real x = side > 0.0 ? above : below;
-    if (kt_value(x) <= 0.0) {
+    const kt_condition is_upper = kt_value(above) >= kt_value(below);
+    const kt_plain side = KT_CHOOSE(is_upper, kt_plain_of(1.0), kt_plain_of(-1.0));
+    const kt_real x = KT_CHOOSE(is_upper, above, below);
+    const kt_condition is_beyond = kt_not(kt_value(x) <= 0.0);
+    if (!kt_is_anywhere(is_beyond)) {
         if (balance)
-            *balance = (kt_effect_power){.energy = 0.0};
-        return 0.0;
+            *balance = (kt_effect_power){.energy = kt_real_of(0.0)};
+        return kt_real_of(0.0);
     }
     const kt_real elastic = effect->stiffness * x, viscous = effect->damping * side * v;
     const kt_real damped = viscous * (elastic / (elastic + kt_abs(viscous)));
     if (balance)
         *balance = (kt_effect_power){.energy = 0.5 * elastic * x, .dissipated = damped * side * v};
-    return -side * (elastic + damped);
+    return KT_CHOOSE(is_beyond, -side * (elastic + damped), kt_real_of(0.0));
 }
 
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }

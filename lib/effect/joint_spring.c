@@ -2,11 +2,11 @@
  *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r', by whatever moves the rest position. */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
-    double r[3] = {effect->curve[0].a, 0.0, 0.0};
+    kt_plain r[3] = {kt_plain_of(effect->curve[0].a), kt_plain_of(0.0), kt_plain_of(0.0)};
     if (!kt_curve_rests(&effect->curve[0]))
-        kt_curve_evaluate(&effect->curve[0], numbers, t, r);
+        kt_effect_curve_evaluate(&effect->curve[0], numbers, t, r);
     const kt_real stretch = q - r[0];
     if (balance)
         *balance = (kt_effect_power){.energy = 0.5 * effect->stiffness * stretch * stretch,

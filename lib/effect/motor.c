@@ -1,11 +1,11 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
-    double f[3];
+    kt_plain f[3];
     (void)q;
-    kt_curve_evaluate(&effect->curve[0], numbers, t, f);
+    kt_effect_curve_evaluate(&effect->curve[0], numbers, t, f);
     if (balance)
         *balance = (kt_effect_power){.supplied = f[0] * v};
     return f[0];

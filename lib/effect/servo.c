@@ -19,20 +19,19 @@ static const double blend = 0.1;
 
 static kt_real limited(kt_real u, double limit) {
     const kt_real size = kt_abs(u);
-    if (kt_value(size) <= (1.0 - blend) * limit)
+    const kt_condition is_beyond = kt_not(kt_value(size) <= (1.0 - blend) * limit);
+    if (!kt_is_anywhere(is_beyond))
         return u;
-    kt_real force = limit;
-    if (kt_value(size) < (1.0 + blend) * limit) {
-        const kt_real missing = (1.0 + blend) * limit - size;
-        force = limit - missing * missing / (4.0 * blend * limit);
-    }
-    return kt_value(u) < 0.0 ? -force : force;
+    const kt_real missing = (1.0 + blend) * limit - size;
+    const kt_real force = KT_CHOOSE(kt_value(size) < (1.0 + blend) * limit,
+                                    limit - missing * missing / (4.0 * blend * limit), kt_real_of(limit));
+    return KT_CHOOSE(is_beyond, KT_CHOOSE(kt_value(u) < 0.0, -force, force), u);
 }
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, double t,
+static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
-    double r[3];
-    kt_curve_evaluate(&effect->curve[0], numbers, t, r);
+    kt_plain r[3];
+    kt_effect_curve_evaluate(&effect->curve[0], numbers, t, r);
     const kt_real force = limited(effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v), effect->limit);
     if (balance)
         *balance = (kt_effect_power){.supplied = force * v};

@@ -10,21 +10,22 @@
 
 #include <float.h>
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point),
                     moving = kt_triple_sub(end[1].velocity, end[0].velocity);
     const kt_real square = kt_triple_dot(d, d);
-    const bool apart = kt_value(square) > DBL_MIN; /* below, the square has lost digits */
-    const kt_real length = apart ? kt_sqrt(square) : 0.0, stretch = length - effect->length;
-    const kt_triple n = kt_triple_scale(apart ? 1.0 / length : 0.0, d);
-    const kt_real rate = apart ? kt_triple_dot(n, moving) : kt_triple_norm(moving);
-    const kt_triple pull = apart ? kt_triple_scale(effect->stiffness * stretch + effect->damping * rate, n)
-                                 : kt_triple_scale(effect->damping, moving);
-    const kt_triple none = {0.0, 0.0, 0.0};
+    const kt_condition apart = kt_value(square) > DBL_MIN; /* below, the square has lost digits */
+    const kt_real length = KT_CHOOSE(apart, kt_sqrt(square), kt_real_of(0.0)), stretch = length - effect->length;
+    const kt_triple n = kt_triple_scale(KT_CHOOSE(apart, 1.0 / length, kt_real_of(0.0)), d);
+    const kt_real rate = KT_CHOOSE(apart, kt_triple_dot(n, moving), kt_triple_norm(moving));
+    const kt_triple pull =
+        KT_CHOOSE_TRIPLE(apart, kt_triple_scale(effect->stiffness * stretch + effect->damping * rate, n),
+                         kt_triple_scale(kt_real_of(effect->damping), moving));
+    const kt_triple none = kt_triple_zero();
     wrench[0] = (kt_effect_wrench){.moment = none, .force = pull};
-    wrench[1] = (kt_effect_wrench){.moment = none, .force = kt_triple_scale(-1.0, pull)};
+    wrench[1] = (kt_effect_wrench){.moment = none, .force = kt_triple_scale(kt_real_of(-1.0), pull)};
     if (balance)
         *balance = (kt_effect_power){.energy = 0.5 * effect->stiffness * stretch * stretch,
                                      .dissipated = effect->damping * rate * rate};

@@ -1,10 +1,10 @@
 /* Torque: a vector m(t) on a body, its components in world axes or in the end's; supplied = m . omega. */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple m = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
-    wrench[0] = (kt_effect_wrench){.moment = m, .force = {0.0, 0.0, 0.0}};
+    wrench[0] = (kt_effect_wrench){.moment = m, .force = kt_triple_zero()};
     if (balance)
         *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }

@@ -1,15 +1,49 @@
-/* Vectors and matrices of effects, for values and for derivatives (algebra/number.h): kt_vec3 and kt_mat3, and with
- * KT_DUAL the same with what they change by.
+/* Vectors and matrices of effects, for values and for derivatives (algebra/real.h): kt_vec3 and kt_mat3, and with
+ * KT_DUAL the same with what they change by. With KT_LANES they are those of several states (algebra/real3.h).
  */
 #ifndef KT_EFFECT_TRIPLE_H
 #define KT_EFFECT_TRIPLE_H
 
 #include "algebra/real.h"
 
-#ifndef KT_DUAL
+#ifdef KT_LANES
+
+typedef kt_real3 kt_triple;
+typedef struct kt_columns {
+    kt_triple x, y, z;
+} kt_columns;
+
+KT_OPERATOR kt_triple kt_triple_zero(void) { return kt_zero3(); }
+KT_OPERATOR kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return kt_make3(x, y, z); }
+KT_OPERATOR kt_triple kt_triple_add(kt_triple a, kt_triple b) { return kt_add3(a, b); }
+KT_OPERATOR kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return kt_sub3(a, b); }
+KT_OPERATOR kt_triple kt_triple_scale(kt_real s, kt_triple a) { return kt_scale3(s, a); }
+KT_OPERATOR kt_real kt_triple_dot(kt_triple a, kt_triple b) { return kt_dot3(a, b); }
+KT_OPERATOR kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_cross3(a, b); }
+KT_OPERATOR kt_triple kt_columns_apply(kt_columns a, kt_triple u) {
+    return kt_add3(kt_add3(kt_scale3(u.x, a.x), kt_scale3(u.y, a.y)), kt_scale3(u.z, a.z));
+}
+KT_OPERATOR kt_columns kt_columns_multiply(kt_columns a, kt_columns b) {
+    return (kt_columns){kt_columns_apply(a, b.x), kt_columns_apply(a, b.y), kt_columns_apply(a, b.z)};
+}
+KT_OPERATOR kt_triple kt_triple_choose(kt_condition condition, kt_triple a, kt_triple b) {
+    return (kt_triple){kt_choose(condition, a.x, b.x), kt_choose(condition, a.y, b.y), kt_choose(condition, a.z, b.z)};
+}
+#define KT_CHOOSE_TRIPLE(condition, a, b) kt_triple_choose(condition, a, b)
+
+#else
+
+#define KT_CHOOSE_TRIPLE(condition, a, b) ((condition) ? (a) : (b))
+
+#endif
+
+#if !defined(KT_DUAL) && !defined(KT_LANES)
 
 typedef kt_vec3 kt_triple;
 typedef kt_mat3 kt_columns;
+
+KT_INLINE kt_triple kt_triple_zero(void) { return kt_vec3_make(0.0, 0.0, 0.0); }
+KT_INLINE kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return kt_vec3_make(x, y, z); }
 
 KT_INLINE kt_triple kt_triple_add(kt_triple a, kt_triple b) { return kt_vec3_add(a, b); }
 KT_INLINE kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return kt_vec3_sub(a, b); }
@@ -25,12 +59,15 @@ KT_INLINE kt_triple kt_columns_apply_transposed(kt_columns a, kt_triple u) { ret
 KT_INLINE kt_columns kt_columns_multiply(kt_columns a, kt_columns b) { return kt_mat3_multiply(a, b); }
 KT_INLINE kt_columns kt_columns_transpose(kt_columns a) { return kt_mat3_transpose(a); }
 
-#else
+#elif defined(KT_DUAL)
 
 typedef kt_vector kt_triple;
 typedef struct kt_columns {
     kt_triple x, y, z;
 } kt_columns;
+
+KT_INLINE kt_triple kt_triple_zero(void) { return kt_vector_zero(); }
+KT_INLINE kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return (kt_triple){x, y, z}; }
 
 KT_INLINE kt_triple kt_triple_add(kt_triple a, kt_triple b) { return a + b; }
 KT_INLINE kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return a - b; }
@@ -61,6 +98,26 @@ KT_INLINE kt_columns kt_columns_transpose(kt_columns a) {
 #endif
 
 KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, a)); }
+
+/* ---- from the numbers of the recursions, and of the model -------------------------------------------------------- */
+
+#ifdef KT_LANES
+KT_OPERATOR kt_triple kt_triple_of3(kt_real3 a) { return a; }
+KT_OPERATOR kt_real3 kt_triple_as3(kt_triple a) { return a; }
+KT_OPERATOR kt_triple kt_triple_of_model(kt_vec3 a) { return kt_from3(a); }
+KT_OPERATOR kt_columns kt_columns_of3(const kt_real3 a[3]) { return (kt_columns){a[0], a[1], a[2]}; }
+KT_OPERATOR kt_columns kt_columns_of_model(kt_mat3 a) {
+    return (kt_columns){kt_from3(a.x), kt_from3(a.y), kt_from3(a.z)};
+}
+#elif !defined(KT_DUAL)
+KT_INLINE kt_triple kt_triple_of3(kt_real3 a) { return kt_v4_vec3(a); }
+KT_INLINE kt_real3 kt_triple_as3(kt_triple a) { return kt_v4_from(a); }
+KT_INLINE kt_triple kt_triple_of_model(kt_vec3 a) { return a; }
+KT_INLINE kt_columns kt_columns_of3(const kt_real3 a[3]) { return kt_v4_mat3(a); }
+KT_INLINE kt_columns kt_columns_of_model(kt_mat3 a) { return a; }
+#endif
+
+#ifndef KT_LANES
 
 /* ---- rotations by their Euler vector ------------------------------------------------------------------------------
  *
@@ -128,6 +185,8 @@ KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple
     return u + kt_scale(0.5, across) +
            kt_scale(kt_rotation_vector_map_coefficient(kt_dot(theta, theta)), kt_cross(theta, across));
 }
+
+#endif
 
 #endif
 

@@ -5,6 +5,7 @@
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "kinetree/dynamics.h"
+#include "mechanism/effect_ends.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
 #include "mechanism/relative.h"
@@ -27,42 +28,9 @@ typedef struct sum {
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
 
-/* The point that both ends' positions are relative to: the base of the tree of a moving end. A caller's effect is given
- * world coordinates. */
-KT_INLINE kt_v4 origin_of(const kt_data *data, const kt_effect_record *effect) {
-    if (effect->type == KT_EFFECT_CUSTOM)
-        return kt_v4_splat(0.0);
-    return data->force_link[effect->force_link[effect->force_link[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
-}
-
-KT_INLINE void find_ends(const kt_data *data, const kt_effect_record *effect, kt_effect_end *end) {
-    const kt_v4 origin = origin_of(data, effect);
-    for (int k = 0; k < effect->ends; k++) {
-        const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
-        const kt_mat3 axes = kt_v4_mat3(force_link->link.axes);
-        const kt_v4 arm = kt_v4_from(kt_mat3_apply(axes, effect->frame[k].position));
-        end[k].axes = kt_mat3_multiply(axes, effect->frame[k].rotation);
-        end[k].point = kt_v4_vec3((force_link->base - origin) + (force_link->local + arm));
-        end[k].omega = kt_v4_vec3(force_link->link.omega);
-        end[k].velocity = kt_v4_vec3(force_link->velocity + kt_v4_cross(force_link->link.omega, arm));
-    }
-}
-
-KT_INLINE double excess_of_wrench(const kt_wrench *w) {
-    const double all = w->moment.x + w->moment.y + w->moment.z + w->force.x + w->force.y + w->force.z;
-    return all - all;
-}
-
-/* Adds the wrenches on the ends to those on their bodies, about the body frames' origins. */
+/* Adds the wrenches on the ends to those on their bodies. */
 KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
-    for (int k = 0; k < effect->ends; k++) {
-        const kt_mat3 axes = kt_v4_mat3(s->data->force_link[effect->force_link[k]].link.axes);
-        const kt_vec3 arm = kt_mat3_apply(axes, effect->arm[k]);
-        kt_wrench *body = &s->data->applied[effect->body[k]];
-        body->moment = kt_vec3_add(body->moment, kt_vec3_add(wrench[k].moment, kt_vec3_cross(arm, wrench[k].force)));
-        body->force = kt_vec3_add(body->force, wrench[k].force);
-        s->excess += excess_of_wrench(&wrench[k]);
-    }
+    s->excess += kt_effect_wrenches_add(s->data, effect, wrench, s->data->applied);
 }
 
 KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
@@ -191,7 +159,7 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         kt_wrench wrench[2];
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
-        find_ends(s->data, effect, end);
+        kt_effect_ends_of(s->data, effect, end);
         const surroundings in = {.data = s->data, .at = s->at};
         s->code = evaluate_wrench(s->model, &in, effect, kind, end, wrench, asked);
         s->failed = effect;
@@ -226,7 +194,7 @@ static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect
     kt_effect_end end[2];
     if (kind->joint_gap != NULL && effect->ends == 0)
         return kind->joint_gap(effect, q[link->q], v[link->v]);
-    find_ends(data, effect, end);
+    kt_effect_ends_of(data, effect, end);
     if (KT_HAS_RELATIVE && effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
         return kind->joint_gap(effect, motion.position, motion.rate);
@@ -336,7 +304,7 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     double force = 0.0;
     const surroundings in = {.data = s->data, .at = s->at};
     if (effect->ends) {
-        find_ends(s->data, effect, end);
+        kt_effect_ends_of(s->data, effect, end);
         (void)evaluate_wrench(s->model, &in, effect, kind, end, w, asked);
         for (int k = 0; k < effect->ends; k++)
             force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
@@ -393,7 +361,7 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
         s->data->tau[link->v] += derivatives[2];
         return code;
     }
-    find_ends(s->data, effect, end);
+    kt_effect_ends_of(s->data, effect, end);
     int code;
     if (KT_HAS_RELATIVE && effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
@@ -426,7 +394,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
             data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
         if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
             continue;
-        find_ends(data, effect, end);
+        kt_effect_ends_of(data, effect, end);
         double rates[6];
         if (KT_HAS_FORMULAS && kind->formula_wrench) {
             const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
@@ -514,7 +482,7 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         double force;
         const surroundings in = {.data = data, .at = &at};
         if (effect->ends)
-            find_ends(data, effect, end);
+            kt_effect_ends_of(data, effect, end);
         const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, wrench, &balance)
                                       : evaluate_joint_force(model, &in, effect, kind, NULL,
                                                              joint_coordinate(&at, link), &force, &balance);
@@ -560,7 +528,7 @@ void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt
 static bool is_load_finite(const kt_effect_load *load) {
     double excess = load->joint_force - load->joint_force;
     for (int k = 0; k < load->end_count; k++)
-        excess += excess_of_wrench(&load->wrench[k]);
+        excess += kt_effect_excess(&load->wrench[k]);
     return excess == 0.0;
 }
 

@@ -1,7 +1,7 @@
 /* Shared by the files of joints, loops, effects, shapes and functions, which define the descriptors of their types
  * (kinetree/descriptor.h).
  *
- * A file that is compiled several times, for instruction sets and for derivatives, defines its descriptor in one of
+ * A file that is compiled several times, for instruction sets, derivatives and lanes, defines its descriptor in one of
  * these compilations only: within #if KT_DESCRIBES.
  */
 #ifndef KT_MODEL_DESCRIBE_H
@@ -13,7 +13,9 @@
 
 #include <stddef.h>
 
-#if defined(KT_ISA)
+#if defined(KT_LANES)
+#define KT_DESCRIBES 0
+#elif defined(KT_ISA)
 #define KT_DESCRIBES_baseline 1
 #define KT_DESCRIBES_v3 0
 #define KT_DESCRIBES_v4 0

@@ -1,7 +1,8 @@
 /* A batch of random trees has the bits of its states computed one by one: of every joint, in space and in the plane, with
- * armature and without, on every instruction set; whatever the other lanes hold; and nothing is allocated on the way. */
+ * armature and without, with effects of every type and without, on every instruction set; whatever the other lanes hold; and nothing is allocated on the way. */
 #include "dynamics/tree.h"
 #include "interpose.h"
+#include "load.h"
 #include "many.h"
 
 #include "batch/batch.h"
@@ -51,11 +52,14 @@ static uint64_t compare(kt_isa isa, const char *what, bool spoilt) {
     kt_random random = kt_random_of_test();
     int different[3] = {0, 0, 0};
     uint64_t in_lanes = 0;
+    static kt_load_list loads;
     for (int n = 0; n < TREES; n++) {
         kt_tree tree;
         kt_many many;
         const kt_tree_plan plan = draw_plan(n, &random);
         kt_tree_describe(&tree, &plan, &random);
+        if (n % 5 > 1)
+            kt_load_add(&loads, &tree, n % 5 == 4, &random);
         if (!kt_tree_compile(&tree, &(kt_model_options){.isa = isa}) ||
             !kt_many_make(&many, tree.model, kt_method_find(n % 2 ? "dopri5" : "rk4")))
             return 0;

@@ -1,0 +1,18 @@
+/* Effects of every type on a random tree: such that of some states they act and of others they do not (contacts, stops,
+ * limits of servos). */
+#ifndef KT_TEST_BATCH_LOAD_H
+#define KT_TEST_BATCH_LOAD_H
+
+#include "dynamics/tree.h"
+
+enum { KT_LOADS = 40 };
+
+typedef struct kt_load_list {
+    kt_effect effect[KT_LOADS];
+} kt_load_list;
+
+/* Adds them to a described tree that has not been compiled. `formulas`: those by formulas, too, with which effects are
+ * evaluated state by state. */
+void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *random);
+
+#endif
