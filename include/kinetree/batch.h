@@ -21,11 +21,14 @@
  * every instruction set, whatever the other states are. A state whose computation fails fails alone: the others' are
  * computed, and kt_batch_status tells which have failed.
  *
- * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature,
- * and the stages of explicit methods. Effects are evaluated state by state, and their forces enter the lanes. Models
- * with loops are computed state by state, as are the states that a lane cannot compute; kt_batch_report counts both.
+ * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature;
+ * effects, of which bushings, thrusts and a caller's own are evaluated lane by lane within a group (those by formulas make
+ * all effects be evaluated state by state, and their forces enter the lanes); the stages of explicit methods, the rates of
+ * quaternions and their norms. Models with loops are computed state by state, as are the states that a lane cannot
+ * compute; kt_batch_report counts both.
  *
- * One thread may use a batch at a time. Only kt_batch_create allocates.
+ * One thread may use a batch at a time, but for kt_batch_compute_block, by which several share the work. Only
+ * kt_batch_create allocates.
  */
 #ifndef KINETREE_BATCH_H
 #define KINETREE_BATCH_H
@@ -43,13 +46,15 @@ typedef struct kt_batch kt_batch;
 /* How many states, and what is done with them. */
 typedef struct kt_batch_options {
     size_t states;           /* > 0 */
-    const kt_method *method; /* of kt_batch_step: an explicit Runge-Kutta method; NULL: no steps are taken */
+    size_t threads;          /* that compute blocks at the same time, each of which takes a workspace; 0: one */
+    const kt_method *method; /* of kt_batch_step: an explicit Runge-Kutta method; NULL: no such steps are taken */
 } kt_batch_options;
 
-/* Returns one state, and no method. */
+/* Returns one state, one thread, and no method. */
 KT_API kt_batch_options kt_batch_options_default(void);
 
-/* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, or the method is not explicit. */
+/* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, or the method is not
+ * explicit. */
 KT_API size_t kt_batch_size(const kt_model *model, const kt_batch_options *options);
 
 /* Initialises a batch in the caller's memory, at KT_ALIGNMENT, with all states at t = 0 and the model's initial positions
@@ -106,6 +111,45 @@ KT_API KT_CHECKED kt_status kt_batch_inverse(kt_batch *batch, kt_error *error);
  * kt_step_evaluate. A state that fails keeps what it had before the failing step, its time included, and takes no
  * further step in this call. Errors as above; KT_ERROR_ARGUMENT if there is no method, h is not finite, or steps < 0. */
 KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, kt_error *error);
+
+/* Takes `steps` semi-implicit (symplectic) Euler steps of h seconds, for long rollouts at the price of one evaluation a
+ * step: v += h a(t, q, v), then q = kt_position_add(q, h v), with quaternions made units and loops closed as in the other
+ * steps; of first order (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1). The bits of
+ * kt_acceleration_evaluate, these sums and kt_position_add of each state. Errors as above. */
+KT_API KT_CHECKED kt_status kt_batch_step_semi_implicit(kt_batch *batch, double h, int steps, kt_error *error);
+
+/* ---- all states, by several threads ------------------------------------------------------------------------------- */
+
+/* What is done with the states. */
+typedef enum kt_batch_task {
+    KT_BATCH_FORWARD,           /* kt_batch_forward */
+    KT_BATCH_INVERSE,           /* kt_batch_inverse */
+    KT_BATCH_STEP,              /* kt_batch_step */
+    KT_BATCH_SEMI_IMPLICIT_STEP /* kt_batch_step_semi_implicit */
+} kt_batch_task;
+
+/* One of the above. */
+typedef struct kt_batch_job {
+    kt_batch_task task; /* what is done */
+    double h;           /* of steps, s */
+    int steps;          /* how many */
+} kt_batch_job;
+
+/* Does a job for all states: one of the calls above. Errors as there; KT_ERROR_ARGUMENT if there is no such task. */
+KT_API KT_CHECKED kt_status kt_batch_compute(kt_batch *batch, const kt_batch_job *job, kt_error *error);
+
+/* Returns how many threads may share the work of the batch, as it was made; 0 of NULL. */
+KT_API size_t kt_batch_thread_count(const kt_batch *batch);
+
+/* Returns the number of blocks, into which the states are parted for threads; 0 of NULL. */
+KT_API size_t kt_batch_block_count(const kt_batch *batch);
+
+/* Does a job for the states of one block: kt_batch_compute is this for all of them. Several threads may call it for one
+ * batch at once, each with its own number `thread`, below options.threads, and with a block that no other one computes.
+ * Whichever thread computes a block, the results have the same bits. The library starts no threads: kt_batch_run of
+ * study.h does. Errors as above, of the states of the block; KT_ERROR_ARGUMENT if there is no such thread or block. */
+KT_API KT_CHECKED kt_status kt_batch_compute_block(kt_batch *batch, size_t thread, size_t block,
+                                                   const kt_batch_job *job, kt_error *error);
 
 /* How a batch is computed. Counts are of evaluations of one state, since kt_batch_init. */
 typedef struct kt_batch_report {

@@ -1,5 +1,6 @@
-/* What serves comparison and no simulation needs: other reductions and formulations of the loop equations, and a
- * work-precision study. They form a library of their own, libkinetree-study.
+/* What serves comparison and no simulation needs: other reductions and formulations of the loop equations, a
+ * work-precision study, and threads for a batch, of which the core has none. They form a library of their own,
+ * libkinetree-study.
  *
  * In an accuracy study a scene is run by every method at many steps and tolerances. The error of each run is measured
  * against a reference of known uncertainty, and its cost is counted and timed.
@@ -32,12 +33,24 @@
 #ifndef KINETREE_STUDY_H
 #define KINETREE_STUDY_H
 
+#include "kinetree/batch.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* ---- a batch by several threads ---------------------------------------------------------------------------------- */
+
+/* Does a job for all states of a batch (kt_batch_compute) by `threads` threads, this one among them, which start and end
+ * within the call; at most as many as the batch was made for. They take blocks one after the other, and the results have
+ * the same bits for any number of threads. *used (may be NULL) tells how many computed: fewer than asked where the system
+ * starts no more. The core library starts none itself, which is why this call is here. Errors: those of
+ * kt_batch_compute, of the first state that failed; KT_ERROR_ARGUMENT if there are no threads, or the batch was made for
+ * fewer. Cost: starting a thread takes some 20 us, so that a job should last longer. */
+KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *job, size_t threads, size_t *used,
+                                         kt_error *error);
 
 /* ---- other reductions, for comparison ---------------------------------------------------------------------------- */
 

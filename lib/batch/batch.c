@@ -1,4 +1,4 @@
-/* Many states of one model: their memory, and accelerations and forces of all.
+/* Many states of one model: their memory.
  *
  * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees are computed
  * for a group at once (lanes.c). All else is computed state by state, by the calls for one state: effects, whose forces
@@ -6,18 +6,16 @@
  */
 #include "batch/batch.h"
 
-#include "base/copy.h"
-#include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
-
-#include <stdio.h>
-#include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out, kt_batch, KT_BATCH_FIELDS, const kt_batch_counts *n)
+KT_ARENA_LAYOUT(lay_out_work, kt_batch_work, KT_BATCH_WORK_FIELDS, const kt_batch_counts *n)
 
-kt_batch_options kt_batch_options_default(void) { return (kt_batch_options){.states = 1, .method = NULL}; }
+kt_batch_options kt_batch_options_default(void) {
+    return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
+}
 
 static const kt_lane_kernels *kernels_of(const kt_model *model) {
     if (model->n.group > 0)
@@ -45,7 +43,9 @@ static bool is_explicit(const kt_method *method) {
 static kt_batch_counts count(const kt_model *model, const kt_batch_options *options) {
     const kt_lane_kernels *kernels = kernels_of(model);
     const kt_method *method = options->method;
-    kt_batch_counts n = {.states = options->states, .width = kernels ? kernels->width : 1};
+    kt_batch_counts n = {.states = options->states,
+                         .threads = options->threads > 0 ? options->threads : 1,
+                         .width = kernels ? kernels->width : 1};
     n.groups = (n.states + n.width - 1) / n.width;
     n.stages = method ? (size_t)(method->stages - (method->fsal ? 1 : 0)) : 0;
     n.nq = model->n.q;
@@ -53,6 +53,7 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
     n.body = kt_where(model->n.force_link, model->n.body);
     n.lane_bytes = kernels ? kernels->layout(model, NULL) : 0;
     n.data_bytes = kt_data_size(model);
+    n.work_bytes = lay_out_work(NULL, &n);
     return n;
 }
 
@@ -73,6 +74,15 @@ static kt_status check_options(const kt_batch_options *options, kt_error *error)
             "take rk4, dopri5 or another one of that family",
             options->method->name);
     return KT_OK;
+}
+
+static kt_status init_work(kt_batch *batch, size_t thread, kt_error *error) {
+    kt_batch_work *w = kt_batch_work_of(batch, thread);
+    (void)lay_out_work(w, &batch->n);
+    w->batch = batch;
+    if (batch->kernels)
+        (void)batch->kernels->layout(batch->model, w->lanes);
+    return kt_data_init(batch->model, w->alone, batch->n.data_bytes, &w->data, error);
 }
 
 kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, void *memory, size_t size,
@@ -100,11 +110,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->method = options->method;
     made->n = n;
     made->has_formulas = has_formulas(model);
-    made->report.width = n.width;
-    made->report.why = made->kernels ? NULL : "it has loops, which are closed state by state";
-    if (made->kernels)
-        (void)made->kernels->layout(model, made->lanes);
-    status = kt_data_init(model, made->alone, n.data_bytes, &made->data, error);
+    made->why = made->kernels ? NULL : "it has loops, which are closed state by state";
+    for (size_t i = 0; i < n.threads && status == KT_OK; i++)
+        status = init_work(made, i, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n.groups * n.width; i++) { /* those that fill up the last group, too */
@@ -215,167 +223,16 @@ kt_status kt_batch_status(const kt_batch *batch, size_t state) {
 }
 
 kt_batch_report kt_batch_report_of(const kt_batch *batch) {
-    return batch ? batch->report : (kt_batch_report){0, NULL, 0, 0, 0};
-}
-
-/* ---- a group ----------------------------------------------------------------------------------------------------- */
-
-kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
-    const kt_batch_counts *n = &batch->n;
-    const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
-    const double *y = batch->y + first * (n->nq + n->nv);
-    return (kt_batch_group){.first = first,
-                            .used = used,
-                            .live = kt_lanes_first(used),
-                            .q = y,
-                            .v = y + n->width * n->nq,
-                            .tau = batch->tau + first * n->nv};
-}
-
-void kt_batch_fail(kt_batch *batch, size_t state, const kt_error *made, kt_batch_fault *fault) {
-    batch->status[state] = (uint8_t)made->code;
-    batch->report.failed++;
-    if (fault->status != KT_OK && fault->state < state)
-        return;
-    fault->state = state;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "state %zu%s%.*s", state, made->where[0] ? ": " : "", (int)sizeof where - 40,
-                   made->where);
-    fault->status = kt_error_set(fault->error, made->code, where, "%s", made->message);
-}
-
-static void take_state(kt_batch *batch, const kt_batch_group *group, size_t lane) {
-    const kt_batch_counts *n = &batch->n;
-    kt_lane_take(group->q, n->width, lane, n->nq, batch->one_q);
-    kt_lane_take(group->v, n->width, lane, n->nv, batch->one_v);
-    kt_lane_take(group->tau, n->width, lane, n->nv, batch->one_tau);
-}
-
-/* The lane by the call for one state. */
-static void accelerate_alone(kt_batch *batch, kt_batch_group *group, size_t lane, double t, kt_batch_fault *fault) {
-    const kt_batch_counts *n = &batch->n;
-    kt_error made;
-    take_state(batch, group, lane);
-    batch->report.alone++;
-    const kt_status status = kt_acceleration_evaluate(batch->model, batch->data, t, batch->one_q, batch->one_v,
-                                                      batch->one_tau, NULL, batch->one_a, &made);
-    if (status == KT_OK) {
-        kt_lane_put(batch->one_a, n->width, lane, n->nv, batch->result);
-        return;
+    kt_batch_report report = {0, NULL, 0, 0, 0};
+    if (!batch)
+        return report;
+    report.width = batch->n.width;
+    report.why = batch->why;
+    for (size_t i = 0; i < batch->n.threads; i++) {
+        const kt_batch_work *w = kt_batch_work_of(batch, i);
+        report.in_lanes += w->in_lanes;
+        report.alone += w->alone_count;
+        report.failed += w->failed;
     }
-    kt_batch_fail(batch, group->first + lane, &made, fault);
-    group->live &= ~((kt_lane_mask)1 << lane);
-}
-
-/* Sums the forces of effects, state by state, into batch->total and batch->wrench. Returns the lanes whose effects can
- * be computed. */
-static kt_lane_mask apply_effects_alone(kt_batch *batch, const kt_batch_group *group, const double *t) {
-    const kt_batch_counts *n = &batch->n;
-    kt_lane_mask done = 0;
-    for (size_t lane = 0; lane < n->width; lane++) {
-        kt_dynamic_state one = {.t = t[lane], .q = batch->one_q, .v = batch->one_v, .tau = batch->one_tau};
-        if (!kt_lane_is_in(group->live, lane))
-            continue;
-        take_state(batch, group, lane);
-        if (kt_effects_apply(batch->model, batch->data, &one, NULL) != KT_OK)
-            continue;
-        kt_lane_put(one.tau, n->width, lane, n->nv, batch->total);
-        if (n->body > 0)
-            kt_lane_put(&one.external->moment.x, n->width, lane, 6 * n->body, batch->wrench);
-        done |= (kt_lane_mask)1 << lane;
-    }
-    return done;
-}
-
-static kt_lane_mask apply_effects(kt_batch *batch, const kt_batch_group *group, const double *t) {
-    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
-    if (batch->has_formulas)
-        return apply_effects_alone(batch, group, t);
-    return batch->kernels->effects(batch->model, batch->lanes, &at, batch->total,
-                                   batch->n.body > 0 ? batch->wrench : NULL);
-}
-
-void kt_batch_accelerate(kt_batch *batch, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
-    const kt_model *model = batch->model;
-    kt_lane_mask done = 0;
-    if (batch->kernels) {
-        const bool has_effects = model->n.effect > 0;
-        done = has_effects ? apply_effects(batch, group, t) : group->live;
-        done &=
-            batch->kernels->forward(model, batch->lanes, group->q, group->v, has_effects ? batch->total : group->tau,
-                                    batch->n.body > 0 ? batch->wrench : NULL, batch->result);
-    }
-    for (size_t lane = 0; lane < batch->n.width; lane++) {
-        if (kt_lane_is_in(done, lane))
-            batch->report.in_lanes++;
-        else if (kt_lane_is_in(group->live, lane))
-            accelerate_alone(batch, group, lane, t[lane], fault);
-    }
-}
-
-/* ---- all states -------------------------------------------------------------------------------------------------- */
-
-/* Copies the results of the lanes that have been computed, n numbers each. */
-static void commit(const kt_batch *batch, const kt_batch_group *group, double *all) {
-    const size_t width = batch->n.width, nv = batch->n.nv;
-    double *to = all + group->first * nv;
-    if (group->live == kt_lanes_first(width)) {
-        kt_copy(to, batch->result, width * nv * sizeof *to);
-        return;
-    }
-    for (size_t lane = 0; lane < width; lane++)
-        for (size_t i = 0; i < nv && kt_lane_is_in(group->live, lane); i++)
-            to[i * width + lane] = batch->result[i * width + lane];
-}
-
-kt_status kt_batch_forward(kt_batch *batch, kt_error *error) {
-    if (KT_IS_MISSING(error, batch))
-        return KT_ERROR_ARGUMENT;
-    kt_batch_fault fault = {KT_OK, 0, error};
-    memset(batch->status, KT_OK, batch->n.states);
-    for (size_t g = 0; g < batch->n.groups; g++) {
-        kt_batch_group group = kt_batch_group_of(batch, g);
-        kt_batch_accelerate(batch, &group, batch->t + group.first, &fault);
-        commit(batch, &group, batch->a);
-    }
-    return fault.status;
-}
-
-static void invert_alone(kt_batch *batch, kt_batch_group *group, const double *a, size_t lane, kt_batch_fault *fault) {
-    const kt_batch_counts *n = &batch->n;
-    kt_error made;
-    take_state(batch, group, lane);
-    kt_lane_take(a, n->width, lane, n->nv, batch->one_a);
-    batch->report.alone++;
-    const kt_status status = kt_dynamics_inverse(batch->model, batch->data, batch->one_q, batch->one_v, batch->one_a,
-                                                 NULL, batch->one_tau, &made);
-    if (status == KT_OK) {
-        kt_lane_put(batch->one_tau, n->width, lane, n->nv, batch->result);
-        return;
-    }
-    kt_batch_fail(batch, group->first + lane, &made, fault);
-    group->live &= ~((kt_lane_mask)1 << lane);
-}
-
-kt_status kt_batch_inverse(kt_batch *batch, kt_error *error) {
-    if (KT_IS_MISSING(error, batch))
-        return KT_ERROR_ARGUMENT;
-    kt_batch_fault fault = {KT_OK, 0, error};
-    memset(batch->status, KT_OK, batch->n.states);
-    for (size_t g = 0; g < batch->n.groups; g++) {
-        kt_batch_group group = kt_batch_group_of(batch, g);
-        const double *a = batch->a + group.first * batch->n.nv;
-        kt_lane_mask done = 0;
-        if (batch->kernels)
-            done = group.live &
-                   batch->kernels->inverse(batch->model, batch->lanes, group.q, group.v, a, NULL, batch->result);
-        for (size_t lane = 0; lane < group.used; lane++) {
-            if (kt_lane_is_in(done, lane))
-                batch->report.in_lanes++;
-            else
-                invert_alone(batch, &group, a, lane, &fault);
-        }
-        commit(batch, &group, batch->tau);
-    }
-    return fault.status;
+    return report;
 }

@@ -7,20 +7,15 @@
 #include "kinetree/batch.h"
 #include "model/model.h"
 
-/* Numbers that the groups and the workspace take: N = nq + nv of a state, s the stages of the method. */
+/* Numbers that the groups and a workspace take: N = nq + nv of a state, s the stages of the method. */
 typedef struct kt_batch_counts {
-    size_t states, groups, width, stages;
+    size_t states, groups, width, stages, threads;
     size_t nq, nv, body;
-    size_t lane_bytes, data_bytes;
+    size_t lane_bytes, data_bytes, work_bytes;
 } kt_batch_counts;
 
-/* Every array of a batch: those of all groups, group by group, then the workspace of one. */
-#define KT_BATCH_FIELDS(X)                                                                                             \
-    X(double, t, n->groups * n->width, "time of each state")                                                           \
-    X(double, y, n->groups * n->width * (n->nq + n->nv), "positions, then velocities")                                 \
-    X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
-    X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
-    X(uint8_t, status, n->groups * n->width, "kt_status of the last computation of each state")                        \
+/* Every array of a workspace, in which one thread computes one group. */
+#define KT_BATCH_WORK_FIELDS(X)                                                                                        \
     X(double, result, n->width * n->nv, "accelerations or forces of a group")                                          \
     X(double, total, n->width * n->nv, "joint forces of a group with those of effects")                                \
     X(double, wrench, n->width * 6 * n->body, "wrenches on bodies of a group")                                         \
@@ -34,17 +29,36 @@ typedef struct kt_batch_counts {
     X(char, lanes, n->lane_bytes, "workspace of the recursions in lanes")                                              \
     X(char, alone, n->data_bytes, "data of one state")
 
+typedef struct kt_batch_work {
+    kt_batch *batch;
+    kt_data *data;                          /* of one state */
+    uint64_t in_lanes, alone_count, failed; /* as in kt_batch_report */
+    KT_ARENA_DECLARE(KT_BATCH_WORK_FIELDS)
+} kt_batch_work;
+
+/* Every array of a batch: those of all groups, group by group, and the workspaces. */
+#define KT_BATCH_FIELDS(X)                                                                                             \
+    X(double, t, n->groups * n->width, "time of each state")                                                           \
+    X(double, y, n->groups * n->width * (n->nq + n->nv), "positions, then velocities")                                 \
+    X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
+    X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
+    X(uint8_t, status, n->groups * n->width, "kt_status of the last computation of each state")                        \
+    X(char, work, n->threads * n->work_bytes, "a kt_batch_work of each thread")
+
 struct kt_batch {
     void *owned; /* memory of kt_batch_create, or NULL */
     const kt_model *model;
     const kt_lane_kernels *kernels; /* NULL: state by state */
-    const kt_method *method;        /* NULL: no steps */
-    kt_data *data;                  /* of one state */
+    const kt_method *method;        /* NULL: no steps by a table */
     bool has_formulas;              /* effects by formulas, which read more than their ends: effects state by state */
     kt_batch_counts n;
-    kt_batch_report report;
+    const char *why; /* as in kt_batch_report */
     KT_ARENA_DECLARE(KT_BATCH_FIELDS)
 };
+
+static inline kt_batch_work *kt_batch_work_of(const kt_batch *batch, size_t thread) {
+    return (kt_batch_work *)(void *)(batch->work + thread * batch->n.work_bytes);
+}
 
 /* A group of states at some instant: `used` lanes of width, their times, and numbers that lie x[i * width + lane]. */
 typedef struct kt_batch_group {
@@ -78,10 +92,19 @@ static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)(
 kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group);
 
 /* Notes that the computation of a state has failed, with the error; `made` is that of the call for one state. */
-void kt_batch_fail(kt_batch *batch, size_t state, const kt_error *made, kt_batch_fault *fault);
+void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault);
 
-/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into batch->result. Those
+/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Those
  * that fail leave group->live. */
-void kt_batch_accelerate(kt_batch *batch, kt_batch_group *group, const double *t, kt_batch_fault *fault);
+void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault);
+
+/* Computes the joint forces of the live lanes by inverse dynamics of the tree, into w->result, likewise. */
+void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault);
+
+/* Steps of a group (step.c), by the method or semi-implicit ones. */
+void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault);
+
+/* KT_OK, or what is wrong with the numbers of a job. */
+kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error);
 
 #endif

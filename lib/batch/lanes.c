@@ -24,19 +24,12 @@ static size_t layout(const kt_model *model, void *memory) {
     return bytes;
 }
 
-static kt_lane_mask mask_of(kt_condition condition) {
-    kt_lane_mask mask = 0;
-    for (int lane = 0; lane < KT_LANES; lane++)
-        mask |= (kt_lane_mask)(condition[lane] & 1) << lane;
-    return mask;
-}
-
 /* The lanes that are sound, and whose n numbers are finite: x - x is 0 where x is, and NaN persists in a sum. */
 static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n) {
     kt_real1 excess = kt_real1_splat(0.0);
     for (size_t i = 0; i < n; i++)
         excess += x[i] - x[i];
-    return mask_of(sound & (excess == kt_real1_splat(0.0)));
+    return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
 }
 
 static kt_lane_mask forward(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
@@ -56,7 +49,7 @@ static kt_lane_mask forward(const kt_model *model, void *work, const double *q, 
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
-    return at->live & mask_of(KT_KERNEL(kt_effects_sum)(model, work, at, (void *)tau, (void *)external));
+    return at->live & kt_mask_of(KT_KERNEL(kt_effects_sum)(model, work, at, (void *)tau, (void *)external));
 }
 
 static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
@@ -74,5 +67,10 @@ static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, 
     return finite_lanes(kt_condition_true(), taus, model->n.v);
 }
 
-const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {
-    .width = KT_LANES, .layout = layout, .forward = forward, .effects = effects, .inverse = inverse};
+const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
+                                                            .layout = layout,
+                                                            .forward = forward,
+                                                            .effects = effects,
+                                                            .inverse = inverse,
+                                                            .rate = KT_KERNEL(kt_rates),
+                                                            .make_units = KT_KERNEL(kt_units)};

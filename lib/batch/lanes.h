@@ -15,6 +15,8 @@
 /* Lanes are bits of masks. */
 typedef uint32_t kt_lane_mask;
 
+enum { KT_LANES_MOST = 8 };
+
 /* A group of states: times, positions, velocities and joint forces, and which lanes are computed. */
 typedef struct kt_lane_state {
     const double *t, *q, *v, *tau;
@@ -36,6 +38,11 @@ typedef struct kt_lane_kernels {
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
+    /* Writes the rates of positions. */
+    void (*rate)(const kt_model *model, const double *q, const double *v, double *out);
+    /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
+     * unchanged. */
+    kt_lane_mask (*make_units)(const kt_model *model, double *q);
 } kt_lane_kernels;
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
@@ -49,6 +56,17 @@ bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect
 /* The effects of a group, into tau and applied. Returns the lanes whose forces are finite. */
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied);
+
+void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v, double *out);
+kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);
+
+/* The lanes for which a condition holds. */
+KT_OPERATOR kt_lane_mask kt_mask_of(kt_condition condition) {
+    kt_lane_mask mask = 0;
+    for (int lane = 0; lane < KT_LANES; lane++)
+        mask |= (kt_lane_mask)(condition[lane] & 1) << lane;
+    return mask;
+}
 #endif
 
 extern const kt_lane_kernels kt_lane_kernels_baseline, kt_lane_kernels_v3, kt_lane_kernels_v4;

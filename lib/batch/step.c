@@ -1,5 +1,9 @@
 /* Steps of many states by an explicit Runge-Kutta method (integrator/explicit.c): stages and their sums are those of one
- * step, of all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. */
+ * step, of all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. And by the
+ * semi-implicit Euler method, of first order and symplectic where forces do not depend on velocities (Hairer, Lubich and
+ * Wanner, Geometric Numerical Integration, I.1):
+ *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1
+ */
 #include "batch/batch.h"
 
 #include "base/copy.h"
@@ -9,108 +13,156 @@
 
 #include <string.h>
 
-/* The rates of positions of a group: its velocities, but for quaternions, whose rates are computed lane by lane. */
-static void rate(kt_batch *batch, const kt_batch_group *group, double *out) {
+static kt_lane_mask bit(size_t lane) { return (kt_lane_mask)1 << lane; }
+
+/* The rates of positions of a group: its velocities, but for quaternions. */
+static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
+    const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     if (n->nq == n->nv) {
         kt_copy(out, group->v, n->width * n->nv * sizeof *out);
         return;
     }
+    if (batch->kernels) {
+        batch->kernels->rate(batch->model, group->q, group->v, out);
+        return;
+    }
     for (size_t lane = 0; lane < n->width; lane++) {
-        kt_lane_take(group->q, n->width, lane, n->nq, batch->one_q);
-        kt_lane_take(group->v, n->width, lane, n->nv, batch->one_v);
-        kt_position_rate(batch->model, batch->one_q, batch->one_v, batch->one_a);
-        kt_lane_put(batch->one_a, n->width, lane, n->nq, out);
+        kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
+        kt_lane_take(group->v, n->width, lane, n->nv, w->one_v);
+        kt_position_rate(batch->model, w->one_q, w->one_v, w->one_a);
+        kt_lane_put(w->one_a, n->width, lane, n->nq, out);
     }
 }
 
 /* out = y + h sum_j weight_j k_j */
-static void combine(kt_batch *batch, const double *y, double h, const double *weights, size_t count, double *out) {
-    const size_t N = batch->n.width * (batch->n.nq + batch->n.nv);
+static void combine(kt_batch_work *w, const double *y, double h, const double *weights, size_t count, double *out) {
+    const size_t N = w->batch->n.width * (w->batch->n.nq + w->batch->n.nv);
     double *rows[KT_METHOD_STAGES_MAX];
     size_t used = 0;
     for (size_t j = 0; j < count; j++) {
-        rows[j] = batch->slope + j * N;
+        rows[j] = w->slope + j * N;
         if (weights[j] != 0.0)
-            batch->term[used++] = (kt_stage_term){weights[j], j};
+            w->term[used++] = (kt_stage_term){weights[j], j};
     }
-    kt_combine(out, y, h, batch->term, used, rows, N);
+    kt_combine(out, y, h, w->term, used, rows, N);
 }
 
-/* All stages of the live lanes; the state after the step, before it is closed, is left in batch->stage. */
-static void take_stages(kt_batch *batch, kt_batch_group *group, double h, kt_batch_fault *fault) {
+/* All stages of the live lanes; the state after the step, before it is closed, is left in w->stage. */
+static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
+    const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const kt_method *m = batch->method;
     const size_t nq = n->width * n->nq, N = nq + n->width * n->nv;
     const double *y = group->q;
-    _Alignas(KT_ALIGNMENT) double t[32];
+    _Alignas(KT_ALIGNMENT) double t[KT_LANES_MOST];
     kt_batch_group at = *group;
-    at.q = batch->stage;
-    at.v = batch->stage + nq;
+    at.q = w->stage;
+    at.v = w->stage + nq;
     for (size_t i = 0; i < n->stages && at.live; i++) {
-        double *k = batch->slope + i * N;
+        double *k = w->slope + i * N;
         for (size_t lane = 0; lane < n->width; lane++) {
             const double start = batch->t[group->first + lane];
             t[lane] = m->c[i] == 1.0 ? start + h : start + m->c[i] * h;
         }
-        combine(batch, y, h, m->a + i * (i - (i > 0)) / 2, i, batch->stage);
-        rate(batch, &at, k);
-        kt_batch_accelerate(batch, &at, t, fault);
-        kt_copy(k + nq, batch->result, (N - nq) * sizeof *k);
+        combine(w, y, h, m->a + i * (i - (i > 0)) / 2, i, w->stage);
+        rate(w, &at, k);
+        kt_batch_accelerate(w, &at, t, fault);
+        kt_copy(k + nq, w->result, (N - nq) * sizeof *k);
     }
-    combine(batch, y, h, m->b, n->stages, batch->stage);
+    combine(w, y, h, m->b, n->stages, w->stage);
     group->live = at.live;
 }
 
+/* The same of a semi-implicit step. */
+static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
+    const kt_batch *batch = w->batch;
+    const kt_batch_counts *n = &batch->n;
+    const size_t nq = n->width * n->nq, nv = n->width * n->nv;
+    double *q = w->stage, *v = w->stage + nq;
+    kt_batch_accelerate(w, group, batch->t + group->first, fault);
+    for (size_t i = 0; i < nv; i++)
+        v[i] = group->v[i] + h * w->result[i];
+    if (n->nq == n->nv) {
+        for (size_t i = 0; i < nv; i++)
+            q[i] = group->q[i] + h * v[i];
+        return;
+    }
+    for (size_t lane = 0; lane < n->width; lane++) {
+        kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
+        kt_lane_take(v, n->width, lane, n->nv, w->one_v);
+        for (size_t i = 0; i < n->nv; i++)
+            w->one_v[i] *= h;
+        kt_position_add(batch->model, w->one_q, w->one_v, w->one_a);
+        kt_lane_put(w->one_a, n->width, lane, n->nq, q);
+    }
+}
+
 /* Closes loops, and makes quaternions units, of the state in one_q and one_v. */
-static kt_status close_state(kt_batch *batch, double t, kt_error *error) {
-    if (KT_HAS_LOOPS && batch->model->n.group > 0)
-        return kt_state_project(batch->model, batch->data, t, batch->one_q, batch->one_v, NULL, error);
-    return kt_position_make_units(batch->model, batch->one_q)
+static kt_status close_state(kt_batch_work *w, double t, kt_error *error) {
+    if (KT_HAS_LOOPS && w->batch->model->n.group > 0)
+        return kt_state_project(w->batch->model, w->data, t, w->one_q, w->one_v, NULL, error);
+    return kt_position_make_units(w->batch->model, w->one_q)
                ? KT_OK
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
 }
 
-/* Writes the states in batch->stage to the lanes that have come so far. */
-static void finish(kt_batch *batch, kt_batch_group *group, double h, kt_batch_fault *fault) {
-    const kt_batch_counts *n = &batch->n;
+static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double h, kt_batch_fault *fault) {
+    const kt_batch_counts *n = &w->batch->n;
     const size_t nq = n->width * n->nq;
-    const bool open = n->nq > n->nv || batch->model->n.group > 0;
-    double *y = batch->y + group->first * (n->nq + n->nv);
+    kt_error made;
+    kt_lane_take(w->stage, n->width, lane, n->nq, w->one_q);
+    kt_lane_take(w->stage + nq, n->width, lane, n->nv, w->one_v);
+    if (close_state(w, w->batch->t[group->first + lane] + h, &made) != KT_OK) {
+        kt_batch_fail(w, group->first + lane, &made, fault);
+        group->live &= ~bit(lane);
+        return;
+    }
+    kt_lane_put(w->one_q, n->width, lane, n->nq, w->stage);
+    kt_lane_put(w->one_v, n->width, lane, n->nv, w->stage + nq);
+}
+
+/* Closes the states in w->stage, and writes them to the lanes that have come so far. */
+static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
+    kt_batch *batch = w->batch;
+    const kt_batch_counts *n = &batch->n;
+    const size_t N = n->nq + n->nv;
+    double *y = batch->y + group->first * N;
+    kt_lane_mask closed = group->live;
+    if (batch->model->n.group > 0)
+        closed = 0;
+    else if (n->nq > n->nv)
+        closed = batch->kernels->make_units(batch->model, w->stage);
+    for (size_t lane = 0; lane < n->width; lane++)
+        if (kt_lane_is_in(group->live & ~closed, lane))
+            close_alone(w, group, lane, h, fault);
+    if (group->live == kt_lanes_first(n->width))
+        kt_copy(y, w->stage, n->width * N * sizeof *y);
     for (size_t lane = 0; lane < n->width; lane++) {
-        kt_error made;
         if (!kt_lane_is_in(group->live, lane))
             continue;
-        double *t = &batch->t[group->first + lane];
-        kt_lane_take(batch->stage, n->width, lane, n->nq, batch->one_q);
-        kt_lane_take(batch->stage + nq, n->width, lane, n->nv, batch->one_v);
-        if (open && close_state(batch, *t + h, &made) != KT_OK) {
-            kt_batch_fail(batch, group->first + lane, &made, fault);
-            group->live &= ~((kt_lane_mask)1 << lane);
-            continue;
-        }
-        kt_lane_put(batch->one_q, n->width, lane, n->nq, y);
-        kt_lane_put(batch->one_v, n->width, lane, n->nv, y + nq);
-        *t += h;
+        batch->t[group->first + lane] += h;
+        for (size_t i = 0; i < N && group->live != kt_lanes_first(n->width); i++)
+            y[i * n->width + lane] = w->stage[i * n->width + lane];
     }
 }
 
-kt_status kt_batch_step(kt_batch *batch, double h, int steps, kt_error *error) {
-    if (KT_IS_MISSING(error, batch))
-        return KT_ERROR_ARGUMENT;
-    if (!batch->method)
+void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault) {
+    for (int i = 0; i < job->steps && group->live; i++) {
+        if (job->task == KT_BATCH_SEMI_IMPLICIT_STEP)
+            take_semi_implicit(w, group, job->h, fault);
+        else
+            take_stages(w, group, job->h, fault);
+        finish(w, group, job->h, fault);
+    }
+}
+
+kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error) {
+    if (!batch->method && job->task == KT_BATCH_STEP)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "batch",
                             "it has no method to take steps by; give one in the options of kt_batch_init");
-    if (!isfinite(h) || steps < 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", steps, h);
-    kt_batch_fault fault = {KT_OK, 0, error};
-    memset(batch->status, KT_OK, batch->n.states);
-    for (size_t g = 0; g < batch->n.groups; g++) {
-        kt_batch_group group = kt_batch_group_of(batch, g);
-        for (int i = 0; i < steps && group.live; i++) {
-            take_stages(batch, &group, h, &fault);
-            finish(batch, &group, h, &fault);
-        }
-    }
-    return fault.status;
+    if (!isfinite(job->h) || job->steps < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
+                            job->h);
+    return KT_OK;
 }

@@ -7,6 +7,7 @@
 
 #include "batch/batch.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/study.h"
 
 #include <math.h>
 #include <string.h>
@@ -50,7 +51,7 @@ static void spoil_states(kt_many *many, kt_random *random) {
 
 static uint64_t compare(kt_isa isa, const char *what, bool spoilt) {
     kt_random random = kt_random_of_test();
-    int different[3] = {0, 0, 0};
+    int different[4] = {0, 0, 0, 0};
     uint64_t in_lanes = 0;
     static kt_load_list loads;
     for (int n = 0; n < TREES; n++) {
@@ -68,7 +69,9 @@ static uint64_t compare(kt_isa isa, const char *what, bool spoilt) {
             spoil_states(&many, &random);
         different[0] += kt_many_compare_forward(&many, tree.data);
         different[1] += kt_many_compare_inverse(&many, tree.data);
+        many.threads = 1 + (size_t)n % KT_MANY_THREADS;
         different[2] += kt_many_compare_steps(&many, tree.data, 0.01, 3);
+        different[3] += kt_many_compare_semi_implicit(&many, tree.data, 0.01, 3);
         in_lanes += kt_batch_report_of(many.batch).in_lanes;
         kt_many_free(&many);
         kt_tree_free(&tree);
@@ -77,6 +80,7 @@ static uint64_t compare(kt_isa isa, const char *what, bool spoilt) {
     kt_check_equal_int("states whose accelerations differ", different[0], 0);
     kt_check_equal_int("states whose forces differ", different[1], 0);
     kt_check_equal_int("states that differ after three steps", different[2], 0);
+    kt_check_equal_int("states that differ after three semi-implicit steps", different[3], 0);
     return in_lanes;
 }
 
@@ -85,9 +89,9 @@ static void compare_isa(kt_isa isa, const char *name) {
         kt_skip(name, KT_NO_ISA);
         return;
     }
-    /* forward, inverse and at least 12 stages of each state */
+    /* forward, inverse, at least 12 stages and 3 semi-implicit steps of each state */
     kt_check_equal_int("sound states are computed in lanes",
-                       (long long)(compare(isa, name, false) >= 14ULL * TREES * KT_MANY_STATES), 1);
+                       (long long)(compare(isa, name, false) >= 17ULL * TREES * KT_MANY_STATES), 1);
 }
 
 KT_TEST(lanes_have_the_bits_of_single_states_on_the_baseline) { compare_isa(KT_ISA_BASE, "baseline"); }
@@ -127,6 +131,8 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
         status = kt_batch_inverse(batch, &error);
     if (status == KT_OK)
         status = kt_batch_step(batch, 0.001, 10, &error);
+    if (status == KT_OK)
+        status = kt_batch_step_semi_implicit(batch, 0.001, 10, &error);
     const long allocations = kt_interpose_stop();
     kt_check_equal_int("status", status, KT_OK);
     kt_check_equal_int("allocations", allocations, 0);
@@ -137,6 +143,25 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
 }
 
 /* ---- arguments --------------------------------------------------------------------------------------------------- */
+
+/* A batch that was made for one thread. */
+static void refuse_jobs(kt_batch *batch) {
+    kt_error error;
+    kt_batch_job job = {.task = KT_BATCH_FORWARD};
+    size_t used = 0;
+    kt_check_equal_int("one thread", kt_batch_run(batch, &job, 1, &used, &error), KT_OK);
+    kt_check_equal_int("threads used", (long long)used, 1);
+    kt_check_equal_int("two threads", kt_batch_run(batch, &job, 2, &used, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("what is wrong", error.message, "made for 1");
+    kt_check_equal_int("no thread", kt_batch_run(batch, &job, 0, &used, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("another one's workspace", kt_batch_compute_block(batch, 1, 0, &job, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("a block that is not there",
+                       kt_batch_compute_block(batch, 0, kt_batch_block_count(batch), &job, &error), KT_ERROR_ARGUMENT);
+    job.task = (kt_batch_task)99;
+    kt_check_equal_int("no such task", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
+    job = (kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = NAN, .steps = 1};
+    kt_check_equal_int("a step of NaN", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
+}
 
 KT_TEST(wrong_arguments_are_refused) {
     kt_random random = kt_random_of_test();
@@ -170,6 +195,7 @@ KT_TEST(wrong_arguments_are_refused) {
     kt_check_equal_int("a step of infinity", kt_batch_step(batch, INFINITY, 1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("less than no steps", kt_batch_step(batch, 0.1, -1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);
+    refuse_jobs(batch);
     kt_batch_free(batch);
     kt_tree_free(&tree);
 }

@@ -2,8 +2,13 @@
 
 #include "check.h"
 
+#include "joint/joint.h"
+#include "kinetree/closure.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
 #include "kinetree/sensitivity.h"
+#include "kinetree/study.h"
+#include "model/model.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,9 +16,10 @@
 
 bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method) {
     kt_error error;
-    const kt_batch_options options = {.states = KT_MANY_STATES, .method = method};
+    const kt_batch_options options = {.states = KT_MANY_STATES, .threads = KT_MANY_THREADS, .method = method};
     *many = (kt_many){.model = model, .nq = (size_t)kt_model_nq(model), .nv = (size_t)kt_model_nv(model)};
     many->method = method;
+    many->threads = 1;
     many->t = calloc(KT_MANY_STATES * (1 + many->nq + 3 * many->nv) + 1, sizeof(double));
     many->q = many->t + KT_MANY_STATES;
     many->v = many->q + KT_MANY_STATES * many->nq;
@@ -121,33 +127,68 @@ int kt_many_compare_inverse(kt_many *many, kt_data *data) {
     return compare(many, data, &(computation){kt_batch_inverse, kt_batch_get_torque, inverse_alone, many->tau});
 }
 
-/* One state by as many calls of kt_step_evaluate, until one fails. */
-static kt_status step_alone(kt_many *many, kt_data *data, size_t i, double h, int steps, double *t, double *q,
-                            double *v) {
-    *t = many->t[i];
-    memcpy(q, many->q + i * many->nq, many->nq * sizeof *q);
-    memcpy(v, many->v + i * many->nv, many->nv * sizeof *v);
-    for (int k = 0; k < steps; k++) {
-        const kt_step step = {.method = many->method, .t = *t, .h = h, .tau = many->tau + i * many->nv};
-        const kt_status status =
-            kt_step_evaluate(many->model, data, many->work, many->work_size, &step, q, v, q, v, NULL);
+/* A state that takes steps alone. */
+typedef struct single {
+    double t, *q, *v;
+    const double *tau;
+} single;
+typedef kt_status step_alone(kt_many *many, kt_data *data, single *s, double h);
+
+static kt_status step_by_method(kt_many *many, kt_data *data, single *s, double h) {
+    const kt_step step = {.method = many->method, .t = s->t, .h = h, .tau = s->tau};
+    return kt_step_evaluate(many->model, data, many->work, many->work_size, &step, s->q, s->v, s->q, s->v, NULL);
+}
+
+/* v += h a, q (+) h v, closed. */
+static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, double h) {
+    const size_t nq = many->nq, nv = many->nv;
+    double *a = calloc(2 * nv + nq + 1, sizeof *a), *v = a + nv, *q = v + nv;
+    kt_status status = kt_acceleration_evaluate(many->model, data, s->t, s->q, s->v, s->tau, NULL, a, NULL);
+    for (size_t k = 0; k < nv; k++) {
+        v[k] = s->v[k] + h * a[k];
+        a[k] = h * v[k];
+    }
+    kt_position_add(many->model, s->q, a, q);
+    if (status == KT_OK && many->model->n.group > 0)
+        status = kt_state_project(many->model, data, s->t + h, q, v, NULL, NULL);
+    else if (status == KT_OK && !kt_position_make_units(many->model, q))
+        status = KT_ERROR_NOT_FINITE;
+    if (status == KT_OK) {
+        memcpy(s->q, q, nq * sizeof *q);
+        memcpy(s->v, v, nv * sizeof *v);
+    }
+    free(a);
+    return status;
+}
+
+/* One state by as many steps, until one fails. */
+static kt_status advance_alone(kt_many *many, kt_data *data, size_t i, const kt_batch_job *job, single *s) {
+    step_alone *step = job->task == KT_BATCH_STEP ? step_by_method : step_semi_implicitly;
+    s->t = many->t[i];
+    s->tau = many->tau + i * many->nv;
+    memcpy(s->q, many->q + i * many->nq, many->nq * sizeof *s->q);
+    memcpy(s->v, many->v + i * many->nv, many->nv * sizeof *s->v);
+    for (int k = 0; k < job->steps; k++) {
+        const kt_status status = step(many, data, s, job->h);
         if (status != KT_OK)
             return status;
-        *t += h;
+        s->t += job->h;
     }
     return KT_OK;
 }
 
-int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps) {
+static int compare_job(kt_many *many, kt_data *data, const kt_batch_job *job) {
     const size_t nq = many->nq, nv = many->nv, N = 1 + nq + nv;
     kt_error error;
     first_failure first = {KT_OK, 0};
     double *expected = calloc(2 * N, sizeof *expected), *seen = expected + N;
     int different = 0;
     set(many);
-    const kt_status all = kt_batch_step(many->batch, h, steps, &error);
+    const kt_status all = kt_batch_run(many->batch, job, many->threads, NULL, &error);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
-        const kt_status alone = step_alone(many, data, i, h, steps, expected, expected + 1, expected + 1 + nq);
+        single s = {.q = expected + 1, .v = expected + 1 + nq};
+        const kt_status alone = advance_alone(many, data, i, job, &s);
+        expected[0] = s.t;
         note(&first, alone, i);
         if (kt_batch_get_state(many->batch, i, seen, seen + 1, seen + 1 + nq, NULL) != KT_OK ||
             kt_batch_status(many->batch, i) != alone || differ(seen, expected, N))
@@ -156,4 +197,12 @@ int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps) {
     different += told_wrong(all, first.status, &error, first.state);
     free(expected);
     return different;
+}
+
+int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps) {
+    return compare_job(many, data, &(kt_batch_job){.task = KT_BATCH_STEP, .h = h, .steps = steps});
+}
+
+int kt_many_compare_semi_implicit(kt_many *many, kt_data *data, double h, int steps) {
+    return compare_job(many, data, &(kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = h, .steps = steps});
 }

@@ -5,6 +5,7 @@
 #include "kinetree/batch.h"
 
 enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, whatever the width */
+enum { KT_MANY_THREADS = 3 };
 
 typedef struct kt_many {
     const kt_model *model;
@@ -14,16 +15,18 @@ typedef struct kt_many {
     void *work;                  /* of kt_step_evaluate */
     size_t work_size;
     const kt_method *method;
+    size_t threads; /* by which steps are taken; 1 at first, up to KT_MANY_THREADS */
 } kt_many;
 
 /* With all states at the model's initial one, at t = 0.25 s times their number; false: it failed, and the test does. */
 bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method);
 void kt_many_free(kt_many *many);
 
-/* How many states differ: in a bit of their results, in their status, or in what a failed state leaves. `steps`: as many
- * of h; 0: forward dynamics; inverse dynamics in addition, from the accelerations in many->a. */
+/* How many states differ: in a bit of their results, in their status, or in what a failed state leaves. Inverse dynamics
+ * are those of the accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
 int kt_many_compare_forward(kt_many *many, kt_data *data);
 int kt_many_compare_inverse(kt_many *many, kt_data *data);
 int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps);
+int kt_many_compare_semi_implicit(kt_many *many, kt_data *data, double h, int steps);
 
 #endif

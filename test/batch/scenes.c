@@ -54,7 +54,8 @@ static void compare(const char *name, const kt_scene *scene, kt_random *random, 
         draw_states(&many, data, random);
         int different = kt_many_compare_forward(&many, data) + kt_many_compare_inverse(&many, data);
         if (many.nv <= 200) /* of large ones each step takes long, state by state, and again */
-            different += kt_many_compare_steps(&many, data, 1e-4, 2);
+            different +=
+                kt_many_compare_steps(&many, data, 1e-4, 2) + kt_many_compare_semi_implicit(&many, data, 1e-4, 2);
         const kt_batch_report report = kt_batch_report_of(many.batch);
         if (different > 0)
             kt_note("%s: %d differ", name, different);

@@ -33,6 +33,9 @@ CORE_MAY_IMPORT = [
 SET_UP = ["base/aligned.c", "base/decimal.c", "compile/attach.c", "compile/build.c", "compile/check.c", "compile/check_model.c", "compile/delassus_accuracy.c",
           "compile/family.c", "compile/hard.c", "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "model/layout.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "free", "qsort", "strtod"]
+# Threads of a batch, outside the core.
+THREADED = ["study/batch_run.c"]
+THREADED_MAY_IMPORT = ["pthread_*"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
 SCENE_MAY_NOT_IMPORT = [
     "printf", "vprintf", "puts", "putchar", "perror", "stdout", "stderr", "exit", "_exit", "_Exit", "quick_exit",
@@ -70,8 +73,8 @@ def imports(archive):
         yield place.rstrip(":").split(":")[-1].split("/")[-1], plain(symbol)
 
 
-def is_set_up(object_name):
-    return matches(object_name, [pattern.replace("/", "_") + ".o" for pattern in SET_UP])
+def is_among(object_name, sources):
+    return matches(object_name, [source.replace("/", "_") + ".o" for source in sources])
 
 
 def writable_sections(archive):
@@ -114,7 +117,8 @@ def main():
     seen = collections.Counter()
     for place, symbol in [*imports(core), *imports(study)]:
         seen[place] += 1
-        allowed = CORE_MAY_IMPORT + (SET_UP_MAY_IMPORT if is_set_up(place) else [])
+        allowed = CORE_MAY_IMPORT + (SET_UP_MAY_IMPORT if is_among(place, SET_UP) else [])
+        allowed += THREADED_MAY_IMPORT if is_among(place, THREADED) else []
         if not matches(symbol, allowed):
             problems.append(f"{place} imports {symbol}")
     note(f"{sum(seen.values())} imports of {len(seen)} objects")

@@ -1,0 +1,130 @@
+/* Accelerations and forces of a group of states: in lanes, and state by state what lanes cannot do. */
+#include "base/copy.h"
+#include "batch/batch.h"
+#include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
+
+#include <stdio.h>
+
+kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
+    const kt_batch_counts *n = &batch->n;
+    const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
+    const double *y = batch->y + first * (n->nq + n->nv);
+    return (kt_batch_group){.first = first,
+                            .used = used,
+                            .live = kt_lanes_first(used),
+                            .q = y,
+                            .v = y + n->width * n->nq,
+                            .tau = batch->tau + first * n->nv};
+}
+
+void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault) {
+    w->batch->status[state] = (uint8_t)made->code;
+    w->failed++;
+    if (fault->status != KT_OK && fault->state < state)
+        return;
+    fault->state = state;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "state %zu%s%.*s", state, made->where[0] ? ": " : "", (int)sizeof where - 40,
+                   made->where);
+    fault->status = kt_error_set(fault->error, made->code, where, "%s", made->message);
+}
+
+static void take_state(kt_batch_work *w, const kt_batch_group *group, size_t lane) {
+    const kt_batch_counts *n = &w->batch->n;
+    kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
+    kt_lane_take(group->v, n->width, lane, n->nv, w->one_v);
+    kt_lane_take(group->tau, n->width, lane, n->nv, w->one_tau);
+}
+
+/* The lane by the call for one state. */
+static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double t, kt_batch_fault *fault) {
+    const kt_batch_counts *n = &w->batch->n;
+    kt_error made;
+    take_state(w, group, lane);
+    w->alone_count++;
+    const kt_status status =
+        kt_acceleration_evaluate(w->batch->model, w->data, t, w->one_q, w->one_v, w->one_tau, NULL, w->one_a, &made);
+    if (status == KT_OK) {
+        kt_lane_put(w->one_a, n->width, lane, n->nv, w->result);
+        return;
+    }
+    kt_batch_fail(w, group->first + lane, &made, fault);
+    group->live &= ~((kt_lane_mask)1 << lane);
+}
+
+/* Sums the forces of effects, state by state, into w->total and w->wrench. Returns the lanes whose effects can be
+ * computed. */
+static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *group, const double *t) {
+    const kt_batch_counts *n = &w->batch->n;
+    kt_lane_mask done = 0;
+    for (size_t lane = 0; lane < n->width; lane++) {
+        kt_dynamic_state one = {.t = t[lane], .q = w->one_q, .v = w->one_v, .tau = w->one_tau};
+        if (!kt_lane_is_in(group->live, lane))
+            continue;
+        take_state(w, group, lane);
+        if (kt_effects_apply(w->batch->model, w->data, &one, NULL) != KT_OK)
+            continue;
+        kt_lane_put(one.tau, n->width, lane, n->nv, w->total);
+        if (n->body > 0)
+            kt_lane_put(&one.external->moment.x, n->width, lane, 6 * n->body, w->wrench);
+        done |= (kt_lane_mask)1 << lane;
+    }
+    return done;
+}
+
+static kt_lane_mask apply_effects(kt_batch_work *w, const kt_batch_group *group, const double *t) {
+    const kt_batch *batch = w->batch;
+    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
+    if (batch->has_formulas)
+        return apply_effects_alone(w, group, t);
+    return batch->kernels->effects(batch->model, w->lanes, &at, w->total, batch->n.body > 0 ? w->wrench : NULL);
+}
+
+void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
+    const kt_batch *batch = w->batch;
+    const kt_model *model = batch->model;
+    kt_lane_mask done = 0;
+    if (batch->kernels) {
+        const bool has_effects = model->n.effect > 0;
+        done = has_effects ? apply_effects(w, group, t) : group->live;
+        done &= batch->kernels->forward(model, w->lanes, group->q, group->v, has_effects ? w->total : group->tau,
+                                        batch->n.body > 0 ? w->wrench : NULL, w->result);
+    }
+    for (size_t lane = 0; lane < batch->n.width; lane++) {
+        if (kt_lane_is_in(done, lane))
+            w->in_lanes++;
+        else if (kt_lane_is_in(group->live, lane))
+            accelerate_alone(w, group, lane, t[lane], fault);
+    }
+}
+
+static void invert_alone(kt_batch_work *w, kt_batch_group *group, const double *a, size_t lane, kt_batch_fault *fault) {
+    const kt_batch_counts *n = &w->batch->n;
+    kt_error made;
+    take_state(w, group, lane);
+    kt_lane_take(a, n->width, lane, n->nv, w->one_a);
+    w->alone_count++;
+    const kt_status status =
+        kt_dynamics_inverse(w->batch->model, w->data, w->one_q, w->one_v, w->one_a, NULL, w->one_tau, &made);
+    if (status == KT_OK) {
+        kt_lane_put(w->one_tau, n->width, lane, n->nv, w->result);
+        return;
+    }
+    kt_batch_fail(w, group->first + lane, &made, fault);
+    group->live &= ~((kt_lane_mask)1 << lane);
+}
+
+void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault) {
+    const kt_batch *batch = w->batch;
+    const double *a = batch->a + group->first * batch->n.nv;
+    kt_lane_mask done = 0;
+    if (batch->kernels)
+        done = group->live & batch->kernels->inverse(batch->model, w->lanes, group->q, group->v, a, NULL, w->result);
+    for (size_t lane = 0; lane < group->used; lane++) {
+        if (kt_lane_is_in(done, lane))
+            w->in_lanes++;
+        else
+            invert_alone(w, group, a, lane, fault);
+    }
+}
