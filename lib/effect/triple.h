@@ -45,19 +45,19 @@ typedef kt_mat3 kt_columns;
 KT_INLINE kt_triple kt_triple_zero(void) { return kt_vec3_make(0.0, 0.0, 0.0); }
 KT_INLINE kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return kt_vec3_make(x, y, z); }
 
-KT_INLINE kt_triple kt_triple_add(kt_triple a, kt_triple b) { return kt_vec3_add(a, b); }
-KT_INLINE kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return kt_vec3_sub(a, b); }
-KT_INLINE kt_triple kt_triple_scale(kt_real s, kt_triple a) { return kt_vec3_scale(s, a); }
-KT_INLINE kt_real kt_triple_dot(kt_triple a, kt_triple b) { return kt_vec3_dot(a, b); }
-KT_INLINE kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_vec3_cross(a, b); }
+#define kt_triple_add kt_vec3_add
+#define kt_triple_sub kt_vec3_sub
+#define kt_triple_scale kt_vec3_scale
+#define kt_triple_dot kt_vec3_dot
+#define kt_triple_cross kt_vec3_cross
 /* (d_x u_x, d_y u_y, d_z u_z) */
 KT_INLINE kt_triple kt_triple_scale_each(const double d[3], kt_triple u) {
     return kt_vec3_make(d[0] * u.x, d[1] * u.y, d[2] * u.z);
 }
-KT_INLINE kt_triple kt_columns_apply(kt_columns a, kt_triple u) { return kt_mat3_apply(a, u); }
-KT_INLINE kt_triple kt_columns_apply_transposed(kt_columns a, kt_triple u) { return kt_mat3_apply_transposed(a, u); }
-KT_INLINE kt_columns kt_columns_multiply(kt_columns a, kt_columns b) { return kt_mat3_multiply(a, b); }
-KT_INLINE kt_columns kt_columns_transpose(kt_columns a) { return kt_mat3_transpose(a); }
+#define kt_columns_apply kt_mat3_apply
+#define kt_columns_apply_transposed kt_mat3_apply_transposed
+#define kt_columns_multiply kt_mat3_multiply
+#define kt_columns_transpose kt_mat3_transpose
 
 #elif defined(KT_DUAL)
 
@@ -103,18 +103,16 @@ KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, 
 
 #ifdef KT_LANES
 KT_OPERATOR kt_triple kt_triple_of3(kt_real3 a) { return a; }
-KT_OPERATOR kt_real3 kt_triple_as3(kt_triple a) { return a; }
 KT_OPERATOR kt_triple kt_triple_of_model(kt_vec3 a) { return kt_from3(a); }
 KT_OPERATOR kt_columns kt_columns_of3(const kt_real3 a[3]) { return (kt_columns){a[0], a[1], a[2]}; }
 KT_OPERATOR kt_columns kt_columns_of_model(kt_mat3 a) {
     return (kt_columns){kt_from3(a.x), kt_from3(a.y), kt_from3(a.z)};
 }
 #elif !defined(KT_DUAL)
-KT_INLINE kt_triple kt_triple_of3(kt_real3 a) { return kt_v4_vec3(a); }
-KT_INLINE kt_real3 kt_triple_as3(kt_triple a) { return kt_v4_from(a); }
-KT_INLINE kt_triple kt_triple_of_model(kt_vec3 a) { return a; }
-KT_INLINE kt_columns kt_columns_of3(const kt_real3 a[3]) { return kt_v4_mat3(a); }
-KT_INLINE kt_columns kt_columns_of_model(kt_mat3 a) { return a; }
+#define kt_triple_of3 kt_v4_vec3
+#define kt_triple_of_model(a) (a)
+#define kt_columns_of3 kt_v4_mat3
+#define kt_columns_of_model(a) (a)
 #endif
 
 #ifndef KT_LANES

@@ -18,12 +18,12 @@ KT_INLINE void kt_effect_ends_of(const kt_data *data, const kt_effect_record *ef
     for (int k = 0; k < effect->ends; k++) {
         const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
         const kt_columns axes = kt_columns_of3(force_link->link.axes);
-        const kt_real3 arm = kt_triple_as3(kt_columns_apply(axes, kt_triple_of_model(effect->frame[k].position)));
-        const kt_real3 local = kt_add3(force_link->local, arm), turning = kt_cross3(force_link->link.omega, arm);
+        const kt_triple arm = kt_columns_apply(axes, kt_triple_of_model(effect->frame[k].position));
         end[k].axes = kt_columns_multiply(axes, kt_columns_of_model(effect->frame[k].rotation));
-        end[k].point = kt_triple_of3(kt_add3(kt_sub3(force_link->base, origin), local));
         end[k].omega = kt_triple_of3(force_link->link.omega);
-        end[k].velocity = kt_triple_of3(kt_add3(force_link->velocity, turning));
+        end[k].point = kt_triple_add(kt_triple_of3(kt_sub3(force_link->base, origin)),
+                                     kt_triple_add(kt_triple_of3(force_link->local), arm));
+        end[k].velocity = kt_triple_add(kt_triple_of3(force_link->velocity), kt_triple_cross(end[k].omega, arm));
     }
 }
 
@@ -39,12 +39,12 @@ KT_INLINE kt_real kt_effect_wrenches_add(const kt_data *data, const kt_effect_re
                                          const kt_effect_wrench *wrench, kt_external *applied) {
     kt_real excess = kt_real_of(0.0);
     for (int k = 0; k < effect->ends; k++) {
-        const kt_triple m = wrench[k].moment, f = wrench[k].force;
         const kt_columns axes = kt_columns_of3(data->force_link[effect->force_link[k]].link.axes);
         const kt_triple arm = kt_columns_apply(axes, kt_triple_of_model(effect->arm[k]));
         kt_external *body = &applied[effect->body[k]];
-        body->moment = kt_triple_add(body->moment, kt_triple_add(m, kt_triple_cross(arm, f)));
-        body->force = kt_triple_add(body->force, f);
+        body->moment =
+            kt_triple_add(body->moment, kt_triple_add(wrench[k].moment, kt_triple_cross(arm, wrench[k].force)));
+        body->force = kt_triple_add(body->force, wrench[k].force);
         excess += kt_effect_excess(&wrench[k]);
     }
     return excess;
