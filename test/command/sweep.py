@@ -299,6 +299,32 @@ def ranks():
     same("the bytes of an unbroken sweep", pathlib.Path("q.csv").read_bytes() == whole, True)
 
 
+def pictures():
+    """What is drawn of the lines of a sweep: counted in the picture."""
+    rectangle = r'd="M [-\d. ]+ L [-\d. ]+ L [-\d. ]+ L [-\d. ]+ Z'
+
+    def plot(*arguments, code=0):
+        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
+        same(f"plot {' '.join(arguments)}", done.returncode, code)
+        return done.stderr if code else pathlib.Path("p.svg").read_text()
+
+    run("fall.yaml", "--vary", "g=1:20:12", "--vary", "m=log:0.1:10:7", "--quiet", "--out", "g.csv")
+    if "without cairo" in subprocess.run([command, "plot", "g.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
+        return
+    picture = plot("g.csv", "--map", "g,m", "--columns", "energy.kinetic.max")
+    same("cells of a map, and stripes of its colours", len(re.findall(rectangle, picture)), 12 * 7 + 64)
+    same("colours", len({line.split(" d=")[0] for line in picture.splitlines() if re.search(rectangle, line)}) > 60, True)
+    curves = [d for d in re.findall(r'd="(M [^"]*)"', plot("g.csv", "--by", "m", "--columns", "energy.kinetic.max", "--log")) if d.count("L") > 4 and "Z" not in d]
+    same("curves, one a value", len(curves), 7)
+    run("fall.yaml", "--random", "g=normal(9.81,1)", "--random", "m=uniform(-0.1,1)", "--repeats", "200", "--quiet", "--out", "n.csv")
+    same("runs that fail, whose words have commas", plot("n.csv", "--columns", "position.stone.end").count("runs, ") <= 1, True)
+    plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
+    same("a map of a sample", len(re.findall(rectangle, plot("n.csv", "--map", "g,m", "--columns", "position.stone.end"))) - 64, sum(1 for line in rows(pathlib.Path("n.csv").read_text()) if line["status"] == "done"))
+    for arguments, words in ((["g.csv", "--map", "g"], "two columns"), (["g.csv", "--map", "g,q"], "no column 'q'"), (["g.csv", "--by", "q"], "no column 'q'"),
+                             (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this is none")):
+        same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -316,7 +342,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

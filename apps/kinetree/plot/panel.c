@@ -207,7 +207,8 @@ static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series
         kt_paper_use(c, colour);
     cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 1.6);
     cairo_new_path(c);
-    trace_series(c, f, series);
+    if (!series->is_scattered)
+        trace_series(c, f, series);
     cairo_stroke(c);
     for (size_t i = 0; i < series->count && series->mark > 0; i++) {
         const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
@@ -215,6 +216,91 @@ static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series
             kt_paper_trace_mark(c, x, y, series->mark);
     }
     kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+}
+
+/* ---- cells ------------------------------------------------------------------------------------------------------- */
+
+/* Colours whose lightness rises evenly: five of viridis (S. van der Walt, N. Smith 2015). */
+static kt_colour colour_of_share(double share) {
+    static const kt_colour ramp[] = {{0.267, 0.005, 0.329},
+                                     {0.229, 0.322, 0.546},
+                                     {0.128, 0.567, 0.551},
+                                     {0.369, 0.789, 0.383},
+                                     {0.993, 0.906, 0.144}};
+    const double at = 4.0 * fmin(fmax(share, 0.0), 1.0);
+    const int k = at < 4.0 ? (int)at : 3;
+    return kt_colour_mix(ramp[k], ramp[k + 1], at - k);
+}
+
+static double value_of_cell(const kt_plot_cells *cells, size_t i) {
+    return !cells->is_log ? cells->z[i] : cells->z[i] != 0.0 ? fabs(cells->z[i]) : (double)NAN;
+}
+
+static kt_axis range_of_cells(const kt_plot_cells *cells) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t i = 0; i < cells->count; i++)
+        if (isfinite(value_of_cell(cells, i))) {
+            low = fmin(low, value_of_cell(cells, i));
+            high = fmax(high, value_of_cell(cells, i));
+        }
+    if (!(low <= high))
+        low = high = 1.0;
+    if (!(high - low > 1e-12 * fmax(fabs(low), fabs(high)))) {
+        const double room = high != 0.0 ? 0.5 * fabs(high) : 1.0;
+        low -= room;
+        high += room;
+    }
+    return cells->is_log ? kt_axis_make_log(low, high, 6) : kt_axis_make(low, high, 6);
+}
+
+static void draw_cells(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *cells) {
+    enum { SQUARE = 4 /* half of its side */ };
+    const kt_axis range = range_of_cells(cells);
+    cairo_save(c);
+    cairo_rectangle(c, f->left, f->top, f->right - f->left, f->bottom - f->top);
+    cairo_clip(c);
+    cairo_set_antialias(c, CAIRO_ANTIALIAS_NONE); /* no seams between neighbours */
+    for (size_t i = 0; i < cells->count; i++) {
+        double left = to_x(f, cells->x[2 * i]), right = to_x(f, cells->x[2 * i + 1]);
+        double bottom = to_y(f, cells->y[2 * i]), top = to_y(f, cells->y[2 * i + 1]);
+        const double share = kt_axis_place(&range, value_of_cell(cells, i));
+        if (!isfinite(left + right + bottom + top + share))
+            continue;
+        if (!cells->is_grid) {
+            left -= SQUARE;
+            right += SQUARE;
+            top -= SQUARE;
+            bottom += SQUARE;
+        }
+        kt_paper_use(c, colour_of_share(share));
+        cairo_rectangle(c, left, top, right - left, bottom - top);
+        cairo_fill(c);
+    }
+    cairo_restore(c);
+}
+
+/* The colours and their values, right of the map. */
+static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *cells, double room) {
+    enum { STRIPES = 64, WIDTH = 14 };
+    const kt_axis range = range_of_cells(cells);
+    const double x = f->right + 16.0, top = f->top + 1.4 * kt_small_size, height = f->bottom - top;
+    for (int i = 0; i < STRIPES; i++) {
+        kt_paper_use(c, colour_of_share((i + 0.5) / STRIPES));
+        cairo_rectangle(c, x, f->bottom - height * (i + 1) / STRIPES, WIDTH, height / STRIPES + 0.5);
+        cairo_fill(c);
+    }
+    kt_paper_use(c, f->palette->ink);
+    cairo_set_font_size(c, kt_small_size);
+    for (int i = 0; i < range.count; i++) {
+        const double place = kt_axis_place(&range, kt_axis_tick(&range, i));
+        if (place >= 0.0 && place <= 1.0)
+            put_tick(c, x + WIDTH + 6.0, f->bottom - place * height + 0.36 * kt_small_size, KT_ANCHOR_LEFT, &range, i);
+    }
+    char label[160], power[24] = "";
+    if (range.exponent != 0)
+        (void)snprintf(power, sizeof power, ", 1e%d", range.exponent);
+    (void)snprintf(label, sizeof label, "%.100s%s", cells->label, power);
+    kt_paper_text_within(c, x, f->top + 2.0, room - 24.0, label);
 }
 
 /* Returns whether any point of a series is on the page. */
@@ -240,7 +326,8 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
         else
             kt_paper_use(c, colour);
         cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 3.0);
-        draw_line(c, x, middle, x + 18.0, middle);
+        if (!series->is_scattered)
+            draw_line(c, x, middle, x + 18.0, middle);
         if (series->mark > 0) {
             kt_paper_trace_mark(c, x + 9.0, middle, series->mark);
             kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
@@ -317,6 +404,8 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
     if (panel->is_equal)
         equalize(&f, most_x, most_y);
     draw_grid(c, &f);
+    if (panel->cells != NULL)
+        draw_cells(c, &f, panel->cells);
     draw_blind(c, &f, panel);
     kt_paper_use(c, palette->ink);
     kt_paper_quantity(c, left - 50.0, top - 12.0, KT_ANCHOR_LEFT, panel->title, panel->unit, f.y.exponent);
@@ -327,7 +416,9 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
         for (int i = 0; i < panel->series_count; i++)
             if (panel->series[i].is_halo == (halo == 1))
                 draw_series(c, &f, &panel->series[i], colour_of(&f, &panel->series[i], i));
-    if (panel->has_legend)
+    if (panel->cells != NULL)
+        draw_colours(c, &f, panel->cells, room);
+    else if (panel->has_legend)
         draw_legend(c, &f, panel, room);
     return f.x.exponent;
 }

@@ -42,12 +42,23 @@ typedef struct kt_plot_series {
     const char *label;
     const double *x, *y;
     size_t count;
-    int colour;    /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
-    int mark;      /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
-    bool hollow;   /* marks */
-    bool is_halo;  /* a broad faint line behind all others */
-    bool is_dense; /* x is rising and there may be more points than pixels: draw only what is visible */
+    int colour;        /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
+    int mark;          /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
+    bool hollow;       /* marks */
+    bool is_halo;      /* a broad faint line behind all others */
+    bool is_scattered; /* marks alone, without lines */
+    bool is_dense;     /* x is rising and there may be more points than pixels: draw only what is visible */
 } kt_plot_series;
+
+/* Rectangles of a map, coloured by a value. */
+typedef struct kt_plot_cells {
+    const double *x, *y; /* two ends of each */
+    const double *z;     /* NaN: none */
+    size_t count;
+    bool is_grid; /* else small squares around the points */
+    bool is_log;  /* colours by the logarithm of magnitudes */
+    const char *label;
+} kt_plot_cells;
 
 typedef struct kt_plot_panel {
     const char *title; /* quantity: "Energy drift" */
@@ -61,6 +72,7 @@ typedef struct kt_plot_panel {
     const char *x_title, *x_unit; /* NULL: those of the whole plot */
     double blind;                 /* > 0: the region below this y is grey */
     const char *blind_label;
+    const kt_plot_cells *cells; /* NULL: none; the legend has their colours */
 } kt_plot_panel;
 
 typedef struct kt_plot {

@@ -57,12 +57,20 @@ static char *read_names(kt_table *table) {
     return lines;
 }
 
+/* Words in quotes, in which a quote is doubled. */
+static size_t length_of_quoted(const char *at) {
+    const char *end = at + 1;
+    while (*end != '\0' && (*end != '"' || end[1] == '"'))
+        end += *end == '"' ? 2 : 1;
+    return (size_t)(end - at) + (*end == '"');
+}
+
 /* Reads one line into row `row`. Returns the start of the next line, or NULL after printing the error. */
 static const char *read_line(const char *path, kt_table *table, size_t row, size_t most, const char *at) {
     for (int column = 0; column < table->columns; column++) {
         char *end;
         const double value = strtod(at, &end);
-        const size_t length = strcspn(at, ",\r\n");
+        const size_t length = *at == '"' ? length_of_quoted(at) : strcspn(at, ",\r\n");
         const bool is_number = length > 0 && end == at + length;
         const bool is_last = column + 1 == table->columns;
         if ((at[length] == ',') == is_last) {

@@ -3,6 +3,7 @@
 #include "plot/plot.h"
 #include "command.h"
 #include "plot/choice.h"
+#include "plot/sweep.h"
 #include "records/output.h"
 #include "records/table.h"
 #include "text/arguments.h"
@@ -14,8 +15,8 @@
 #include <string.h>
 
 typedef struct kt_plot_arguments {
-    const char *columns, *phase, *x, *title, *out;
-    bool log, dark;
+    const char *columns, *phase, *x, *by, *map, *title, *out;
+    bool histogram, log, dark;
 } kt_plot_arguments;
 
 #define KT_AT(member) offsetof(kt_plot_arguments, member)
@@ -24,6 +25,9 @@ static const kt_option options[] = {
     {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B", "these columns: names, or beginnings such as 'velocity'", NULL},
     {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "its velocity against its position", NULL},
     {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "what to draw them against; default: the first column", NULL},
+    {"by", KT_OPTION_TEXT, KT_AT(by), "COLUMN", "of a sweep: a curve for each of its values", NULL},
+    {"map", KT_OPTION_TEXT, KT_AT(map), "A,B", "of a sweep: colours over these two columns", NULL},
+    {"histogram", KT_OPTION_FLAG, KT_AT(histogram), NULL, "of a sweep: how many runs have which values", NULL},
     {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
     {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the file's name", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg or FILE.png; default: NAME.svg, here", NULL},
@@ -36,6 +40,8 @@ const kt_usage kt_usage_plot = {
                 "  kinetree plot pendulum.csv --columns velocity.upper,velocity.lower,energy --out speeds.png\n"
                 "  kinetree plot pendulum.csv --phase lower --dark\n"
                 "  kinetree plot pendulum.csv --x marker.lower.tip.x --columns marker.lower.tip.y\n"
+                "  kinetree plot lengths-sweep.csv --columns position.arm.max --by m\n"
+                "  kinetree plot lengths-sweep.csv --columns energy.error --map L,m --log\n"
                 "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
     .operands = "RESULT",
     .least = 1,
@@ -45,7 +51,9 @@ const kt_usage kt_usage_plot = {
         "effects,\n"
         "energies and how far loops are open, against time: of each quantity the columns that vary most, and none of\n"
         "rounding noise. Markers against a marker, paths in space, have one scale on both "
-        "axes.\n",
+        "axes. Of a sweep it draws columns over the first that varies, as curves where there is one run for each of "
+        "its\n"
+        "values, else as points.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -344,6 +352,97 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     return code;
 }
 
+/* ---- sweeps ------------------------------------------------------------------------------------------------------ */
+
+static int find_column(const kt_table *table, const char *option, const char *name, size_t length, int *column) {
+    char text[256];
+    (void)snprintf(text, sizeof text, "%.*s", (int)length, name);
+    for (*column = 0; *column < table->columns; ++*column)
+        if (strcmp(table->names[*column], text) == 0)
+            return -1;
+    return say_no_column(table, option, text);
+}
+
+/* The columns that begin as --columns says; by default the extremes and ends of records. */
+static int choose_columns(const kt_plot_arguments *arguments, const kt_table *table, int first, int *columns,
+                          int *count) {
+    char *text = arguments->columns != NULL ? strdup(arguments->columns) : NULL, *rest = text;
+    int code = -1;
+    *count = 0;
+    for (int i = first; arguments->columns == NULL && i + 1 < table->columns; i++)
+        if (strncmp(table->names[i], "event.", 6) == 0 || ends_in_one_of(table->names[i], ".end|.max"))
+            columns[(*count)++] = i;
+    for (char *word = text != NULL ? kt_next_word(&rest) : NULL; word != NULL && code < 0; word = kt_next_word(&rest)) {
+        const int before = *count;
+        for (int i = 0; i < table->columns && *count < table->columns; i++)
+            if (begins_with(table->names[i], word))
+                columns[(*count)++] = i;
+        if (*count == before)
+            code = say_no_column(table, "columns", word);
+    }
+    free(text);
+    if (code < 0 && *count == 0) {
+        kt_say("plot: there is nothing to draw: --columns chooses");
+        code = KT_EXIT_USAGE;
+    }
+    return code;
+}
+
+/* What the columns are drawn over. */
+static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table, kt_sweep_chart *chart) {
+    const char *comma = arguments->map != NULL ? strchr(arguments->map, ',') : NULL;
+    int code = -1;
+    if (arguments->map != NULL && comma == NULL) {
+        kt_say("plot: --map takes two columns, A,B, not '%s'", arguments->map);
+        return KT_EXIT_USAGE;
+    }
+    if (comma != NULL)
+        code = find_column(table, "map", arguments->map, (size_t)(comma - arguments->map), &chart->x);
+    else if (arguments->x != NULL)
+        code = find_column(table, "x", arguments->x, strlen(arguments->x), &chart->x);
+    if (code < 0 && comma != NULL)
+        code = find_column(table, "map", comma + 1, strlen(comma + 1), &chart->by);
+    else if (code < 0 && arguments->by != NULL)
+        code = find_column(table, "by", arguments->by, strlen(arguments->by), &chart->by);
+    return code;
+}
+
+static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table, int first, int count, const char *base,
+                      const char *out) {
+    int *columns = malloc((size_t)table->columns * sizeof *columns), chosen = 0;
+    kt_sweep_chart chart = {.table = table,
+                            .title = arguments->title != NULL ? arguments->title : base,
+                            .x = first,
+                            .by = -1,
+                            .columns = columns,
+                            .is_map = arguments->map != NULL,
+                            .is_histogram = arguments->histogram,
+                            .is_log = arguments->log,
+                            .is_dark = arguments->dark};
+    int code = columns != NULL ? choose_axes(arguments, table, &chart) : KT_EXIT_INTEGRATION;
+    if (columns == NULL)
+        kt_say("there is not enough memory for the picture");
+    if (code < 0)
+        code = choose_columns(arguments, table, first + count, columns, &chosen);
+    chart.column_count = chosen;
+    if (code < 0)
+        code = kt_sweep_plot(&chart, out);
+    free(columns);
+    return code;
+}
+
+static int draw_table(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
+    int first, count;
+    if (kt_sweep_table_find(table, &first, &count))
+        return draw_sweep(arguments, table, first, count, base, out);
+    if (arguments->by != NULL || arguments->map != NULL || arguments->histogram) {
+        kt_say("plot: --by, --map and --histogram draw the lines of a sweep ('run', what varies, 'status', ...), and "
+               "this is none");
+        return KT_EXIT_USAGE;
+    }
+    return draw(arguments, table, base, out);
+}
+
 int kt_command_plot(int argc, char **argv) {
     kt_plot_arguments arguments = {0};
     kt_table table;
@@ -368,7 +467,7 @@ int kt_command_plot(int argc, char **argv) {
     if (code < 0)
         code = kt_table_read_file(argv[1], &table);
     if (code < 0) {
-        code = draw(&arguments, &table, base != NULL ? base : "result", out);
+        code = draw_table(&arguments, &table, base != NULL ? base : "result", out);
         kt_table_free(&table);
     }
     free(base);
