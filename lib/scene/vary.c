@@ -147,8 +147,8 @@ bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
     const kt_noted noted = take_noted(r->varying, node);
     *follower = (kt_follower){.expression = noted.expression,
                               .variable = noted.expression == NULL ? variable_of(r->varying, node) : -1,
-                              .positive = positive,
-                              .at = at};
+                              .positive = positive};
+    follower->at = at;
     node->follows = false;
     return true;
 }
@@ -185,8 +185,7 @@ static bool is_in_place(const kt_reader *r, kt_follower *follower, kt_scene *sce
     follower->offset = follower->is_offset ? (size_t)(at - begin) : 0;
     if (!follower->is_offset && !kt_pool_has(&r->keep, follower->at))
         return false;
-    const double value = value_of(r->varying, follower, r->varying->values);
-    return memcmp(place_of(follower, scene), &value, sizeof value) == 0;
+    return *place_of(follower, scene) == value_of(r->varying, follower, r->varying->values);
 }
 
 static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
