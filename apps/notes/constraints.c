@@ -13,10 +13,9 @@ typedef struct equations {
     double jacobian[ROWS * NV], phi[ROWS], rate[ROWS], drift[ROWS];
 } equations;
 
-static bool evaluate(const mechanism *m, const double *q, const double *v, equations *e) {
+static bool evaluate(const mechanism *m, double t, const double *q, const double *v, equations *e) {
     kt_error error = {0};
-    return works(kt_loop_equations(m->model, m->data, 0.0, q, v, e->jacobian, e->phi, e->rate, e->drift, &error),
-                 &error);
+    return works(kt_loop_equations(m->model, m->data, t, q, v, e->jacobian, e->phi, e->rate, e->drift, &error), &error);
 }
 
 /* A v - b' */
@@ -27,21 +26,21 @@ static double slip(const equations *e, int k, int r, const double *v) {
     return sum;
 }
 
-/* The largest of |d phi / dt - (A v - b')| and of |d (A v - b') / dt + b''| at constant v. */
+/* The largest of |d phi / dt - (A v - b')| and of |d (A v - b') / dt + b''| at constant v, along which time passes. */
 static bool derivatives(const mechanism *m, double *first, double *second) {
     equations here, side[2];
     const int k = kt_model_mobility(m->model).equations;
     const double h = 1e-5;
     double q[32];
     *first = *second = 0.0;
-    if (!evaluate(m, m->q, m->v, &here))
+    if (!evaluate(m, 0.0, m->q, m->v, &here))
         return false;
     for (int s = 0; s < 2; s++) {
         double step[NV];
         for (int i = 0; i < NV; i++)
             step[i] = (s ? h : -h) * m->v[i];
         kt_position_add(m->model, m->q, step, q);
-        if (!evaluate(m, q, m->v, &side[s]))
+        if (!evaluate(m, s ? h : -h, q, m->v, &side[s]))
             return false;
     }
     for (int r = 0; r < k; r++) {
@@ -117,7 +116,10 @@ static void vectors(void) {
 
 bool constraints(void) {
     vectors();
-    return loop("6.1", "type: spherical") && loop("6.4", "type: inline") && loop("6.6", "type: inplane") &&
+    return loop("6.1", "type: spherical") && loop("6.4", "type: inline") &&
+           loop("6.5", "type: curve, curve: {helix: {radius: 0.8, pitch: 0.2}}") && loop("6.6", "type: inplane") &&
+           loop("6.7", "type: surface, surface: {torus: {radius: 1, tube: 0.4}}") &&
+           loop("6.8", "type: curve, curve: {line: {}}, distance: {polynomial: [0.1, 0.3, 0.4]}") &&
            loop("6.10", "type: distance, length: 1") && loop("6.20", "type: parallel") &&
            loop("6.24", "type: coaxial") && loop("6.29", "type: universal") && loop("6.34", "type: revolute") &&
            loop("6.35", "type: prismatic") && loop("6.36", "type: screw, pitch: 0.2") &&

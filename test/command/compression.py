@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A distance that pushes is told once, with its force and its time, and stands in the summary.
+"""What a run tells once, and in its summary: a distance that pushes, with its force and its time; an angle of a loop that has passed
+half a turn; joints that move no mass.
 
 compression.py KINETREE
 """
@@ -73,4 +74,44 @@ claim("it_pushes_from_the_height_of_two_thirds_on", [] if height[before] <= 2 / 
 
 done, summary = run(BALL.replace("X", "0.6").replace("Y", "-0.8").replace("V", "0"), "under")
 claim("a_rope_that_pulls_alone_is_not_told", [] if summary["compression"] == {} and "pushes" not in done.stderr else [summary["compression"]])
+# A hinge of a loop about a tilted axis, on a body that no joint holds: its angle is the one nearest to the start, 0, and jumps by
+# a turn where it has turned by half a one, at 3.5 rad/s without a spring worth the name after 0.9 s. In a plane turns are counted.
+FLYWHEEL = """kinetree: 1
+bodies:
+  - {name: wheel, joint: {type: free, velocity: {angular: [0, 2.1, 2.8]}}, mass: 1, inertia: [1, 1, 1]}
+loops:
+  - {name: hinge, type: revolute, between: [world, wheel], axis: [0, 0.6, 0.8]}
+effects:
+  - {type: joint_spring, joint: hinge, stiffness: 1e-9, rest: 0}
+simulate: {duration: DURATION, tolerance: 1e-9}
+output: {interval: 0.01}
+"""
+done, summary = run(FLYWHEEL.replace("DURATION", "2"), "half_turn")
+found = [warning for warning in summary["warnings"] if warning["code"] == "half_turn"]
+error = abs(found[0]["time"] - math.pi / 3.5) if found else math.nan
+note(f"jumps {error:.3g} s after {math.pi / 3.5:.3g} s, records are 0.01 s apart")
+claim("an_angle_that_jumps_at_half_a_turn_is_told_once_with_its_loop_and_time",
+      [] if len(found) == 1 and error <= 0.01 and "loop 'hinge', in which a joint_spring acts" in done.stderr else [done.stderr, found])
+done, summary = run(FLYWHEEL.replace("DURATION", "0.88"), "less")
+claim("within_half_a_turn_nothing_is_told", [w for w in summary["warnings"] if w["code"] == "half_turn"])
+done, summary = run(FLYWHEEL.replace("DURATION", "2").replace("free, velocity: {angular: [0, 2.1, 2.8]}", "planar, axis: [0, 0.6, 0.8], velocity: [0, 0, 3.5]"), "counted")
+claim("where_turns_are_counted_nothing_is_told", [w for w in summary["warnings"] if w["code"] == "half_turn"])
+
+# Joints that move no mass are told and listed, and what is given of their places where the balance of forces moves it.
+done, summary = run("""kinetree: 1
+bodies:
+  - {name: node, joint: {type: prismatic, position: 0.5}}
+  - {name: block, joint: {type: prismatic, position: 1}, mass: 2}
+effects:
+  - {type: joint_spring, joint: node, stiffness: 30}
+  - {type: spring, between: [node, block], stiffness: 10, length: 0.2}
+simulate: {duration: 0.1}
+""", "massless")
+moved = {change["joint"]: change["to"] for change in summary["moved"]}
+error = abs(moved.get("node", math.nan) - 0.2)
+note(f"a node that is given at 0.5 m is at 0.2 m, where 30 x = 10 (1 - x - 0.2): error {error:.2e}")
+claim("joints_that_move_no_mass_are_told_and_listed",
+      [] if "joint 'node' moves no mass" in done.stderr and "the balance of forces" in done.stderr and summary["massless"] == ["node"]
+      and error <= 1e-15 and summary["acceleration"]["node"] is None else [done.stderr, summary["moved"]])
+
 finish()

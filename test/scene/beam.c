@@ -5,6 +5,7 @@
 
 #include "kinetree/analysis.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -295,6 +296,60 @@ KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
     }
     kt_check_worst(&worst);
     kt_check_near("critical speed", rest, 3.51601526850015, 4e-3);
+}
+
+/* ---- strains and section forces ----------------------------------------------------------------------------------- */
+
+enum { SECTIONS = 8 };
+
+/* Small loads at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z) are at a section s
+ * (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. Recorded are what an
+ * effect exerts on its second end, and the positions of the joints, strains times the length that a joint stands for: half
+ * a segment for the first. What deflections of 1e-8 m add to the moments of a force of 2e-3 N is 1e-4 of them. */
+KT_TEST(strains_and_section_forces_are_those_of_a_cantilever) {
+    static const double load[6] = {2e-3, 3e-7, -4e-7, 5e-7, 6e-7, -7e-7}, stiff[6] = {1e5, 2e4, 3e4, 50, 40, 60};
+    static beam b;
+    static double values[SECTIONS * 12 + 32];
+    const double length = 2.0, h = length / SECTIONS;
+    kt_error e = {0};
+    kt_worst force = kt_worst_make("section forces over the loads"),
+             strain = kt_worst_make("strains times stiffnesses, over the loads");
+    if (!open_beam(&b, "kinetree: 1\nbeams:\n  - {name: b, segments: 8, length: 2, mass_per_length: 1, EA: 1e5, "
+                       "GA: [2e4, 3e4], GJ: 50, EI: [40, 60]}\neffects:\n"
+                       "  - {type: force, at: b-8.end, value: [2e-3, 3e-7, -4e-7]}\n"
+                       "  - {type: torque, on: b-8, value: [5e-7, 6e-7, -7e-7]}\n") ||
+        !fine("rest", kt_equilibrium_find(b.linearization, NULL, 0.0, b.q, NULL, NULL, &e), &e) ||
+        !fine("kinematics", kt_kinematics_update(b.model, b.data, b.q, b.v, NULL, &e), &e) ||
+        !fine("record", kt_effect_quantities_evaluate(b.model, b.data, 0.0, b.q, b.v, values, &e), &e))
+        return;
+    int at = 0;
+    for (int effect = 0; effect < kt_effect_count(b.model); effect++) {
+        int section = -1;
+        const int count = kt_effect_quantity_count(b.model, effect);
+        (void)sscanf(kt_effect_name(b.model, effect), "b-joint-%d", &section);
+        const double s = (section - 1) * h, rest = length - s, part = section == 1 ? 0.5 * h : h;
+        const double expected[6] = {
+            load[0], load[1], load[2], load[3], load[4] - load[2] * rest, load[5] + load[1] * rest};
+        for (int k = 0; k < count && section > 0; k++) {
+            const int of = (int)kt_effect_quantity_at(b.model, effect, k) - (int)KT_QUANTITY_FORCE_X;
+            if (of >= 0 && of < 6)
+                kt_worst_near(&force, -values[at + k] / fabs(load[of]), expected[of] / fabs(load[of]), 1e-3,
+                              "%d at section %d", of, section);
+        }
+        at += count;
+        if (section <= 0)
+            continue;
+        char name[16];
+        snprintf(name, sizeof name, "b-%d", section);
+        const double *q = b.q + kt_body_coordinates(b.model, kt_body_find(b.model, name)).q;
+        for (int k = 0; k < 6; k++)
+            kt_worst_near(&strain, (k < 3 ? q[k] : 2.0 * q[k + 1]) / part * stiff[k] / fabs(load[k]),
+                          expected[k] / fabs(load[k]), 1e-3, "%d at section %d", k, section);
+    }
+    kt_check_worst(&force);
+    kt_check_worst(&strain);
+    kt_check_equal_int("numbers", (long long)(force.count + strain.count), 2 * 6 * SECTIONS);
+    close_beam(&b);
 }
 
 /* ---- what a section becomes -------------------------------------------------------------------------------------- */

@@ -30,6 +30,7 @@ typedef struct kt_progress_so_far {
     kt_energy_watch energy;
     kt_residual constraint;
     kt_compressions compressions;
+    kt_half_turns half_turns;
     kt_stability_watch stability;
     uint64_t extremes; /* columns */
     uint64_t warnings; /* bytes of their text */
@@ -41,7 +42,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 7";
+static const char checkpoint_kind[16] = "kinetree run 8";
 
 enum { WARNINGS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
@@ -223,6 +224,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
                                       .energy = outcome->energy,
                                       .constraint = outcome->constraint,
                                       .compressions = outcome->compressions,
+                                      .half_turns = outcome->half_turns,
                                       .stability = outcome->stability,
                                       .extremes = outcome->extremes.count,
                                       .warnings = strlen(warnings)};
@@ -317,6 +319,7 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         outcome->energy = so_far->energy;
         outcome->constraint = so_far->constraint;
         outcome->compressions = so_far->compressions;
+        outcome->half_turns = so_far->half_turns;
         outcome->cpu_seconds = so_far->cpu_seconds;
         outcome->corrected_since = so_far->corrected_since;
         outcome->stability = so_far->stability;

@@ -65,6 +65,8 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
         kt_compressions_add(&outcome->compressions,
                             kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute),
                             record->time, record->multipliers);
+    if (outcome->half_turns.count > 0)
+        kt_half_turns_add(&outcome->half_turns, &outcome->warnings, outcome->scene, record);
     outcome->records++;
 }
 
@@ -615,7 +617,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
     options.events = kt_scene_event_room(outcome->scene);
-    options.kinematics = names->view != NULL || names->glb != NULL;
+    options.kinematics = names->view != NULL || names->glb != NULL || outcome->half_turns.count > 0;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
     if (outcome->compressions.count > 0)
@@ -656,6 +658,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_error error = {0};
     kt_compressions_begin(&outcome->compressions, outcome->scene,
                           kt_integrated_model(outcome->model, outcome->absolute));
+    kt_half_turns_begin(&outcome->half_turns, outcome->model);
     kt_simulation_options options = choose_options(arguments, names, outcome, manner);
     kt_scene_watch *events = NULL;
     unsigned record = 0;

@@ -3,6 +3,7 @@
 #define KT_COMMAND_SUBCOMMANDS_RUN_H
 
 #include "advice/compression.h"
+#include "advice/half_turn.h"
 #include "advice/warnings.h"
 #include "records/columns.h"
 #include "records/extremes.h"
@@ -113,6 +114,7 @@ typedef struct kt_outcome {
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
     kt_compressions compressions; /* of distances, at all records */
+    kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
     const kt_columns *columns;    /* of the records; NULL: not listed yet */
     kt_extremes extremes;         /* of these columns, at all records */
     json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
