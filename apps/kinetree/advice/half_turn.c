@@ -28,9 +28,9 @@ void kt_half_turns_add(kt_half_turns *turns, kt_warnings *warnings, const kt_sce
                                     .remedy = "Cut the loop at another joint, so that this one is a joint of the tree, "
                                               "which counts turns"};
         turns->angle[k] = angle;
-        if (!jumps || turns->told[k] || loop < 0)
+        if (!jumps || turns->reported[k] || loop < 0)
             continue;
-        turns->told[k] = true;
+        turns->reported[k] = true;
         kt_warn(warnings, &warning,
                 "the angle of loop '%s', in which a %s acts, has passed half a turn from its start by t = %.9g s and "
                 "jumped by a whole one, and the force with it",

@@ -10,7 +10,7 @@ enum { KT_HALF_TURNS_MOST = 16 };
 typedef struct kt_half_turns {
     int count;
     int effect[KT_HALF_TURNS_MOST];
-    bool told[KT_HALF_TURNS_MOST];
+    bool reported[KT_HALF_TURNS_MOST];
     double angle[KT_HALF_TURNS_MOST]; /* rad; NaN: not known yet */
 } kt_half_turns;
 
