@@ -325,6 +325,33 @@ def pictures():
         same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)
 
 
+def motions():
+    """Motions over each other: of several results, and of the runs of an HDF5 file."""
+    def curves(*arguments):
+        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
+        same(f"plot {' '.join(arguments)}", done.returncode, 0)
+        paths = [d for d in re.findall(r'd="(M [^"]*)"', pathlib.Path("p.svg").read_text()) if d.count("L") > 4]
+        return sum(d.count("M") for d in paths), len(paths), done.stderr  # motions, and how many of them are apart
+
+    for v in (1, 2, 3):
+        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={v}", "--quiet", "--out", f"v{v}.csv"], check=True)
+    if "without cairo" in subprocess.run([command, "plot", "v1.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
+        return
+    same("three results: a curve each, and colours of their own", curves("v1.csv", "v2.csv", "v3.csv", "--columns", "position.stone")[:2], (3, 3))
+    told = subprocess.run([command, "plot", "v1.csv", "cases.csv", "--out", "p.svg"], capture_output=True, text=True, check=False)
+    same("other columns are refused", ("other columns" in told.stderr, told.returncode), (True, 2))
+    if not pathlib.Path("h.h5").exists():
+        return
+    same("the runs of an HDF5 file that have records", curves("h.h5", "--columns", "position.stone")[0], 3)
+    same("a single run", curves("b.h5", "--columns", "position.stone")[0], 1)
+    run("fall.yaml", "--vary", "g=1:20:300", "--set", "output.interval=0.1", "--quiet", "--out", "w.csv", "--keep", "w.h5")
+    drawn = curves("w.h5", "--columns", "position.stone")
+    same("some of very many", (drawn[0], "200 of 300 runs" in drawn[2]), (200, True))
+    pathlib.Path("no.h5").write_text("this is no HDF5")
+    told = subprocess.run([command, "plot", "no.h5", "--out", "p.svg"], capture_output=True, text=True, check=False)
+    same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -342,7 +369,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, motions, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -5,6 +5,7 @@
 #define KT_COMMAND_RECORDS_KEEP_H
 
 #include "records/output.h"
+#include "records/table.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -61,5 +62,12 @@ int kt_keep_end(kt_keep *keep, const kt_keep_words *words, kt_output_fate fate);
  * printing the error. */
 int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words);
 extern const bool kt_hdf5_is_there;
+
+/* Adds the runs of such a file to a table; of very many some, evenly chosen, which is told. Returns -1, or an exit code after printing the error. */
+int kt_hdf5_read(const char *path, kt_table *table);
+
+/* Reads several files, whose columns must be the same, and of HDF5 files (keep.h) every run; one file, too. Returns as
+ * kt_table_read_file. */
+int kt_table_read_files(char *const *paths, int count, kt_table *table);
 
 #endif

@@ -133,7 +133,62 @@ void kt_table_free(kt_table *table) {
     free(table->text);
     free(table->names);
     free(table->cells);
+    free(table->parts);
     *table = (kt_table){0};
+}
+
+/* ---- several results --------------------------------------------------------------------------------------------- */
+
+static bool has_same_columns(const kt_table *a, const kt_table *b) {
+    bool same = a->columns == b->columns;
+    for (int i = 0; same && i < a->columns; i++)
+        same = strcmp(a->names[i], b->names[i]) == 0;
+    return same;
+}
+
+/* Columns with so many more rows: a gap before them, unless they are the first. */
+static bool append_rows(kt_table *table, const kt_table *below) {
+    const size_t gap = table->rows > 0, rows = table->rows + gap + below->rows;
+    double *cells = malloc((size_t)table->columns * rows * sizeof *cells);
+    if (cells == NULL)
+        return false;
+    for (size_t i = 0; i < (size_t)table->columns; i++) {
+        double *to = cells + i * rows;
+        if (table->rows > 0)
+            memcpy(to, table->cells + i * table->rows, table->rows * sizeof *to);
+        if (gap)
+            to[table->rows] = (double)NAN;
+        if (below->rows > 0)
+            memcpy(to + table->rows + gap, below->cells + i * below->rows, below->rows * sizeof *to);
+    }
+    free(table->cells);
+    table->cells = cells;
+    table->rows = rows;
+    return true;
+}
+
+int kt_table_join(kt_table *table, kt_table *below, const char *name) {
+    if (table->text == NULL) { /* the first gives the names */
+        const kt_table rest = {.rows = below->rows, .cells = below->cells};
+        *table = *below;
+        *below = rest;
+        table->cells = NULL;
+        table->rows = 0;
+        below->columns = table->columns;
+    } else if (!has_same_columns(table, below)) {
+        kt_say("plot: %s has other columns than %s; draw them one by one", name, table->parts[0].name);
+        return KT_EXIT_SCENE;
+    }
+    kt_table_part *parts = realloc(table->parts, (table->part_count + 1) * sizeof *parts);
+    table->parts = parts != NULL ? parts : table->parts;
+    const size_t rows = below->rows;
+    if (parts == NULL || !append_rows(table, below))
+        return say_no_memory();
+    kt_table_part *part = &parts[table->part_count++];
+    *part = (kt_table_part){.first = table->rows - rows, .rows = rows};
+    (void)snprintf(part->name, sizeof part->name, "%s", name);
+    kt_table_free(below);
+    return -1;
 }
 
 const double *kt_table_column(const kt_table *table, const char *name) {

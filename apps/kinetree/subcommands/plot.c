@@ -4,8 +4,7 @@
 #include "command.h"
 #include "plot/choice.h"
 #include "plot/sweep.h"
-#include "records/output.h"
-#include "records/table.h"
+#include "records/keep.h"
 #include "text/arguments.h"
 #include "text/list.h"
 
@@ -40,18 +39,21 @@ const kt_usage kt_usage_plot = {
                 "  kinetree plot pendulum.csv --columns velocity.upper,velocity.lower,energy --out speeds.png\n"
                 "  kinetree plot pendulum.csv --phase lower --dark\n"
                 "  kinetree plot pendulum.csv --x marker.lower.tip.x --columns marker.lower.tip.y\n"
+                "  kinetree plot short.csv long.csv --columns position.arm\n"
+                "  kinetree plot records.h5 --columns position.arm\n"
                 "  kinetree plot lengths-sweep.csv --columns position.arm.max --by m\n"
                 "  kinetree plot lengths-sweep.csv --columns energy.error --map L,m --log\n"
                 "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
-    .operands = "RESULT",
+    .operands = "RESULT...",
     .least = 1,
-    .most = 1,
+    .most = -1,
     .about =
         "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, forces of "
         "effects,\n"
         "energies and how far loops are open, against time: of each quantity the columns that vary most, and none of\n"
         "rounding noise. Markers against a marker, paths in space, have one scale on both "
-        "axes. Of a sweep it draws columns over the first that varies, as curves where there is one run for each of "
+        "axes. Several results, and the runs of an HDF5 file, are drawn over each other. Of a sweep it draws columns "
+        "over the first that varies, as curves where there is one run for each of "
         "its\n"
         "values, else as points.\n",
     .options = options,
@@ -123,6 +125,7 @@ typedef struct kt_chart {
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
     char labels[KINDS][KT_PLOT_SERIES_MAX][128];
+    char part_titles[KINDS][160]; /* of panels that show one column of several results */
     int count[KINDS];
     kt_candidate *candidates; /* the columns that were asked for */
     int candidate_count;
@@ -167,7 +170,36 @@ static void write_label(const char *name, int kind, char *label, size_t size) {
     (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
 }
 
+/* Of several results, if they are few and the column is alone in its panel: each by a curve of its own. */
+static bool has_parts(const kt_chart *chart, int kind) {
+    int shown = 0;
+    for (int i = 0; i < chart->candidate_count; i++)
+        shown += chart->candidates[i].is_shown && chart->candidates[i].panel == kind;
+    return shown == 1 && chart->table->part_count > 1 && chart->table->part_count <= KT_PLOT_SERIES_MAX;
+}
+
+static void add_parts(kt_chart *chart, const kt_candidate *column) {
+    const int kind = column->panel;
+    const double *y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y;
+    for (size_t i = 0; i < chart->table->part_count; i++) {
+        const kt_table_part *part = &chart->table->parts[i];
+        const int k = chart->count[kind]++;
+        (void)snprintf(chart->labels[kind][k], sizeof chart->labels[kind][k], "%s", part->name);
+        chart->series[kind][k] = (kt_plot_series){.label = chart->labels[kind][k],
+                                                  .x = chart->x + part->first,
+                                                  .y = y + part->first,
+                                                  .count = part->rows,
+                                                  .is_dense = is_rising(chart->x + part->first, part->rows)};
+    }
+    (void)snprintf(chart->part_titles[kind], sizeof chart->part_titles[kind], "%.*s", (int)strcspn(column->name, " "),
+                   column->name);
+}
+
 static void add_series(kt_chart *chart, const kt_candidate *column) {
+    if (has_parts(chart, column->panel)) {
+        add_parts(chart, column);
+        return;
+    }
     const int kind = column->panel, k = chart->count[kind]++;
     write_label(column->name, kind, chart->labels[kind][k], sizeof chart->labels[kind][k]);
     chart->series[kind][k] = (kt_plot_series){.label = chart->labels[kind][k],
@@ -185,14 +217,14 @@ static void add_panels(kt_chart *chart) {
             add_series(chart, &chart->candidates[i]);
     for (int kind = 0; kind < KINDS; kind++)
         if (chart->count[kind] > 0)
-            chart->panels[chart->panel_count++] =
-                (kt_plot_panel){.title = kinds[kind].title,
-                                .unit = kinds[kind].unit,
-                                .series = chart->series[kind],
-                                .series_count = chart->count[kind],
-                                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
-                                .has_legend = true,
-                                .y_log = is_log(chart, kind)};
+            chart->panels[chart->panel_count++] = (kt_plot_panel){
+                .title = chart->part_titles[kind][0] != '\0' ? chart->part_titles[kind] : kinds[kind].title,
+                .unit = kinds[kind].unit,
+                .series = chart->series[kind],
+                .series_count = chart->count[kind],
+                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
+                .has_legend = true,
+                .y_log = is_log(chart, kind)};
 }
 
 /* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
@@ -335,7 +367,11 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
         const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
-        snprintf(subtitle, sizeof subtitle, "%zu records%s", table->rows, noise.text);
+        char parts[48] = "";
+        if (table->part_count > 1)
+            snprintf(parts, sizeof parts, " of %zu results", table->part_count);
+        snprintf(subtitle, sizeof subtitle, "%zu records%s%s",
+                 table->rows - (table->part_count > 1 ? table->part_count - 1 : 0), parts, noise.text);
         const kt_plot plot = {.title = arguments->title != NULL ? arguments->title : base,
                               .subtitle = subtitle,
                               .x_title = chart->x_name,
@@ -455,9 +491,10 @@ int kt_command_plot(int argc, char **argv) {
     snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
     const char *out = arguments.out != NULL ? arguments.out : name;
     code = kt_plot_check(out);
-    const kt_file_use uses[] = {{"the result", argv[1], false}, {"--out", out, true}};
-    if (code < 0)
+    for (int i = 1; i <= operands && code < 0; i++) {
+        const kt_file_use uses[] = {{"the result", argv[i], false}, {"--out", out, true}};
         code = kt_check_files("plot", uses, 2);
+    }
     const char *ending = strrchr(argv[1], '.');
     if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0) {
         kt_say("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1], argv[1],
@@ -465,7 +502,7 @@ int kt_command_plot(int argc, char **argv) {
         code = KT_EXIT_USAGE;
     }
     if (code < 0)
-        code = kt_table_read_file(argv[1], &table);
+        code = kt_table_read_files(argv + 1, operands, &table);
     if (code < 0) {
         code = draw_table(&arguments, &table, base != NULL ? base : "result", out);
         kt_table_free(&table);
