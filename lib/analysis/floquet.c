@@ -19,7 +19,7 @@
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/sensitivity.h"
-#include "linear/lapack.h"
+#include "linear/eigen.h"
 #include "mechanism/evaluate.h"
 
 #include <float.h>
@@ -27,19 +27,13 @@
 #include <string.h>
 
 #define KT_FLOQUET_FIELDS(X)                                                                                           \
+    KT_EIGEN_FIELDS(X)                                                                                                 \
     X(double, monodromy, n *n, "Phi")                                                                                  \
     X(double, coarse, n *n, "Phi of half as many steps")                                                               \
     X(double, step, n *n, "derivatives of a step")                                                                     \
     X(double, product, n *n, "scratch")                                                                                \
-    X(double, left, n *n, "vectors")                                                                                   \
-    X(double, right, n *n, "vectors")                                                                                  \
-    X(double, real, n, "of multipliers")                                                                               \
-    X(double, imaginary, n, "of multipliers")                                                                          \
     X(double, coarse_real, n, "of the multipliers of half as many steps")                                              \
     X(double, coarse_imaginary, n, "of these")                                                                         \
-    X(double, condition, n, "of multipliers")                                                                          \
-    X(double, scale, n, "of balancing")                                                                                \
-    X(double, lapack, 66 * n + 64, "of LAPACK")                                                                        \
     X(kt_multiplier, multiplier, n, "handed out")                                                                      \
     X(double, q, nq, "the motion")                                                                                     \
     X(double, v, n, "the motion")                                                                                      \
@@ -176,8 +170,7 @@ static double measure_gap(kt_floquet *f, const double *q, const double *v) {
 
 static bool solve(kt_floquet *f, double *matrix) {
     double norm;
-    return kt_lapack_geevx((int)f->n, matrix, f->real, f->imaginary, f->left, f->right, f->scale, &norm, f->condition,
-                           f->lapack, (int)(66 * f->n + 64)) == 0;
+    return KT_EIGEN_SOLVE(f, f->n, matrix, &norm);
 }
 
 /* Equations of velocities alone forbid velocities and no positions. */

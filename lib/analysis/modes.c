@@ -14,7 +14,7 @@
 #include "base/arena.h"
 #include "base/require.h"
 #include "kinetree/analysis.h"
-#include "linear/lapack.h"
+#include "linear/eigen.h"
 
 #include <float.h>
 #include <math.h>
@@ -22,19 +22,10 @@
 
 #define TIMES 4.0 /* true errors are within so many estimated ones (test/analysis/honest.c) */
 
-/* The workspace of dgeevx for n states: more than its minimum, so that it can use blocks. */
-static inline size_t kt_modes_work(size_t n) { return 66 * n + 64; }
-
 /* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates and own ones, x. */
 #define KT_MODES_FIELDS(X)                                                                                             \
+    KT_EIGEN_FIELDS(X)                                                                                                 \
     X(double, matrix, n *n, "state matrix, overwritten")                                                               \
-    X(double, left, n *n, "left vectors, as LAPACK packs them")                                                        \
-    X(double, right, n *n, "right vectors")                                                                            \
-    X(double, real, n, "of eigenvalues")                                                                               \
-    X(double, imaginary, n, "of eigenvalues")                                                                          \
-    X(double, condition, n, "of eigenvalues")                                                                          \
-    X(double, scale, n, "of balancing")                                                                                \
-    X(double, work, kt_modes_work(n), "of LAPACK")                                                                     \
     X(int, order, n, "eigenvalues as they are handed out")                                                             \
     X(kt_mode, mode, n, "handed out")                                                                                  \
     X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
@@ -59,8 +50,7 @@ static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
         if (!isfinite(system->state[i]))
             return false;
     }
-    return n == 0 || kt_lapack_geevx((int)n, m->matrix, m->real, m->imaginary, m->left, m->right, m->scale, norm,
-                                     m->condition, m->work, (int)kt_modes_work(m->n)) == 0;
+    return KT_EIGEN_SOLVE(m, n, m->matrix, norm);
 }
 
 /* An eigenvector as LAPACK packs it: a real one is one column, of a conjugate pair re and im are two columns. */

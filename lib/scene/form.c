@@ -96,30 +96,18 @@ const kt_kind kt_kind_surface = {read_surface, write_surface, same_surface};
 
 static bool read_points(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_track *track = object;
+    const double *points = NULL;
     (void)field;
-    if (node->kind != KT_NODE_LIST || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a list of points [[x, y, z], [x, y, z], ...]");
-    kt_vec3 *points = kt_pool_take(&r->keep, node->count, sizeof *points);
-    if (points == NULL)
-        return kt_reader_out_of_memory(r);
-    bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_vector(r, &here, item, KT_QUANTITY_NUMBER, &points[i]) && good;
-    }
-    track->points = points;
-    track->point_count = i;
+    const bool good =
+        kt_read_points(r, scope, node, 3, "a list of points [[x, y, z], [x, y, z], ...]", &points, &track->point_count);
+    track->points = (const kt_vec3 *)(const void *)points;
     return good;
 }
 
 static void write_points(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_track *track = object;
     (void)field, (void)standard;
-    kt_emit_list(e, true);
-    for (int i = 0; i < track->point_count; i++)
-        kt_emit_numbers(e, &track->points[i].x, 3);
-    kt_emit_end(e);
+    kt_write_points(e, (const double *)(const void *)track->points, 3, track->point_count);
 }
 
 static const kt_descriptor *describe_track(int type) { return kt_track_descriptor((kt_track_type)type); }

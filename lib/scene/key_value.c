@@ -63,29 +63,14 @@ static bool same_axis(const kt_field *field, const void *object, const void *sta
 static bool read_corners(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_shape *shape = object;
     (void)field;
-    if (node->kind != KT_NODE_LIST || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a list of corners [[x, y], [x, y], ...]");
-    double *points = kt_pool_take(&r->keep, 2 * node->count, sizeof *points);
-    if (points == NULL)
-        return kt_reader_out_of_memory(r);
-    bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_numbers(r, &here, item, 2, KT_QUANTITY_NUMBER, NULL, points + 2 * (size_t)i) && good;
-    }
-    shape->points = points;
-    shape->point_count = i;
-    return good;
+    return kt_read_points(r, scope, node, 2, "a list of corners [[x, y], [x, y], ...]", &shape->points,
+                          &shape->point_count);
 }
 
 static void write_corners(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_shape *shape = object;
     (void)field, (void)standard;
-    kt_emit_list(e, true);
-    for (int i = 0; i < shape->point_count; i++)
-        kt_emit_numbers(e, shape->points + 2 * (size_t)i, 2);
-    kt_emit_end(e);
+    kt_write_points(e, shape->points, 2, shape->point_count);
 }
 
 const kt_kind *kt_kind_of_value_key(const kt_key *key) {

@@ -125,6 +125,31 @@ bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
     return true;
 }
 
+bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
+                    const double **out, int *count) {
+    if (node->kind != KT_NODE_LIST || node->count == 0)
+        return kt_fault_expected(r, scope, node, expected);
+    double *points = kt_pool_take(&r->keep, (size_t)size * node->count, sizeof *points);
+    if (points == NULL)
+        return kt_reader_out_of_memory(r);
+    bool good = true;
+    int i = 0;
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
+        const kt_scope here = {.outer = scope, .index = i};
+        good = kt_read_numbers(r, &here, item, size, KT_QUANTITY_NUMBER, NULL, points + size * i) && good;
+    }
+    *out = points;
+    *count = i;
+    return good;
+}
+
+void kt_write_points(kt_emitter *e, const double *points, int size, int count) {
+    kt_emit_list(e, true);
+    for (int i = 0; i < count; i++)
+        kt_emit_numbers(e, points + size * i, size);
+    kt_emit_end(e);
+}
+
 bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out) {
     if (!kt_read_number(r, scope, node, quantity, out))
         return false;

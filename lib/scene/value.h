@@ -18,6 +18,11 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
+/* A list of points of `size` numbers each, kept with the scene; also where a point is wrong, so that its length is not
+ * doubted, too. `expected`: what the list is. */
+bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
+                    const double **out, int *count);
+void kt_write_points(kt_emitter *e, const double *points, int size, int count);
 /* The same of numbers that stay in *out, of which nothing else is concluded (vary.h). */
 bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,

@@ -6,21 +6,15 @@
  * there is what it adds to the mechanism.
  */
 #include "kinetree/joint.h"
-#include "linear/lapack.h"
+#include "linear/eigen.h"
 #include "study/dae.h"
 
 #include <math.h>
 #include <string.h>
 
 #define KT_SPECTRUM_FIELDS(X)                                                                                          \
+    KT_EIGEN_FIELDS(X)                                                                                                 \
     X(double, jacobian, n *n, "of (xi', v') by (xi, v)")                                                               \
-    X(double, left, n *n, "vectors")                                                                                   \
-    X(double, right, n *n, "vectors")                                                                                  \
-    X(double, real, n, "of eigenvalues")                                                                               \
-    X(double, imaginary, n, "of eigenvalues")                                                                          \
-    X(double, scale, n, "of balancing")                                                                                \
-    X(double, condition, n, "of eigenvalues")                                                                          \
-    X(double, work, 66 * n + 64, "of LAPACK")                                                                          \
     X(double, x, n, "a neighbouring state")                                                                            \
     X(double, ahead, n, "its rates")                                                                                   \
     X(double, rate, n, "u")                                                                                            \
@@ -94,9 +88,7 @@ kt_status kt_constraint_formulation_spectrum(kt_constraint_formulation *formulat
     (void)lay_out(s, n, nq);
     s->owned = s;
     kt_status status = differentiate(s, formulation, data, t, q, v, error);
-    if (status == KT_OK && n > 0 &&
-        kt_lapack_geevx((int)n, s->jacobian, s->real, s->imaginary, s->left, s->right, s->scale, &norm, s->condition,
-                        s->work, (int)(66 * n + 64)) != 0)
+    if (status == KT_OK && !KT_EIGEN_SOLVE(s, n, s->jacobian, &norm))
         status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the eigenvalues of the formulation cannot be computed",
                                        error);
     if (status == KT_OK)

@@ -20,10 +20,8 @@ enum {
 
 kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
     const kt_run *run = outcome->run;
-    kt_warning warning = {.code = "unknown_stability",
-                          .time = (double)NAN,
-                          .value = (double)NAN,
-                          .remedy = "Run 'kinetree stability', or compare with a run of half the step"};
+    kt_warning warning = kt_warning_of("unknown_stability", (double)NAN, NULL,
+                                       "Run 'kinetree stability', or compare with a run of half the step");
     kt_mode_watch *watch = NULL;
     kt_error error = {0};
     if (!(run->step > 0.0) || !(run->duration > run->step) || kt_model_nv(outcome->model) == 0)

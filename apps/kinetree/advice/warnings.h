@@ -6,6 +6,7 @@
 #include "command.h"
 
 #include <jansson.h>
+#include <math.h>
 
 /* All warnings given so far. A zero-initialised struct has none. */
 typedef struct kt_warnings {
@@ -22,6 +23,11 @@ typedef struct kt_warning {
     bool is_said;       /* it has been printed as an error and is only listed */
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
+
+/* One that is not related to a time. */
+static inline kt_warning kt_warning_of(const char *code, double value, const char *unit, const char *remedy) {
+    return (kt_warning){.code = code, .time = (double)NAN, .value = value, .unit = unit, .remedy = remedy};
+}
 
 /* Prints "kinetree: warning: WHAT. REMEDY", or "PATH: warning: WHAT. REMEDY", and adds the warning to the list. The
  * format gives WHAT, a sentence without its full stop. Texts are copied. */

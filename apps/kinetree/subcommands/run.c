@@ -389,10 +389,8 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
 static void warn_of_caps(kt_outcome *outcome) {
     const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
     const kt_method *method = kt_method_find(outcome->run->integrator);
-    const kt_warning warning = {.code = "capped",
-                                .time = (double)NAN,
-                                .value = (double)capped,
-                                .remedy = "Take smaller steps or another method, and compare the results"};
+    const kt_warning warning =
+        kt_warning_of("capped", (double)capped, NULL, "Take smaller steps or another method, and compare the results");
     if (capped == 0 || method == NULL || !kt_method_is_implicit(method))
         return;
     if (method->gamma != NULL)
@@ -412,10 +410,8 @@ static void warn_of_caps(kt_outcome *outcome) {
 /* Near a dead point of drives, which a run may pass, or end at. */
 static void warn_of_joined(kt_outcome *outcome) {
     const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
-    const kt_warning warning = {.code = "joined",
-                                .time = (double)NAN,
-                                .value = (double)joined,
-                                .remedy = "Let the drives keep away from the dead point, or take shorter steps there"};
+    const kt_warning warning = kt_warning_of(
+        "joined", (double)joined, NULL, "Let the drives keep away from the dead point, or take shorter steps there");
     if (joined > 0)
         kt_warn(
             &outcome->warnings, &warning,
@@ -427,11 +423,9 @@ static void warn_of_joined(kt_outcome *outcome) {
 /* Warns if rounding decides where a motion goes on from next to a singular position, whatever drives or brakes it. */
 static void warn_of_crossings(kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
-    const kt_warning warning = {.code = "singular",
-                                .time = (double)NAN,
-                                .value = seen.error,
-                                .remedy = "Compare with runs of slightly different lengths or starts: they may take "
-                                          "another way"};
+    const kt_warning warning = kt_warning_of("singular", seen.error, NULL,
+                                             "Compare with runs of slightly different lengths or starts: they may take "
+                                             "another way");
     if (seen.error > outcome->run->relative)
         kt_warn(
             &outcome->warnings, &warning,
@@ -444,11 +438,8 @@ static void warn_of_crossings(kt_outcome *outcome) {
 /* Warns if fixed steps leap over a bend of the path next to a singular position. */
 static void warn_of_leaps(kt_outcome *outcome) {
     const double step = outcome->run->step, bend = kt_simulation_counts_get(outcome->simulation).crossings.bend;
-    const kt_warning warning = {.code = "long_step",
-                                .time = (double)NAN,
-                                .value = step,
-                                .unit = "s",
-                                .remedy = "Take a step below a tenth of that, or an adaptive method, which finds it"};
+    const kt_warning warning = kt_warning_of(
+        "long_step", step, "s", "Take a step below a tenth of that, or an adaptive method, which finds it");
     if (bend > 0.0 && step > 0.5 * bend)
         kt_warn(
             &outcome->warnings, &warning,
@@ -459,10 +450,9 @@ static void warn_of_leaps(kt_outcome *outcome) {
 /* Warns if impacts had to give back less than their restitutions ask. */
 static void warn_of_reduced(kt_outcome *outcome) {
     const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
-    const kt_warning warning = {.code = "restitution",
-                                .time = (double)NAN,
-                                .value = (double)reduced,
-                                .remedy = "Take smaller restitutions, or leave gaps so that impacts come one by one"};
+    const kt_warning warning =
+        kt_warning_of("restitution", (double)reduced, NULL,
+                      "Take smaller restitutions, or leave gaps so that impacts come one by one");
     if (reduced > 0)
         kt_warn(&outcome->warnings, &warning,
                 "at %llu impact%s of several contacts at once Newton's rule would let the energy grow: their "
@@ -474,23 +464,15 @@ static void warn_of_reduced(kt_outcome *outcome) {
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
         return;
-    const kt_warning lost = {.code = "lost_mesh",
-                             .time = (double)NAN,
-                             .value = (double)motion->picture->lost_meshes,
-                             .remedy = "Mend the file, or take the item out of `meshes`"};
+    const kt_warning lost = kt_warning_of("lost_mesh", (double)motion->picture->lost_meshes, NULL,
+                                          "Mend the file, or take the item out of `meshes`");
     if (motion->picture->lost_meshes > 0)
         kt_warn(&outcome->warnings, &lost, "%d mesh%s not shown; the first is %s", motion->picture->lost_meshes,
                 motion->picture->lost_meshes == 1 ? " is" : "es are", motion->picture->lost_reason);
     const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
-    const kt_warning thinned = {.code = "thinned_view",
-                                .time = (double)NAN,
-                                .value = (double)motion->stride,
-                                .remedy = "Give a longer --interval, or view a part of the motion with --duration"};
-    const kt_warning spin = {.code = "fast_rotation",
-                             .time = (double)NAN,
-                             .value = motion->fastest,
-                             .unit = "rad/s",
-                             .remedy = "Give a shorter --interval"};
+    const kt_warning thinned = kt_warning_of("thinned_view", (double)motion->stride, NULL,
+                                             "Give a longer --interval, or view a part of the motion with --duration");
+    const kt_warning spin = kt_warning_of("fast_rotation", motion->fastest, "rad/s", "Give a shorter --interval");
     if (motion->stride > 1)
         kt_warn(&outcome->warnings, &thinned,
                 "the view shows one record in %lld, for all would make it larger than %d MB", (long long)motion->stride,
@@ -551,11 +533,7 @@ static int check_columns(const char *command, const kt_model *model, const kt_ru
 
 static void warn_of_long_step(kt_outcome *outcome) {
     const kt_run *run = outcome->run;
-    const kt_warning warning = {.code = "long_step",
-                                .time = (double)NAN,
-                                .value = run->step,
-                                .unit = "s",
-                                .remedy = "Give a shorter step, or a longer duration"};
+    const kt_warning warning = kt_warning_of("long_step", run->step, "s", "Give a shorter step, or a longer duration");
     if (run->duration > 0.0 && run->step > run->duration)
         kt_warn(&outcome->warnings, &warning, "the step, %g s, is longer than the duration: one step of %g s is taken",
                 run->step, run->duration);
@@ -564,12 +542,10 @@ static void warn_of_long_step(kt_outcome *outcome) {
 /* Warns if the velocity of a driven joint jumps at the rows of its table. */
 static void warn_of_jumps(kt_outcome *outcome) {
     const char *loop = kt_start_jumping(outcome->scene);
-    const kt_warning warning = {.code = "speed_jump",
-                                .time = (double)NAN,
-                                .value = (double)NAN,
-                                .remedy =
-                                    "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
-                                    "step or comparison"};
+    const kt_warning warning =
+        kt_warning_of("speed_jump", (double)NAN, NULL,
+                      "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
+                      "step or comparison");
     if (loop != NULL)
         kt_warn(&outcome->warnings, &warning,
                 "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
@@ -639,10 +615,8 @@ static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_opti
     const kt_status status = kt_simulation_create(outcome->model, outcome->run, options, &outcome->simulation, error);
     for (int i = 0; status == KT_OK && i < outcome->scene->event_count; i++) {
         const kt_scene_event *event = &outcome->scene->events[i];
-        const kt_warning warning = {.code = "call",
-                                    .time = (double)NAN,
-                                    .value = (double)event->call_count,
-                                    .remedy = "Run the scene from a program that has it (kt_scene_watch_create)"};
+        const kt_warning warning = kt_warning_of("call", (double)event->call_count, NULL,
+                                                 "Run the scene from a program that has it (kt_scene_watch_create)");
         if (event->call_count > 0)
             kt_warn(&outcome->warnings, &warning, "event '%s' calls '%s', an action of a program, which is left out",
                     event->name, event->call[0]);
