@@ -29,7 +29,7 @@
  * follow different curves. Of the odd parts o_k = (a_k - a_-k) / 2 of a smooth family nothing is left at 0,
  *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
  * and of others half the jump between the sides. The interpolation is off by that at least, and where it is not small
- * beside s v^2, by s v^2 (k = 1 in the mechanism's units).
+ * compared with s v^2, by s v^2 (k = 1 in the mechanism's units).
  *
  * The difference of the two interpolations does not see a bend between the inner states: they all lie on the branches
  * outside it. The closed state does: if its acceleration differs from the interpolated one by more than both errors
