@@ -1,5 +1,5 @@
 /* Identification: forces as a linear function of the parameters of inertia and friction, and which combinations of
- * these parameters forces can tell.
+ * these parameters can be identified from forces.
  *
  *     tau = Y(q, v, a) pi,        tau = kt_dynamics_inverse(q, v, a) for the model's own pi, without friction
  *
