@@ -269,11 +269,17 @@ KT_API KT_CHECKED kt_status kt_floquet_evaluate(kt_floquet *floquet, double t, c
 KT_API int kt_floquet_count(const kt_floquet *floquet);
 KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
 
-/* The monodromy matrix, 2 nv x 2 nv, column-major, in tangent coordinates (xi, dv) as of kt_step_derivatives. */
+/* The monodromy matrix, 2 nv x 2 nv, column-major, in tangent coordinates (xi, dv) as of kt_step_derivatives; with own
+ * states (xi, dv, dx). */
 KT_API const double *kt_floquet_monodromy(const kt_floquet *floquet);
 
+/* The own states at the start of the motion (kt_own_state_count): at first the model's initial ones, to be written before an
+ * evaluation. */
+KT_API double *kt_floquet_own_states(kt_floquet *floquet);
+
 /* How far from its start the motion is after the period: the largest change of a position (rad or m; whole turns of
- * angles are none) and of a velocity times the period. NaN before an evaluation. */
+ * angles are none), of a velocity times the period, and of an own state, relative to it where it is above 1. NaN before
+ * an evaluation. */
 KT_API double kt_floquet_gap(const kt_floquet *floquet);
 
 /* ---- stability along a motion ------------------------------------------------------------------------------------ */

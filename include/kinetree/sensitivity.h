@@ -48,6 +48,11 @@
  * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their
  * right sides.
  *
+ * Own states (kt_state) of a model are part of the state of explicit steps: the data hold them (kt_own_states), those at
+ * the start when kt_step_evaluate or kt_step_derivatives is called and those after the step when it has succeeded. With m of them a change is (xi,
+ * dv, dx), 2 nv + m numbers: A is (2 nv + m) x (2 nv + m), B (2 nv + m) x nv. Implicit steps, parameters and adjoints
+ * refuse such a model with KT_ERROR_UNSUPPORTED.
+ *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
  * Runge-Kutta methods).

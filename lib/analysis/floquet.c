@@ -37,6 +37,7 @@
     X(kt_multiplier, multiplier, n, "handed out")                                                                      \
     X(double, q, nq, "the motion")                                                                                     \
     X(double, v, n, "the motion")                                                                                      \
+    X(double, x, states, "own states at the start")                                                                    \
     X(double, gap, n, "its difference from the start")                                                                 \
     X(char, data_memory, data_size, "the model's data")                                                                \
     X(char, work, work_size, "of a step")
@@ -46,13 +47,14 @@ struct kt_floquet {
     const kt_model *model;
     kt_data *data;
     kt_floquet_options options;
-    size_t n, work_size; /* 2 nv */
+    size_t n, nv, work_size; /* n: 2 nv, and own states */
     int count, states;
     double gap_size;
     KT_ARENA_DECLARE(KT_FLOQUET_FIELDS)
 };
 
-KT_ARENA_LAYOUT(lay_out, kt_floquet, KT_FLOQUET_FIELDS, size_t n, size_t nq, size_t data_size, size_t work_size)
+KT_ARENA_LAYOUT(lay_out, kt_floquet, KT_FLOQUET_FIELDS, size_t n, size_t nq, size_t states, size_t data_size,
+                size_t work_size)
 
 static const double pi = 3.14159265358979323846;
 
@@ -79,8 +81,9 @@ static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_er
 }
 
 static size_t place(void *memory, const kt_model *model, const kt_floquet_options *o) {
-    return lay_out(memory, 2 * (size_t)kt_model_nv(model), (size_t)kt_model_nq(model), kt_data_size(model),
-                   kt_step_work_size(model, o->method));
+    const size_t states = (size_t)kt_own_state_count(model);
+    return lay_out(memory, 2 * (size_t)kt_model_nv(model) + states, (size_t)kt_model_nq(model), states,
+                   kt_data_size(model), kt_step_work_size(model, o->method));
 }
 
 kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options, kt_floquet **floquet,
@@ -88,9 +91,6 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
     if (KT_IS_MISSING(error, model, options, options->method, floquet))
         return KT_ERROR_ARGUMENT;
     kt_status status = check(model, options, error);
-    if (status == KT_OK)
-        status = kt_own_states_refuse(model, "kt_floquet_create",
-                                      "the monodromy matrix would leave them out; integrate the motion instead", error);
     if (status == KT_OK)
         status = kt_massless_refuse(model, "kt_floquet_create", "its steps have no derivatives", error);
     if (status == KT_OK)
@@ -105,7 +105,9 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
     (void)place(made, model, options);
     made->model = model;
     made->options = *options;
-    made->n = 2 * (size_t)kt_model_nv(model);
+    made->nv = (size_t)kt_model_nv(model);
+    made->n = 2 * made->nv + (size_t)kt_own_state_count(model);
+    kt_own_states_initial(model, made->x);
     made->work_size = kt_step_work_size(model, options->method);
     status = kt_arena_own(made, kt_data_init(model, made->data_memory, kt_data_size(model), &made->data, error));
     if (status == KT_OK)
@@ -136,7 +138,8 @@ static kt_status follow(kt_floquet *f, double t, const double *q, const double *
     kt_step step = {.method = f->options.method, .h = h};
     kt_status status = KT_OK;
     kt_copy(f->q, q, (size_t)kt_model_nq(f->model) * sizeof *q);
-    kt_copy(f->v, v, f->n / 2 * sizeof *v);
+    kt_copy(f->v, v, f->nv * sizeof *v);
+    kt_copy(kt_own_states(f->model, f->data), f->x, (f->n - 2 * f->nv) * sizeof *v);
     kt_clear(phi, f->n * f->n * sizeof(double));
     for (size_t i = 0; i < f->n; i++)
         phi[i * f->n + i] = 1.0;
@@ -163,6 +166,9 @@ static double measure_gap(kt_floquet *f, const double *q, const double *v) {
             most = fmax(most, fabs(rate) * f->options.period);
         }
     }
+    const double *x = kt_own_states(f->model, f->data);
+    for (size_t k = 0; k < f->n - 2 * f->nv; k++) /* of whatever unit */
+        most = fmax(most, fabs(x[k] - f->x[k]) / fmax(1.0, fabs(f->x[k])));
     return most;
 }
 
@@ -227,7 +233,7 @@ static void estimate(kt_floquet *f) {
 }
 
 kt_status kt_floquet_evaluate(kt_floquet *f, double t, const double *q, const double *v, kt_error *error) {
-    if (KT_IS_MISSING(error, f, q || kt_model_nq(f->model) == 0, v || f->n == 0, isfinite(t)))
+    if (KT_IS_MISSING(error, f, q || kt_model_nq(f->model) == 0, v || f->nv == 0, isfinite(t)))
         return KT_ERROR_ARGUMENT;
     f->count = f->states = 0;
     f->gap_size = (double)NAN;
@@ -260,5 +266,7 @@ kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier) {
 }
 
 const double *kt_floquet_monodromy(const kt_floquet *floquet) { return floquet ? floquet->monodromy : NULL; }
+
+double *kt_floquet_own_states(kt_floquet *floquet) { return floquet ? floquet->x : NULL; }
 
 double kt_floquet_gap(const kt_floquet *floquet) { return floquet ? floquet->gap_size : (double)NAN; }

@@ -249,7 +249,7 @@ KT_INLINE bool sum_all(sum *s) {
 static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
-    if (effect->law_rate > 0) { /* of an own state */
+    if (KT_HAS_FORMULAS && effect->law_rate > 0) { /* of an own state */
         (void)snprintf(where, KT_WHERE_SIZE, "the law of state '%.60s', t = %.9g s", s->model->text + effect->name,
                        s->at->t);
         return;
@@ -290,7 +290,7 @@ static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_e
     char where[KT_WHERE_SIZE];
     name_effect(s, effect, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        effect->type == KT_EFFECT_CUSTOM || effect->law != NULL
+                        effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL)
                             ? "its callback gave a force or power that is not finite"
                             : "its force is not finite; look for a number or a function of it that is huge there");
 }

@@ -11,6 +11,7 @@
  * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of
  * this step then evaluates nothing again. */
 #include "base/copy.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -213,12 +214,16 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
     if (rollout->steps <= 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d steps", rollout->steps);
+    kt_status status = kt_own_states_refuse(
+        model, "rollout", "its adjoint would leave them out; multiply by A and B of kt_step_derivatives", error);
+    if (status != KT_OK)
+        return status;
     if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
         const kt_step step = {.method = rollout->method, .h = rollout->h};
         kt_step_work s;
         return kt_step_begin(&s, model, data, NULL, 0, &step, error);
     }
-    kt_status status =
+    status =
         kt_arena_check("work", "kt_rollout_work_size", work, work_size, kt_rollout_work_size(model, rollout), error);
     if (status != KT_OK)
         return status;

@@ -3,6 +3,7 @@
  *     stage.c              its start, and derivatives of accelerations at a stage
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
+ *     step_states.c        steps and tangents of models with own states
  *     step_parameter.c     the same by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
  *     difference.c         those of the equations of motion and of the loops, by differences
@@ -285,6 +286,24 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 
+/* Of models with own states, m of them: E numbers of y = (q, v, x). */
+#define KT_OWN_STEP_FIELDS(X)                                                                                          \
+    X(double, start, E, "y at the start")                                                                              \
+    X(double, stage, s *E, "of the stages")                                                                            \
+    X(double, slope, s *E, "their slopes K_i")                                                                         \
+    X(double, next, E, "at the end")                                                                                   \
+    X(double, first, E *c, "dy of all columns, at the start")                                                          \
+    X(double, rate, s *E *c, "dK_i")                                                                                   \
+    X(double, change, E *c, "dY_i")                                                                                    \
+    X(double, xi, n, "rotations of a column")                                                                          \
+    X(double, force, n *m, "a_x of a stage")                                                                           \
+    X(double, rate_q, n *m, "-f_q")                                                                                    \
+    X(double, rate_v, n *m, "-f_v")                                                                                    \
+    X(double, rate_x, m *m, "-f_x")
+typedef struct kt_own_step {
+    KT_ARENA_DECLARE(KT_OWN_STEP_FIELDS)
+} kt_own_step;
+
 typedef struct kt_step_work {
     const kt_model *model;
     kt_data *data;
@@ -300,8 +319,22 @@ typedef struct kt_step_work {
     kt_parameter_work *parameter; /* NULL: what is held is tau */
     kt_products products;
     kt_projection_work projection;
+    kt_own_step own;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;
+
+/* Of models with own states (step_states.c): memory; kt_step_stages; kt_step_tangents as far as the projection, columns
+ * of (xi, dv, dx) and then `held` ones; the states after the step into the data; and the changes at the end, 2 nv + m
+ * numbers a column. */
+size_t kt_own_step_place(kt_own_step *own, void *memory, const kt_model *model, size_t stages);
+KT_CHECKED kt_status kt_own_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+KT_CHECKED kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
+                                          kt_error *error);
+void kt_own_step_commit(kt_step_work *w);
+void kt_own_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);
+
+/* Whether a model has own states. */
+static inline bool kt_has_own_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
 
 /* Checks the step and the memory, and initialises w in it. */
 KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,

@@ -44,9 +44,12 @@ static size_t place(kt_step_work *w, void *memory, const kt_model *model, const 
     const bool linear = kt_method_is_linear(method);
     const size_t n = model->n.v, unknowns = unknowns_of(model, method);
     const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
-    const size_t used =
-        place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method),
-                     n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX, held_most(model), g, most * unknowns, linear);
+    const size_t columns = (n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX) + KT_OWN_STATES(&model->n);
+    size_t used = place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method), columns,
+                               held_most(model), g, most * unknowns, linear);
+    if (KT_HAS_FORMULAS && kt_has_own_states(model))
+        used += kt_own_step_place(w ? &w->own : NULL, memory ? (char *)memory + used : NULL, model,
+                                  kt_step_stages_of(method));
     if (!KT_HAS_LOOPS)
         return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
@@ -79,8 +82,10 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
-    kt_status status = kt_own_states_refuse(
-        model, "step", "derivatives of a step would leave them out; integrate neighbouring motions instead", error);
+    kt_status status = KT_OK;
+    if (kt_method_is_coupled(step->method) || kt_method_is_linear(step->method))
+        status = kt_own_states_refuse(
+            model, "step", "steps of implicit methods would leave them out; take an explicit one (rk4, dopri5)", error);
     if (status == KT_OK)
         status = kt_masses_refuse(
             model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
@@ -139,6 +144,8 @@ void kt_step_finish(kt_step_work *w) {
 
 kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const kt_model *model = w->model;
+    if (KT_HAS_FORMULAS && kt_has_own_states(model))
+        return kt_own_step_stages(w, q, v, error);
     if (w->coupled)
         return kt_coupled_stages(w, q, v, error);
     if (KT_HAS_ROSENBROCK && w->linear)
@@ -186,5 +193,7 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         return status;
     kt_copy(next_q, w.next, nq * sizeof *next_q);
     kt_copy(next_v, w.next + nq, model->n.v * sizeof *next_v);
+    if (KT_HAS_FORMULAS && kt_has_own_states(model))
+        kt_own_step_commit(&w);
     return KT_OK;
 }

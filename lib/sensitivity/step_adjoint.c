@@ -5,6 +5,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -152,7 +153,10 @@ kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size
     v = v ? v : model->zero;
     const size_t n = model->n.v;
     kt_step_work w;
-    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
+    kt_status status = kt_own_states_refuse(
+        model, "step", "its adjoint would leave them out; multiply by A and B of kt_step_derivatives", error);
+    if (status == KT_OK)
+        status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
         status = kt_adjoint_run(&w, q, v, error);
     if (status != KT_OK)

@@ -1,5 +1,6 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
  * change, of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
+#include "base/copy.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -108,10 +109,29 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
     return KT_OK;
 }
 
+static kt_status refuse_overflow(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                        "they overflow: look for a step that is far too long, or for a force that is huge");
+}
+
+/* Of a model with own states, whose columns stand between those of the state and those that are held. */
+static kt_status find_own_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+    const size_t n = w->model->n.v, columns = w->states + w->model->n.x + held;
+    kt_status status = kt_own_step_tangents(w, q, v, held, error);
+    if (status == KT_OK)
+        status = close(w, w->rate_v, columns, error);
+    if (status == KT_OK && !(kt_all_finite(w->end, 2 * n * columns) &&
+                             kt_all_finite(w->own.change, columns * (w->model->n.q + n + w->model->n.x))))
+        return refuse_overflow(error);
+    return status;
+}
+
 kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
     const kt_products *products = &w->products;
     const size_t n = w->model->n.v, columns = w->states + held;
+    if (KT_HAS_FORMULAS && kt_has_own_states(w->model))
+        return find_own_tangents(w, q, v, held, error);
     kt_step_start(w, q, v);
     begin(w, columns);
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
@@ -123,8 +143,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
         combine(w, products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
-                            "they overflow: look for a step that is far too long, or for a force that is huge");
+        return refuse_overflow(error);
     return status;
 }
 
@@ -142,9 +161,18 @@ kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, 
     if (status != KT_OK)
         return status;
     if (next_q)
-        memcpy(next_q, w.next, nq * sizeof *next_q);
+        kt_copy(next_q, w.next, nq * sizeof *next_q);
     if (next_v)
-        memcpy(next_v, w.next + nq, n * sizeof *next_v);
+        kt_copy(next_v, w.next + nq, n * sizeof *next_v);
+    if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
+        const size_t states = 2 * n + model->n.x;
+        if (A)
+            kt_own_step_copy(&w, 0, states, A);
+        if (B)
+            kt_own_step_copy(&w, states, n, B);
+        kt_own_step_commit(&w);
+        return KT_OK;
+    }
     if (A)
         memcpy(A, w.end, 4 * n * n * sizeof *A);
     if (B)

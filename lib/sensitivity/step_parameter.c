@@ -1,6 +1,7 @@
 /* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). Its columns are those of
  * B with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
 #include "base/copy.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method) {
@@ -22,6 +23,10 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     kt_parameter_work own;
     kt_status status =
         size ? kt_arena_check("work", "kt_step_parameter_work_size", work, work_size, size, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_own_states_refuse(
+            model, "step", "derivatives by parameters would leave them out; take differences of kt_step_evaluate",
+            error);
     if (status == KT_OK)
         status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)

@@ -310,29 +310,27 @@ KT_TEST(what_does_not_know_own_states_says_so) {
     mechanism m;
     kt_error error = {0};
     kt_mode_watch *watch = NULL;
-    kt_floquet *floquet = NULL;
     kt_absolute *absolute = NULL;
     kt_constraint_formulation *formulation = NULL;
     if (!make(&m, ARM STATES))
         return;
     refuses("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
-    const kt_floquet_options period = kt_floquet_options_default(1.0);
-    refuses("multipliers", kt_floquet_create(m.model, &period, &floquet, &error), &error);
     refuses("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     refuses("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
-    const kt_step step = {.method = kt_method_find("rk4"), .h = 0.1};
-    const size_t size = kt_step_work_size(m.model, step.method);
-    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    const kt_step step = {.method = kt_method_find("radau5"), .h = 0.1};
+    const size_t size = kt_step_parameter_work_size(m.model, step.method);
+    void *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
     const double q = 0.0, v = 0.0;
-    double next_q, next_v;
-    refuses("derivatives of a step",
-            kt_step_evaluate(m.model, m.data, work, size, &step, &q, &v, &next_q, &next_v, &error), &error);
+    double next_q, next_v, by[2] = {0.0, 0.0};
+    refuses("an implicit step", kt_step_evaluate(m.model, m.data, work, size, &step, &q, &v, &next_q, &next_v, &error),
+            &error);
+    refuses("an adjoint", kt_step_adjoint(m.model, m.data, work, size, &step, &q, &v, by, NULL, NULL, &error), &error);
     free(work);
     kt_batch_options states = kt_batch_options_default();
     kt_batch *batch = NULL;
-    states.method = step.method;
+    states.method = kt_method_find("rk4");
     refuses("batch", kt_batch_create(m.model, &states, &batch, &error), &error);
     end(&m);
 }
