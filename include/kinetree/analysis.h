@@ -149,9 +149,10 @@ KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
 
 /* How an equilibrium was reached. */
 typedef struct kt_equilibrium {
-    int steps;           /* steps taken, from all starts */
-    int starts;          /* 1; with `nearest` more where the search from the given positions has found none */
-    double distance;     /* length of the last step, over the units of the coordinates */
+    int steps;       /* steps taken, from all starts */
+    int starts;      /* 1; with `nearest` more where the search from the given positions has found none */
+    bool followed;   /* with own states: Newton's method has found none, and it is where the motion from rest ends */
+    double distance; /* length of the last step, over the units of the coordinates */
     double acceleration; /* largest remaining acceleration over its unit, 1/s^2 */
 } kt_equilibrium;
 

@@ -10,6 +10,16 @@
  * for a step (E y, dx). It is shortened until that of the same matrix from where it leads is shorter (P. Deuflhard,
  * Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state that its own rate does
  * not depend on, so that F_x is singular, and the whole is not.
+ *
+ * Where that fails - a valve or a controller at its limit has no slope, and states that nothing holds make the matrix
+ * singular - the motion itself is followed from rest by linearly implicit Euler steps of d seconds,
+ *
+ *     [ E' (M / d^2 + D_v / d + D_q) E   E' D_x     ] [ y  ]   [ g + E' (M / d + D_v) v ]
+ *     [ (F_v / d + F_q) E                F_x + 1/d  ] [ dx ] = [ f + F_v v              ],   v+ = E y / d
+ *
+ * which become longer as they lead less far, and in the end are Newton's (pseudo-transient continuation: C. T. Kelley,
+ * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). They damp what oscillates, so that only motions which go away or
+ * move on for ever find no rest.
  */
 #include "analysis/analysis.h"
 #include "base/copy.h"
@@ -22,11 +32,14 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { STEPS_MOST = 100, SHORTER_MOST = 30 };
+enum { STEPS_MOST = 100, SHORTER_MOST = 30, FOLLOWED_MOST = 400 };
 
-#define ARRIVED 1e-13 /* in units: length of a step */
-#define STALLED 1e-9  /* and of one of which no part leads nearer */
-#define LONGEST 1.0   /* in units: of a step */
+#define ARRIVED 1e-13       /* in units: length of a step */
+#define STALLED 1e-9        /* and of one of which no part leads nearer */
+#define LONGEST 1.0         /* in units: of a step */
+#define FIRST 1e-2          /* s: the first step in time */
+#define LAST 1e9            /* s: of one that is Newton's */
+#define FOLLOWED_LENGTH 0.1 /* in units: the longest that is taken */
 
 typedef struct search {
     kt_linearization *l;
@@ -67,14 +80,37 @@ static void reduce(const search *s, const double *x, double *to) {
             to[j] += l->free_velocity[(size_t)j * l->size.v + i] * x[i];
 }
 
-/* The matrix at q0 and x0, into `factor`. */
-static kt_status write_matrix(const search *s, kt_error *error) {
+/* l->step += (E' (M / d + D_v) v, F_v v). */
+static void add_velocities(const search *s, const kt_linearized *w, double d) {
+    kt_linearization *l = s->l;
+    const size_t nv = l->size.v;
+    memset(l->tried_a, 0, nv * sizeof *l->tried_a);
+    add_product(w->mass, nv, nv, l->v0, l->tried_a);
+    for (size_t i = 0; i < nv; i++)
+        l->tried_a[i] /= d;
+    add_product(w->d_v, nv, nv, l->v0, l->tried_a);
+    reduce(s, l->tried_a, l->force);
+    for (int j = 0; j < s->dofs; j++)
+        l->step[j] += l->force[j];
+    add_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
+}
+
+/* The matrix at q0 and x0, into `factor`; d: of a step in time, s, whose right-hand side in l->step gains its terms by v0;
+ * infinite: of Newton's. */
+static kt_status write_matrix(const search *s, double d, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v, nx = l->size.x, n = (size_t)s->dofs + nx;
     kt_linearized w;
     (void)kt_linearized_init(&w, l->work, l->model, l->data, l->t, kt_linearized_is_dense(l->model));
     const kt_dynamic_state at = {.t = l->t, .q = l->q0, .v = l->v0, .tau = l->tau};
     const kt_status status = kt_linearized_fill(&w, &at, l->model->zero, error);
+    const bool in_time = !isinf(d);
+    if (in_time && status == KT_OK)
+        add_velocities(s, &w, d);
+    for (size_t i = 0; i < nv * nv && in_time && status == KT_OK; i++)
+        w.d_q[i] += (w.d_v[i] + w.mass[i] / d) / d;
+    for (size_t i = 0; i < nx * nv && in_time && status == KT_OK; i++)
+        w.rate_q[i] += w.rate_v[i] / d;
     for (size_t j = 0; j < n && status == KT_OK; j++) {
         double *to = l->factor + j * n;
         const double *e = l->free_velocity + j * nv;
@@ -87,6 +123,7 @@ static kt_status write_matrix(const search *s, kt_error *error) {
         } else {
             reduce(s, w.force_x + (j - (size_t)s->dofs) * nv, to);
             kt_copy(to + s->dofs, w.rate_x + (j - (size_t)s->dofs) * nx, nx * sizeof *to);
+            to[j] += in_time ? 1.0 / d : 0.0;
         }
     }
     return status;
@@ -103,8 +140,8 @@ static double length_of(const search *s, const double *step) {
     return most;
 }
 
-/* Moves to `part` of the step from tried_q and x_begin. */
-static kt_status move(const search *s, double part, kt_error *error) {
+/* Moves to `part` of the step from tried_q and x_begin, which takes d seconds, or leads to rest. */
+static kt_status move(const search *s, double part, double d, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system unused = {0};
     memset(l->direction, 0, l->size.v * sizeof *l->direction);
@@ -114,7 +151,9 @@ static kt_status move(const search *s, double part, kt_error *error) {
     for (size_t k = 0; k < l->size.x; k++)
         l->x0[k] = l->x_begin[k] + part * l->step[s->dofs + (int)k];
     kt_position_add(l->model, l->tried_q, l->direction, l->q);
-    return kt_linearization_begin(l, s->t, l->q, l->model->zero, s->tau, &unused, error);
+    for (size_t i = 0; i < l->size.v; i++)
+        l->direction[i] /= d;
+    return kt_linearization_begin(l, s->t, l->q, l->direction, s->tau, &unused, error);
 }
 
 static kt_status refuse(const search *s, const char *why, kt_error *error) {
@@ -135,7 +174,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
     if (status == KT_OK)
         status = write_residual(s, l->step, error);
     if (status == KT_OK)
-        status = write_matrix(s, error);
+        status = write_matrix(s, HUGE_VAL, error);
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
@@ -153,7 +192,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
         return KT_OK;
     for (int i = 0; i < SHORTER_MOST; i++) {
         const double part = ldexp(fmin(1.0, LONGEST / whole), -i);
-        if (move(s, part, NULL) != KT_OK || write_residual(s, l->force, NULL) != KT_OK)
+        if (move(s, part, HUGE_VAL, NULL) != KT_OK || write_residual(s, l->force, NULL) != KT_OK)
             continue;
         memcpy(l->factor, l->matrix, (size_t)n * (size_t)n * sizeof *l->factor);
         if (kt_lapack_gesv(n, l->factor, l->pivot, l->force) == 0 && length_of(s, l->force) < whole) {
@@ -161,10 +200,52 @@ static kt_status step(search *s, double *length, kt_error *error) {
             return KT_OK;
         }
     }
-    status = move(s, 0.0, error);
+    status = move(s, 0.0, HUGE_VAL, error);
     *length = 0.0;
     return status == KT_OK && whole > STALLED ? refuse(s, "no part of a step leads nearer", error) : status;
 }
+
+/* ---- the motion itself --------------------------------------------------------------------------------------------- */
+
+/* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
+static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
+    kt_linearization *l = s->l;
+    kt_linear_system system = {0};
+    kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
+    s->dofs = system.velocities;
+    if (status == KT_OK)
+        status = write_residual(s, l->step, error);
+    if (status == KT_OK)
+        status = write_matrix(s, d, error);
+    if (status != KT_OK)
+        return status;
+    const int n = s->dofs + (int)l->size.x;
+    kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
+    kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
+    if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
+        return refuse(s, "nothing holds a position or a state where it is", error);
+    *length = length_of(s, l->step);
+    return *length > FOLLOWED_LENGTH ? KT_OK : move(s, 1.0, d, error);
+}
+
+/* Follows the motion until a step of any duration leads nowhere. */
+static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_error *error) {
+    double d = FIRST;
+    kt_status status = KT_OK;
+    for (int i = 0; i < FOLLOWED_MOST && status == KT_OK; i++) {
+        status = step_in_time(s, d, length, error);
+        found->steps++;
+        if (d >= LAST && *length <= ARRIVED)
+            return status == KT_OK ? move(s, 1.0, HUGE_VAL, error) : status; /* there, at rest */
+        if (*length > FOLLOWED_LENGTH)
+            d *= 0.25;
+        else if (*length < 0.5 * FOLLOWED_LENGTH)
+            d = fmin(2.0 * d, LAST);
+    }
+    return status == KT_OK ? refuse(s, "the motion from there does not come to rest", error) : status;
+}
+
+/* ---- the call ------------------------------------------------------------------------------------------------------ */
 
 kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
                                    const double *q, const double *tau, kt_equilibrium *found, kt_error *error) {
@@ -180,6 +261,13 @@ kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_opt
     }
     if (status == KT_OK && length > ARRIVED)
         status = refuse(&s, "the most steps are taken", error);
+    if (status == KT_ERROR_STEP) {
+        kt_copy(l->x0, l->x_given, l->size.x * sizeof *l->x0);
+        status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
+        found->followed = true;
+        if (status == KT_OK)
+            status = follow(&s, found, &length, error);
+    }
     found->distance = length;
     for (size_t i = 0; i < l->size.v && status == KT_OK; i++)
         found->acceleration = fmax(found->acceleration, fabs(l->a0[i]) / l->unit[i]);

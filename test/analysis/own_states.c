@@ -127,6 +127,48 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     end(&m);
 }
 
+/* ---- at limits and where nothing holds a state -------------------------------------------------------------------- */
+
+/* A mass that hangs between two chambers that a valve fills: x' of both is the valve's opening, and at rest that is shut, so that
+ * only their difference is known: m g = a - b. And a controller at its limit, whose slope is zero there. */
+KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
+    static const struct {
+        const char *text;
+        double position, difference;
+    } table[] = {
+        {"kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+         "  - {name: arm, joint: {type: prismatic, axis: y}, mass: 2}\n"
+         "states:\n  a: {initial: 3, rate: \"50*(0.1 - position.arm)\"}\n  b: {initial: 3, rate: \"-50*(0.1 - "
+         "position.arm)\"}\n"
+         "effects:\n  - {type: expression, joint: arm, force: \"a - b - 80*velocity.arm - 200*(position.arm - "
+         "0.1)\"}\n",
+         0.1, 2.0 * 9.81},
+        {"kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+         "  - {name: arm, joint: {type: prismatic, axis: y}, mass: 2}\n"
+         "states:\n  a: {rate: \"5 - position.arm + 0.5*(clamp(30*(5 - position.arm) + 40*a - 12*velocity.arm, -25, "
+         "25) - "
+         "30*(5 - position.arm) - 40*a + 12*velocity.arm)\"}\n  b: {rate: \"-b\"}\n"
+         "effects:\n  - {type: expression, joint: arm, force: \"clamp(30*(5 - position.arm) + 40*a - 12*velocity.arm, "
+         "-25, 25)\"}\n",
+         5.0, 2.0 * 9.81 / 40.0},
+    };
+    for (size_t k = 0; k < 2; k++) {
+        made m;
+        kt_error error;
+        kt_equilibrium found;
+        double q = 0.0;
+        if (!make(&m, table[k].text))
+            return;
+        const double *x = kt_linearization_own_states(m.exact);
+        (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
+        kt_check_true("by the motion", found.followed);
+        kt_check_near("position", q, table[k].position, 1e-12);
+        kt_check_near("difference", x[0] - x[1], table[k].difference, 1e-11);
+        kt_check_below("acceleration", found.acceleration, 1e-11);
+        end(&m);
+    }
+}
+
 /* ---- in space, and with a loop ----------------------------------------------------------------------------------- */
 
 #define BODIES                                                                                                         \

@@ -80,6 +80,10 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
         kt_equilibrium_find(motion->linearization, &options, 0.0, motion->q, NULL, &motion->equilibrium, error);
     if (status != KT_OK)
         return status;
+    if (motion->equilibrium.followed)
+        kt_say(
+            "Newton's method found no equilibrium from the initial position; the motion from rest there, followed by "
+            "long implicit steps, comes to rest in this one: it may not be the nearest");
     if (motion->equilibrium.starts > 1)
         kt_say("from the initial position no equilibrium was found; start %d, elsewhere, led to this one: it may not "
                "be the nearest",

@@ -155,6 +155,8 @@ static json_t *describe(const kt_small_motion *motion) {
     json_object_set_new(root, "neutral", json_integer(neutral));
     json_object_set_new(root, "steps", json_integer(motion->equilibrium.steps));
     json_object_set_new(root, "starts", json_integer(motion->equilibrium.starts));
+    if (kt_own_state_count(motion->model) > 0)
+        json_object_set_new(root, "followed", json_boolean(motion->equilibrium.followed));
     json_object_set_new(root, "acceleration", kt_json_number(motion->equilibrium.acceleration));
     return root;
 }
