@@ -9,6 +9,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- nearest ----------------------------------------------------------------------------------------------------- */
@@ -349,6 +350,82 @@ KT_TEST(contradicting_loops_are_named) {
         kt_check_true("and nothing else", strstr(e.message, "fine") == NULL && strstr(e.message, "others") == NULL);
     }
     linkage_free(&l);
+}
+
+/* A net of knots in a plane, 1 m apart, whose first and last knot are to be 9 m apart; this loop counts evaluations. */
+enum { NET = 4, KNOTS = NET * NET, NAME = 8 };
+#define FAR 9.0
+
+static int keep_far(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *row) {
+    const double length = kt_vec3_norm(motion->position);
+    (void)t;
+    (*(int *)user)++;
+    row->residual = length - FAR;
+    row->force = kt_vec3_scale(1.0 / length, motion->position);
+    const double along = kt_vec3_dot(row->force, motion->velocity);
+    row->drift = (kt_vec3_dot(motion->velocity, motion->velocity) - along * along) / length;
+    return 0;
+}
+
+static void tie(kt_description *d, char name[NAME], const kt_body *a, const kt_body *b) {
+    kt_loop *loop = (kt_loop *)&d->loops[d->loop_count];
+    *loop = kt_loop_default();
+    (void)snprintf(name, NAME, "t%d", d->loop_count++);
+    loop->type = KT_LOOP_DISTANCE;
+    loop->name = name;
+    loop->between[0].body = a->name;
+    loop->between[1].body = b->name;
+    loop->function = kt_function_constant(1.0);
+}
+
+/* From knots that are off by some centimetres the search creeps along a valley to the minimum. Searches that only ask
+ * whether the loops close end there: 5,737 evaluations with compilation, 20,020 if they all go on to the minimum. */
+KT_TEST(net_that_contradicts_itself_is_refused_soon) {
+    static kt_body knots[KNOTS];
+    static kt_loop loops[2 * KNOTS];
+    static char names[KNOTS][NAME], ties[2 * KNOTS][NAME];
+    int evaluations = 0;
+    kt_description d = kt_description_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error e = {0};
+    double q[3 * KNOTS], v[3 * KNOTS];
+    d.bodies = knots;
+    d.body_count = KNOTS;
+    d.loops = loops;
+    for (int k = 0; k < KNOTS; k++) {
+        const int i = k / NET, j = k % NET;
+        (void)snprintf(names[k], NAME, "k%d", k);
+        knots[k] = kt_body_default();
+        knots[k].name = names[k];
+        knots[k].joint.type = KT_JOINT_PLANAR;
+        knots[k].joint.position[0] = i + 0.03 * ((7 * i + 3 * j) % 5);
+        knots[k].joint.position[1] = j + 0.02 * ((5 * i + j) % 7);
+        knots[k].mass = 1.0;
+        knots[k].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+        if (i > 0)
+            tie(&d, ties[d.loop_count], &knots[k - NET], &knots[k]);
+        if (j > 0)
+            tie(&d, ties[d.loop_count], &knots[k - 1], &knots[k]);
+    }
+    kt_loop *far = &loops[d.loop_count];
+    tie(&d, ties[d.loop_count], &knots[0], &knots[KNOTS - 1]);
+    far->name = "far";
+    far->type = KT_LOOP_CUSTOM;
+    far->equations = keep_far;
+    far->equation_count = 1;
+    far->given = KT_LOOP_GIVES_ALL;
+    far->user = &evaluations;
+    far->function = (kt_function){.type = KT_FUNCTION_NONE};
+    kt_check_equal_int("compiles", kt_model_compile(&d, NULL, &model, &e), KT_OK);
+    if (model != NULL && kt_data_create(model, &data, &e) == KT_OK) {
+        kt_model_initial(model, q, v);
+        kt_check_equal_int("status", kt_state_assemble(model, data, 0.0, q, v, &e), KT_ERROR_CONSTRAINT);
+        kt_check_contains("message", e.message, "'far' by ");
+        kt_check_below("evaluations", evaluations, 8000);
+    }
+    kt_data_free(data);
+    kt_model_free(model);
 }
 
 KT_TEST(held_joints_that_prevent_closure_are_an_error) {

@@ -25,7 +25,7 @@ static bool keep_ten(kt_hard *h) { return keep_windows(h, 10); }
 
 /* n windows as those of the scene, which has forty. */
 static bool make_windows(kt_hard *h, int n) {
-    enum { NAME = 16 };
+    enum { NAME = 24 };
     if (!kt_hard_make(h, 2 * n + 1, n, 0) || !(h->names = calloc((size_t)(3 * n + 1), NAME)))
         return false;
     const kt_vec3 up = kt_vec3_make(0.0, 1.0, 0.0), along = kt_vec3_make(1.0, 0.0, 0.0);
