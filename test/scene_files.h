@@ -2,12 +2,27 @@
 #ifndef KT_TEST_SCENE_FILES_H
 #define KT_TEST_SCENE_FILES_H
 
+#include "kinetree/description.h"
+
 #include <dirent.h>
 #include <string.h>
 
 static inline int kt_is_scene_file(const struct dirent *entry) {
     const size_t length = strlen(entry->d_name);
     return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
+}
+
+/* Whether some mass is a function of time. */
+static inline bool kt_has_variable_mass(const kt_description *description) {
+    for (int i = 0; i < description->body_count; i++)
+        if (description->bodies[i].variable_mass != NULL)
+            return true;
+    return false;
+}
+
+/* Whether absolute coordinates, batches and other formulations refuse a scene: of own states or variable masses. */
+static inline bool kt_is_for_trees_alone(const kt_description *description) {
+    return description->state_count > 0 || kt_has_variable_mass(description);
 }
 
 #endif

@@ -254,8 +254,8 @@ static void run_scene(const char *name) {
         with.reduction = KT_REDUCTION_PARTITION;
         if (loops)
             run_plans(&c, with);
-        with.formulation = KT_FORMULATION_ABSOLUTE; /* which carries no own states */
-        if (kt_model_body_count(c.model) - 1 <= ABSOLUTE_BODIES_MAX && kt_own_state_count(c.model) == 0) {
+        with.formulation = KT_FORMULATION_ABSOLUTE;
+        if (kt_model_body_count(c.model) - 1 <= ABSOLUTE_BODIES_MAX && !kt_is_for_trees_alone(&c.scene.description)) {
             run_plans(&c, with);
             with.reduction = KT_REDUCTION_QR;
             run_plans(&c, with);

@@ -167,8 +167,8 @@ static bool has_formulas(const kt_description *description) {
 }
 
 static void compare(const kt_case *c, kt_find *find) {
-    if (has_formulas(&c->scene.description)) {
-        kt_note("%s: left out, its forces are formulas", c->name);
+    if (has_formulas(&c->scene.description) || kt_has_variable_mass(&c->scene.description)) {
+        kt_note("%s: left out, its forces or masses are formulas", c->name);
         return;
     }
     const outcome usual = find(c, c->model);

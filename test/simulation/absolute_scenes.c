@@ -16,7 +16,7 @@
 
 enum { INSTANTS = 6, NUMBERS = 160 };
 
-/* Calls visit with each scene that has no more bodies than that and no own states, compiled for both formulations. */
+/* Calls visit with each scene that has no more bodies than that and no own states or variable masses, compiled for both formulations. */
 static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
                                               const kt_absolute *absolute)) {
     struct dirent **entries = NULL;
@@ -33,8 +33,8 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
             options.metric = scene.run.metric;
             kt_model *model = NULL;
             kt_absolute *absolute = NULL;
-            if (scene.description.state_count > 0)
-                kt_note("%s: left out, it has own states", entries[i]->d_name);
+            if (kt_is_for_trees_alone(&scene.description))
+                kt_note("%s: left out, it has own states or variable masses", entries[i]->d_name);
             else if (scene.description.body_count > most)
                 kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
             else

@@ -34,9 +34,9 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
         kt_model_options options = kt_model_options_default();
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
-            const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE; /* which carries no own states */
+            const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
             const bool large = scene.description.body_count > (is_absolute ? FREE : TREE) ||
-                               (is_absolute && scene.description.state_count > 0);
+                               (is_absolute && kt_is_for_trees_alone(&scene.description));
             options.reduction = kt_reduction_method_of(scene.reduction);
             options.metric = scene.run.metric;
             if (!large &&
