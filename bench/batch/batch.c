@@ -1,11 +1,13 @@
 /* Many states in lanes against the same states one by one: how many times as many a second, on one core. Both sides compute
- * the same states in turns in one run, and their results are compared first, bit by bit. */
+ * the same states in turns in one run, and their results are compared first, bit by bit. And a rollout of many states by
+ * one thread against two, by the clock on the wall, which asks for a machine that does nothing else. */
 #include "../bench.h"
 #include "../chain.h"
 #include "../report.h"
 
 #include "kinetree/batch.h"
 #include "kinetree/sensitivity.h"
+#include "kinetree/study.h"
 #ifdef KT_SCENES
 #include "kinetree/scene.h"
 #endif
@@ -14,6 +16,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { STATES = 64 };
 
@@ -298,6 +301,75 @@ static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
     return chain->q ? KT_OK : KT_ERROR_MEMORY;
 }
 
+/* ---- threads ----------------------------------------------------------------------------------------------------- */
+
+enum { CROWD = 1024 };
+static const double threads_goal = 1.9; /* times as fast by two */
+
+static double wall_clock(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Steps of no length, as many as last some 50 ms by one thread; in turns by one and two. */
+static bool time_threads(kt_batch *batch, double seconds, kt_bench_times times[2]) {
+    kt_batch_job job = {.task = KT_BATCH_STEP, .h = 0.0, .steps = 1};
+    double lasts = 0.0;
+    for (; lasts < 0.05 && lasts < seconds; job.steps *= 2) {
+        const double start = wall_clock();
+        if (kt_batch_run(batch, &job, 1, NULL, NULL) != KT_OK)
+            return false;
+        lasts = wall_clock() - start;
+    }
+    const double most = fmin(KT_BENCH_ROUNDS_MOST, seconds / (1.5 * lasts));
+    const int rounds = (int)fmax(KT_BENCH_ROUNDS_LEAST, most);
+    for (int i = 0; i < 2 * rounds; i++) {
+        const int k = (i + i / 2) % 2;
+        const double start = wall_clock();
+        if (kt_batch_run(batch, &job, 1 + (size_t)k, NULL, NULL) != KT_OK)
+            return false;
+        times[k].sample[i / 2] = (wall_clock() - start) / job.steps;
+    }
+    for (int k = 0; k < 2; k++) {
+        times[k].rounds = rounds;
+        times[k].repetitions = job.steps;
+        kt_bench_sort(&times[k]);
+    }
+    return true;
+}
+
+static int measure_threads(const kt_bench_options *options, kt_csv *csv) {
+    static kt_bench_times times[2];
+    kt_chain chain;
+    kt_error error;
+    kt_batch *batch = NULL;
+    const kt_batch_options many = {.states = CROWD, .threads = 2, .method = kt_method_find("rk4")};
+    int status = KT_BENCH_FAILED;
+    if (make_quadruped(options->isa, &chain, &error) != KT_OK)
+        return kt_bench_tell(&error);
+    if (kt_batch_create(chain.model, &many, &batch, &error) != KT_OK)
+        status = kt_bench_tell(&error);
+    else if (time_threads(batch, options->seconds, times)) {
+        const kt_bench_ratio ratio = kt_bench_compare(&times[0], &times[1]);
+        const bool missed = ratio.median < threads_goal;
+        printf("%-14s %-9s %10.0f %10.0f %8.2f (%.2f to %.2f)%s   1 and 2 threads, seconds of the wall\n", "quadruped",
+               "rk4 step", CROWD / times[0].low, CROWD / times[1].low, ratio.median, ratio.low, ratio.high,
+               missed ? "  missed" : "");
+        status = options->check && missed ? KT_BENCH_MISSED : KT_BENCH_DONE;
+        kt_csv_text(csv, "quadruped");
+        kt_csv_text(csv, "rk4 step by two threads");
+        kt_csv_number(csv, CROWD / times[0].low);
+        kt_csv_number(csv, CROWD / times[1].low);
+        kt_csv_number(csv, ratio.median);
+        kt_csv_origin(csv, kt_model_isa(chain.model));
+        kt_csv_line(csv);
+    }
+    kt_batch_free(batch);
+    kt_chain_free(&chain);
+    return status;
+}
+
 static int run(const kt_bench_options *options, kt_csv *csv) {
     static const struct {
         const char *name;
@@ -330,7 +402,8 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
         worst = status > worst ? status : worst;
         kt_chain_free(&chain);
     }
-    return worst;
+    const int status = measure_threads(options, csv);
+    return status > worst ? status : worst;
 }
 
 int main(int argc, char **argv) {
@@ -339,7 +412,8 @@ int main(int argc, char **argv) {
     const int status =
         kt_bench_read(argc, argv,
                       "States a second of one core: one by one, and as a batch in lanes; the ratio of the "
-                      "two, with its quartiles.\n--check compares them with what is promised.",
+                      "two, with its quartiles. The last line: by one thread, and by two.\n--check compares them with "
+                      "what is promised.",
                       &options);
     if (status >= 0)
         return status;

@@ -79,6 +79,13 @@ KT_API size_t kt_batch_count(const kt_batch *batch);
 KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
                                                const double *v, kt_error *error);
 
+/* Gives a state parameters of its own: those of `model`, a copy of the batch's model in which some have been set
+ * (kt_parameter_set of model.h: masses, inertias, gravity, springs, dampers ...), or the batch's model again. The copy
+ * must outlive the batch, and is read whenever the state is computed. States in a block (kt_batch_report.width
+ * neighbours, from 0 on) that have one model are computed in lanes, and others one by one: give each block one copy.
+ * KT_ERROR_ARGUMENT if there is no such state, or model is another mechanism's. O(1). */
+KT_API KT_CHECKED kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *model, kt_error *error);
+
 /* Sets its joint forces (nv; NULL: zero), which stay until they are set again; or its accelerations, from which
  * kt_batch_inverse computes forces. Errors as above. */
 KT_API KT_CHECKED kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error);

@@ -116,6 +116,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < n.groups * n.width; i++) { /* those that fill up the last group, too */
+        made->own[i] = model;
         double *y = made->y + i / n.width * n.width * (n.nq + n.nv);
         kt_lane_put(model->q0, n.width, i % n.width, n.nq, y);
         kt_lane_put(model->v0, n.width, i % n.width, n.nv, y + n.width * n.nq);
@@ -165,6 +166,14 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
     kt_lane_put(v, width, state % width, nv, y + width * nq);
     batch->t[state] = t;
     batch->status[state] = KT_OK;
+    return KT_OK;
+}
+
+kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *model, kt_error *error) {
+    if (KT_IS_MISSING(error, batch, model) || is_other_state(batch, state, error) ||
+        KT_IS_OTHER_DATA(error, model, kt_batch_work_of(batch, 0)->data))
+        return KT_ERROR_ARGUMENT;
+    batch->own[state] = model;
     return KT_OK;
 }
 

@@ -42,6 +42,8 @@ typedef struct kt_batch_work {
     X(double, y, n->groups * n->width * (n->nq + n->nv), "positions, then velocities")                                 \
     X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
     X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
+    X(const kt_model *, own, n->groups * n->width,                                                                     \
+      "model of each state: the batch's, or a copy with other parameters")                                             \
     X(uint8_t, status, n->groups * n->width, "kt_status of the last computation of each state")                        \
     X(char, work, n->threads * n->work_bytes, "a kt_batch_work of each thread")
 
@@ -64,7 +66,8 @@ static inline kt_batch_work *kt_batch_work_of(const kt_batch *batch, size_t thre
 typedef struct kt_batch_group {
     size_t first; /* the number of lane 0 among all states */
     size_t used;
-    kt_lane_mask live; /* lanes that are computed: those that have not failed */
+    kt_lane_mask live;     /* lanes that are computed: those that have not failed */
+    const kt_model *model; /* of all lanes; NULL: they have different ones, and are computed one by one */
     const double *q, *v, *tau;
 } kt_batch_group;
 

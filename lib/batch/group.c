@@ -10,7 +10,11 @@ kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
     const kt_batch_counts *n = &batch->n;
     const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
     const double *y = batch->y + first * (n->nq + n->nv);
+    const kt_model *model = batch->own[first];
+    for (size_t i = first; i < first + used; i++)
+        model = batch->own[i] == model ? model : NULL;
     return (kt_batch_group){.first = first,
+                            .model = model,
                             .used = used,
                             .live = kt_lanes_first(used),
                             .q = y,
@@ -43,8 +47,8 @@ static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lan
     kt_error made;
     take_state(w, group, lane);
     w->alone_count++;
-    const kt_status status =
-        kt_acceleration_evaluate(w->batch->model, w->data, t, w->one_q, w->one_v, w->one_tau, NULL, w->one_a, &made);
+    const kt_status status = kt_acceleration_evaluate(w->batch->own[group->first + lane], w->data, t, w->one_q,
+                                                      w->one_v, w->one_tau, NULL, w->one_a, &made);
     if (status == KT_OK) {
         kt_lane_put(w->one_a, n->width, lane, n->nv, w->result);
         return;
@@ -63,7 +67,7 @@ static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *
         if (!kt_lane_is_in(group->live, lane))
             continue;
         take_state(w, group, lane);
-        if (kt_effects_apply(w->batch->model, w->data, &one, NULL) != KT_OK)
+        if (kt_effects_apply(group->model, w->data, &one, NULL) != KT_OK)
             continue;
         kt_lane_put(one.tau, n->width, lane, n->nv, w->total);
         if (n->body > 0)
@@ -78,14 +82,14 @@ static kt_lane_mask apply_effects(kt_batch_work *w, const kt_batch_group *group,
     const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
     if (batch->has_formulas)
         return apply_effects_alone(w, group, t);
-    return batch->kernels->effects(batch->model, w->lanes, &at, w->total, batch->n.body > 0 ? w->wrench : NULL);
+    return batch->kernels->effects(group->model, w->lanes, &at, w->total, batch->n.body > 0 ? w->wrench : NULL);
 }
 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
-    const kt_model *model = batch->model;
+    const kt_model *model = group->model;
     kt_lane_mask done = 0;
-    if (batch->kernels) {
+    if (batch->kernels && model) {
         const bool has_effects = model->n.effect > 0;
         done = has_effects ? apply_effects(w, group, t) : group->live;
         done &= batch->kernels->forward(model, w->lanes, group->q, group->v, has_effects ? w->total : group->tau,
@@ -105,8 +109,8 @@ static void invert_alone(kt_batch_work *w, kt_batch_group *group, const double *
     take_state(w, group, lane);
     kt_lane_take(a, n->width, lane, n->nv, w->one_a);
     w->alone_count++;
-    const kt_status status =
-        kt_dynamics_inverse(w->batch->model, w->data, w->one_q, w->one_v, w->one_a, NULL, w->one_tau, &made);
+    const kt_status status = kt_dynamics_inverse(w->batch->own[group->first + lane], w->data, w->one_q, w->one_v,
+                                                 w->one_a, NULL, w->one_tau, &made);
     if (status == KT_OK) {
         kt_lane_put(w->one_tau, n->width, lane, n->nv, w->result);
         return;
@@ -119,8 +123,8 @@ void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fa
     const kt_batch *batch = w->batch;
     const double *a = batch->a + group->first * batch->n.nv;
     kt_lane_mask done = 0;
-    if (batch->kernels)
-        done = group->live & batch->kernels->inverse(batch->model, w->lanes, group->q, group->v, a, NULL, w->result);
+    if (batch->kernels && group->model)
+        done = group->live & batch->kernels->inverse(group->model, w->lanes, group->q, group->v, a, NULL, w->result);
     for (size_t lane = 0; lane < group->used; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;

@@ -99,9 +99,9 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
 }
 
 /* Closes loops, and makes quaternions units, of the state in one_q and one_v. */
-static kt_status close_state(kt_batch_work *w, double t, kt_error *error) {
+static kt_status close_state(kt_batch_work *w, size_t state, double t, kt_error *error) {
     if (KT_HAS_LOOPS && w->batch->model->n.group > 0)
-        return kt_state_project(w->batch->model, w->data, t, w->one_q, w->one_v, NULL, error);
+        return kt_state_project(w->batch->own[state], w->data, t, w->one_q, w->one_v, NULL, error);
     return kt_position_make_units(w->batch->model, w->one_q)
                ? KT_OK
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
@@ -113,7 +113,7 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
     kt_error made;
     kt_lane_take(w->stage, n->width, lane, n->nq, w->one_q);
     kt_lane_take(w->stage + nq, n->width, lane, n->nv, w->one_v);
-    if (close_state(w, w->batch->t[group->first + lane] + h, &made) != KT_OK) {
+    if (close_state(w, group->first + lane, w->batch->t[group->first + lane] + h, &made) != KT_OK) {
         kt_batch_fail(w, group->first + lane, &made, fault);
         group->live &= ~bit(lane);
         return;

@@ -44,7 +44,8 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
             *balance = (kt_effect_power){.energy = kt_real_of(0.0)};
         return;
     }
-    const kt_real depth = KT_CHOOSE(touches, x, kt_real_of(0.0)); /* roots and tanh of zero are soon there */
+    /* In lanes without contact it makes all forces zero. */
+    const kt_real depth = KT_CHOOSE(touches, x, kt_real_of(0.0));
     const kt_triple down = kt_triple_scale(kt_real_of(-effect->radius), n), arm = kt_triple_add(from_plane, down);
     const kt_triple s = kt_triple_sub(velocity_at(&end[0], down), velocity_at(&end[1], arm));
     const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(depth, effect->exponent);
@@ -55,10 +56,8 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
                         KT_CHOOSE(kt_value(ratio) > 0.0, kt_tanh(ratio) / ratio, kt_real_of(1.0));
     const kt_triple force = kt_triple_sub(kt_triple_scale(normal, n), kt_triple_scale(rub, across));
     const kt_triple back = kt_triple_scale(kt_real_of(-1.0), force);
-    wrench[0] = (kt_effect_wrench){.moment = KT_CHOOSE_TRIPLE(touches, kt_triple_cross(down, force), none),
-                                   .force = KT_CHOOSE_TRIPLE(touches, force, none)};
-    wrench[1] = (kt_effect_wrench){.moment = KT_CHOOSE_TRIPLE(touches, kt_triple_cross(arm, back), none),
-                                   .force = KT_CHOOSE_TRIPLE(touches, back, none)};
+    wrench[0] = (kt_effect_wrench){.moment = kt_triple_cross(down, force), .force = force};
+    wrench[1] = (kt_effect_wrench){.moment = kt_triple_cross(arm, back), .force = back};
     if (balance)
         *balance = (kt_effect_power){.energy = elastic * depth / (effect->exponent + 1.0),
                                      .dissipated = (normal - elastic) * deeper + rub * speed * speed};

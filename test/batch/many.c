@@ -29,6 +29,7 @@ bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method)
     many->work = many->work_size ? aligned_alloc(KT_ALIGNMENT, many->work_size) : NULL;
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
         many->t[i] = 0.25 * (double)i;
+        many->own[i] = model;
         kt_model_initial(model, many->q + i * many->nq, many->v + i * many->nv);
     }
     if (kt_batch_create(model, &options, &many->batch, &error) == KT_OK)
@@ -39,13 +40,60 @@ bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method)
 
 void kt_many_free(kt_many *many) {
     kt_batch_free(many->batch);
+    for (size_t i = 0; i < KT_MANY_STATES; i++)
+        free(many->copies[i]);
     free(many->t);
     free(many->work);
+}
+
+static kt_status set_parameter(kt_model *copy, const char *name, double scale, kt_error *error) {
+    kt_parameter parameter;
+    double values[KT_PARAMETER_MAX];
+    kt_status status = kt_parameter_find(copy, name, &parameter, error);
+    if (status == KT_OK)
+        status = kt_parameter_get(copy, &parameter, values, error);
+    for (int k = 0; status == KT_OK && k < parameter.count; k++)
+        values[k] *= scale;
+    return status == KT_OK ? kt_parameter_set(copy, &parameter, values, error) : status;
+}
+
+/* A copy with another gravity and other masses. */
+static kt_model *copy_model(kt_many *many, size_t i, kt_random *random) {
+    const size_t size = kt_model_size(many->model);
+    kt_model *copy = NULL;
+    kt_error error;
+    many->copies[i] = aligned_alloc(KT_ALIGNMENT, size);
+    kt_status status = kt_model_copy(many->model, many->copies[i], size, &copy, &error);
+    if (status == KT_OK)
+        status = set_parameter(copy, "gravity", kt_random_uniform(random, 0.5, 1.5), &error);
+    for (int body = 1; body < kt_model_body_count(many->model) && status == KT_OK; body += 3) {
+        char name[64];
+        (void)snprintf(name, sizeof name, "%s.mass", kt_body_name(many->model, body));
+        status = set_parameter(copy, name, kt_random_uniform(random, 0.9, 1.1), &error);
+    }
+    if (status == KT_OK)
+        return copy;
+    kt_note("%s: %s", error.where, error.message);
+    return NULL;
+}
+
+bool kt_many_vary(kt_many *many, kt_random *random) {
+    const size_t width = kt_batch_report_of(many->batch).width;
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        if (i > 0 && i < width)
+            many->own[i] = many->own[0];
+        else if (i % 4 != 3)
+            many->own[i] = copy_model(many, i, random);
+        if (!many->own[i])
+            return kt_check_true("a copy with other parameters is made", false);
+    }
+    return true;
 }
 
 static void set(kt_many *many) {
     kt_status status = KT_OK;
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        status |= kt_batch_set_model(many->batch, i, many->own[i], NULL);
         status |= kt_batch_set_state(many->batch, i, many->t[i], many->q + i * many->nq, many->v + i * many->nv, NULL);
         status |= kt_batch_set_torque(many->batch, i, many->tau + i * many->nv, NULL);
         status |= kt_batch_set_acceleration(many->batch, i, many->a + i * many->nv, NULL);
@@ -110,12 +158,12 @@ static int compare(kt_many *many, kt_data *data, const computation *c) {
 }
 
 static kt_status forward_alone(const kt_many *many, kt_data *data, size_t i, double *a) {
-    return kt_acceleration_evaluate(many->model, data, many->t[i], many->q + i * many->nq, many->v + i * many->nv,
+    return kt_acceleration_evaluate(many->own[i], data, many->t[i], many->q + i * many->nq, many->v + i * many->nv,
                                     many->tau + i * many->nv, NULL, a, NULL);
 }
 
 static kt_status inverse_alone(const kt_many *many, kt_data *data, size_t i, double *tau) {
-    return kt_dynamics_inverse(many->model, data, many->q + i * many->nq, many->v + i * many->nv,
+    return kt_dynamics_inverse(many->own[i], data, many->q + i * many->nq, many->v + i * many->nv,
                                many->a + i * many->nv, NULL, tau, NULL);
 }
 
@@ -129,6 +177,7 @@ int kt_many_compare_inverse(kt_many *many, kt_data *data) {
 
 /* A state that takes steps alone. */
 typedef struct single {
+    const kt_model *model;
     double t, *q, *v;
     const double *tau;
 } single;
@@ -136,21 +185,21 @@ typedef kt_status step_alone(kt_many *many, kt_data *data, single *s, double h);
 
 static kt_status step_by_method(kt_many *many, kt_data *data, single *s, double h) {
     const kt_step step = {.method = many->method, .t = s->t, .h = h, .tau = s->tau};
-    return kt_step_evaluate(many->model, data, many->work, many->work_size, &step, s->q, s->v, s->q, s->v, NULL);
+    return kt_step_evaluate(s->model, data, many->work, many->work_size, &step, s->q, s->v, s->q, s->v, NULL);
 }
 
 /* v += h a, q (+) h v, closed. */
 static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, double h) {
     const size_t nq = many->nq, nv = many->nv;
     double *a = calloc(2 * nv + nq + 1, sizeof *a), *v = a + nv, *q = v + nv;
-    kt_status status = kt_acceleration_evaluate(many->model, data, s->t, s->q, s->v, s->tau, NULL, a, NULL);
+    kt_status status = kt_acceleration_evaluate(s->model, data, s->t, s->q, s->v, s->tau, NULL, a, NULL);
     for (size_t k = 0; k < nv; k++) {
         v[k] = s->v[k] + h * a[k];
         a[k] = h * v[k];
     }
     kt_position_add(many->model, s->q, a, q);
     if (status == KT_OK && many->model->n.group > 0)
-        status = kt_state_project(many->model, data, s->t + h, q, v, NULL, NULL);
+        status = kt_state_project(s->model, data, s->t + h, q, v, NULL, NULL);
     else if (status == KT_OK && !kt_position_make_units(many->model, q))
         status = KT_ERROR_NOT_FINITE;
     if (status == KT_OK) {
@@ -164,6 +213,7 @@ static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, d
 /* One state by as many steps, until one fails. */
 static kt_status advance_alone(kt_many *many, kt_data *data, size_t i, const kt_batch_job *job, single *s) {
     step_alone *step = job->task == KT_BATCH_STEP ? step_by_method : step_semi_implicitly;
+    s->model = many->own[i];
     s->t = many->t[i];
     s->tau = many->tau + i * many->nv;
     memcpy(s->q, many->q + i * many->nq, many->nq * sizeof *s->q);

@@ -3,6 +3,7 @@
 #define KT_TEST_BATCH_MANY_H
 
 #include "kinetree/batch.h"
+#include "random.h"
 
 enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, whatever the width */
 enum { KT_MANY_THREADS = 3 };
@@ -15,12 +16,18 @@ typedef struct kt_many {
     void *work;                  /* of kt_step_evaluate */
     size_t work_size;
     const kt_method *method;
+    const kt_model *own[KT_MANY_STATES]; /* the model, or copies of it with other parameters */
+    void *copies[KT_MANY_STATES];
     size_t threads; /* by which steps are taken; 1 at first, up to KT_MANY_THREADS */
 } kt_many;
 
 /* With all states at the model's initial one, at t = 0.25 s times their number; false: it failed, and the test does. */
 bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method);
 void kt_many_free(kt_many *many);
+
+/* Gives all states but some gravity and masses of their own: those of the first group the same copy of the model, others
+ * a copy each. False: it failed, and the test does. */
+bool kt_many_vary(kt_many *many, kt_random *random);
 
 /* How many states differ: in a bit of their results, in their status, or in what a failed state leaves. Inverse dynamics
  * are those of the accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
