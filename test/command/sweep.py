@@ -352,6 +352,24 @@ def motions():
     same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
 
 
+def accuracy():
+    """A study for each value of a parameter: lines as those of a sweep, and what they say against studies alone."""
+    arguments = ["swing.yaml", "--integrators", "rk4,dopri5", "--goal", "1e-4,1e-7", "--budget", "0.5", "--quiet"]
+    pathlib.Path("swing.yaml").write_text("kinetree: 1\nparameters: {L: 1}\ngravity: [0, -9.81, 0]\n"
+                                          "bodies: [{name: arm, joint: {type: revolute, position: 60 deg}, mass: 1, com: [0, =-L, 0], inertia: [0, 0, 0]}]\n"
+                                          "simulate: {duration: \"=2*sqrt(L)\"}\n")
+    done = subprocess.run([command, "accuracy", *arguments, "--vary", "L=0.01,1", "--out", "l.csv"], capture_output=True, text=True, check=False)
+    same("accuracy along L", (done.returncode, done.stderr), (0, ""))
+    lines = rows(pathlib.Path("l.csv").read_text())
+    same("a line a value", [(float(l["L"]), l["status"]) for l in lines], [(0.01, "done"), (1.0, "done")])
+    # Motions are the same in time sqrt(L / g), and so are the durations: a tenth of the time, ten times the evaluations a second.
+    ratio = float(lines[0]["evaluations.0.0001"]) / float(lines[1]["evaluations.0.0001"])
+    check("evaluations a second over sqrt(1 / L)", abs(math.log(ratio / 10)), math.log(2))
+    check("a smaller error costs more", float(lines[1]["evaluations.0.0001"]), float(lines[1]["evaluations.1e-07"]))
+    told = subprocess.run([command, "accuracy", *arguments, "--vary", "L=1,2", "--plot", "p.svg"], capture_output=True, text=True, check=False)
+    same("no picture of several", (told.returncode, "single study" in told.stderr), (1, True))
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -369,7 +387,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, motions, faults):
+    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)

@@ -26,6 +26,8 @@ static const kt_option option_table[] = {
      NULL},
     {"duration", KT_OPTION_POSITIVE, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
     {"goal", KT_OPTION_TEXT, KT_AT(goal_list), "E,...", "errors to find settings for; default: 1e-3,1e-6,1e-9", NULL},
+    {"vary", KT_OPTION_SETTING, KT_AT(vary), "NAME=VALUES",
+     "a study for each of them, as of sweep, and a line of CSV: what each goal costs; no pictures", NULL},
     {"reference", KT_OPTION_TEXT, KT_AT(reference), "FILE", "records of a run that is right; default: computed", NULL},
     {"budget", KT_OPTION_POSITIVE, KT_AT(budget), "S",
      "CPU time for the study, seconds; default: 20; 60 with --formulations", NULL},
@@ -111,6 +113,12 @@ static int read_lists(kt_accuracy_arguments *a) {
     int code = a->integrator_list != NULL ? read_methods(a) : -1;
     if (code >= 0)
         return code;
+    if (a->vary.count > 0 && (a->baselines || a->formulations || a->prices || a->plot != NULL || a->plot_dark != NULL ||
+                              a->reference != NULL)) {
+        kt_say("accuracy: --vary writes a line for each value; --plot, --reference, --prices, --formulations and "
+               "--baselines are of a single study");
+        return KT_EXIT_USAGE;
+    }
     if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
                          a->plot_dark != NULL || a->prices || a->tolerance_list != NULL)) {
         kt_say("accuracy: --baselines has a table of its own: --steps, --duration and --reference go with it, and no "
@@ -236,7 +244,11 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
         return kt_exit_code(status);
     }
     findings.results = kt_accuracy_get(findings.study);
-    const int code = report(&findings);
+    int code = KT_EXIT_DONE;
+    if (arguments->along != NULL)
+        kt_accuracy_along_line(arguments->along, &findings);
+    else
+        code = report(&findings);
     kt_accuracy_free(findings.study);
     return code;
 }
@@ -294,7 +306,7 @@ static void choose_files(kt_accuracy_arguments *arguments, const char *csv, cons
         return;
     if (arguments->out == NULL)
         arguments->out = csv;
-    if (arguments->plot == NULL && arguments->plot_dark == NULL && kt_plot_is_possible())
+    if (arguments->plot == NULL && arguments->plot_dark == NULL && arguments->vary.count == 0 && kt_plot_is_possible())
         arguments->plot = picture;
     if (arguments->plot != NULL && strcmp(arguments->plot, "/dev/null") == 0)
         arguments->plot = NULL;
@@ -330,7 +342,8 @@ int kt_command_accuracy(int argc, char **argv) {
         code = check_results(&arguments, argv[1]);
     }
     if (code < 0)
-        code = study_file(&arguments, argv[1], base);
+        code = arguments.vary.count > 0 ? kt_accuracy_go_along(&arguments, study_file, argv[1], base)
+                                        : study_file(&arguments, argv[1], base);
     free(picture);
     free(csv);
     free(base);

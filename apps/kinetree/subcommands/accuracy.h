@@ -13,12 +13,15 @@ enum {
     KT_COMPARED_FORMULATIONS = 7,
 };
 
+typedef struct kt_accuracy_along kt_accuracy_along; /* a study among others along a parameter */
+
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
 typedef struct kt_accuracy_arguments {
     const char *integrator_list, *step_list, *tolerance_list, *goal_list; /* as given; NULL: not given */
     double duration, budget;
-    kt_settings settings;
+    kt_settings settings, vary;
+    kt_accuracy_along *along; /* NULL: a single study */
     const char *reference, *out, *plot, *plot_dark;
     bool prices, formulations, baselines, dark, quiet;
 
@@ -83,5 +86,16 @@ int kt_findings_print_baselines(const kt_findings *findings);
 int kt_findings_write(const kt_findings *findings, const char *path);
 /* Draws the work-precision diagram. Returns an exit code. */
 int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark);
+
+/* ---- along a parameter ------------------------------------------------------------------------------------------- */
+
+/* Makes a study of a scene, with the settings of the arguments; returns an exit code. */
+typedef int kt_accuracy_study(const kt_accuracy_arguments *arguments, const char *path, const char *base);
+
+/* With --vary: a study for each value, and a line of CSV for each in --out. Returns an exit code. */
+int kt_accuracy_go_along(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
+                         const char *base);
+/* Writes the line of a study, in place of its report. */
+void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings);
 
 #endif

@@ -11,7 +11,7 @@
 #include <string.h>
 
 static int say_no_memory(void) {
-    kt_say("sweep: there is not enough memory");
+    kt_say("there is not enough memory");
     return KT_EXIT_INTEGRATION;
 }
 
@@ -100,15 +100,14 @@ void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
 static int say_vary(const char *text) {
-    kt_say("sweep: --vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'", text);
+    kt_say("--vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'", text);
     return KT_EXIT_USAGE;
 }
 
 static int say_random(const char *text) {
-    kt_say(
-        "sweep: --random takes NAME=uniform(FROM,TO), NAME=normal(MEAN,DEVIATION) or NAME=lognormal(MEAN,DEVIATION), "
-        "not '%s'",
-        text);
+    kt_say("--random takes NAME=uniform(FROM,TO), NAME=normal(MEAN,DEVIATION) or NAME=lognormal(MEAN,DEVIATION), "
+           "not '%s'",
+           text);
     return KT_EXIT_USAGE;
 }
 
@@ -128,12 +127,12 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     *code = -1;
     for (int i = 0; i < plan->count; i++)
         if (strlen(plan->axes[i].path) == length && strncmp(plan->axes[i].path, text, length) == 0) {
-            kt_say("sweep: '%s' is varied twice; remove one", plan->axes[i].path);
+            kt_say("'%s' is varied twice; remove one", plan->axes[i].path);
             *code = KT_EXIT_USAGE;
             return NULL;
         }
     if (plan->count == KT_SWEEP_AXES_MAX) {
-        kt_say("sweep: a sweep varies at most %d values", KT_SWEEP_AXES_MAX);
+        kt_say("a sweep varies at most %d values", KT_SWEEP_AXES_MAX);
         *code = KT_EXIT_USAGE;
         return NULL;
     }
@@ -176,7 +175,7 @@ static int read_range(const char *text, const char *rest, kt_axis *axis) {
             return say_vary(text);
     }
     if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0)) {
-        kt_say("sweep: --vary %s: a logarithmic range has ends above zero", text);
+        kt_say("--vary %s: a logarithmic range has ends above zero", text);
         return KT_EXIT_USAGE;
     }
     axis->count = (int64_t)count;
@@ -259,7 +258,7 @@ static int read_table(kt_sweep_plan *plan, const char *path) {
     int code = -1;
     FILE *file = fopen(path, "r");
     if (file == NULL) {
-        kt_say("sweep: %s cannot be read: %s", path, strerror(errno));
+        kt_say("%s cannot be read: %s", path, strerror(errno));
         return KT_EXIT_USAGE;
     }
     while (code < 0 && getline(&line, &room, file) > 0) {
@@ -304,7 +303,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
         rest = NULL;
     if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
         count != floor(count)) {
-        kt_say("sweep: --sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
+        kt_say("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
         return KT_EXIT_USAGE;
     }
     plan->points = (int64_t)count;
@@ -313,7 +312,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
             continue;
         ranges++;
         if (plan->axes[i].values != NULL || plan->axes[i].count > 0) {
-            kt_say("sweep: --sample fills ranges: give --vary %s=FROM:TO", plan->axes[i].path);
+            kt_say("--sample fills ranges: give --vary %s=FROM:TO", plan->axes[i].path);
             return KT_EXIT_USAGE;
         }
         const int code = plan->sample == KT_SAMPLE_LATIN ? permute(plan, i) : -1;
@@ -321,7 +320,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
             return code;
     }
     if (ranges == 0 || (plan->sample == KT_SAMPLE_SOBOL && ranges > KT_SOBOL_AXES)) {
-        kt_say("sweep: --sample fills ranges, 1 to %d of them with sobol: give --vary NAME=FROM:TO", KT_SOBOL_AXES);
+        kt_say("--sample fills ranges, 1 to %d of them with sobol: give --vary NAME=FROM:TO", KT_SOBOL_AXES);
         return KT_EXIT_USAGE;
     }
     return -1;
@@ -334,11 +333,11 @@ static int set_grid(kt_sweep_plan *plan) {
         if (axis->is_random)
             continue;
         if (axis->count == 0) {
-            kt_say("sweep: --vary %s: give the number of values, FROM:TO:COUNT, or --sample", axis->path);
+            kt_say("--vary %s: give the number of values, FROM:TO:COUNT, or --sample", axis->path);
             return KT_EXIT_USAGE;
         }
         if (plan->points > INT64_C(1000000000000) / axis->count) {
-            kt_say("sweep: there are more than 1e12 runs");
+            kt_say("there are more than 1e12 runs");
             return KT_EXIT_USAGE;
         }
         plan->points *= axis->count;
@@ -350,7 +349,7 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
     int code = -1;
     *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats};
     if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL)) {
-        kt_say("sweep: --from gives the values of all runs; leave --vary and --sample out");
+        kt_say("--from gives the values of all runs; leave --vary and --sample out");
         return KT_EXIT_USAGE;
     }
     if (arguments->from != NULL)
@@ -362,7 +361,7 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
     if (code >= 0)
         return code;
     if (plan->count == 0) {
-        kt_say("sweep: nothing is varied; give --vary NAME=FROM:TO:COUNT, --random or --from");
+        kt_say("nothing is varied; give --vary NAME=FROM:TO:COUNT, --random or --from");
         return KT_EXIT_USAGE;
     }
     if (arguments->sample != NULL)

@@ -1,0 +1,116 @@
+/* `accuracy --vary`: a study for each value of a parameter, and a line of each as those of a sweep: which setting is the
+ * cheapest for each goal, and what it costs. */
+#include "subcommands/accuracy.h"
+
+#include "sweep/sweep.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {
+    fprintf(file, "run");
+    for (int i = 0; i < plan->count; i++)
+        fprintf(file, ",%s", plan->axes[i].path);
+    fprintf(file, ",status,uncertainty");
+    for (int g = 0; g < arguments->goal_count; g++) {
+        const double goal = arguments->goals[g];
+        fprintf(file, ",evaluations.%g,seconds.%g,setting.%g,method.%g", goal, goal, goal, goal);
+    }
+    fputs("\n", file);
+}
+
+static void write_goal(FILE *file, const kt_findings *findings, double goal) {
+    const int best = kt_accuracy_best(findings->study, goal);
+    if (best < 0) { /* no run came that close */
+        fputs(",,,,", file);
+        return;
+    }
+    const kt_accuracy_point *point = &findings->results->points[best];
+    const double per_second = 1.0 / findings->results->duration;
+    fprintf(file, ",%.6g,%.3g,%.6g,%s", (double)point->counts.evaluations * per_second, point->cpu * per_second,
+            point->setting, kt_findings_curve(findings, best)->method->name);
+}
+
+/* findings: NULL if the study failed. */
+static void write_line(FILE *file, int64_t number, const kt_sweep_plan *plan, const double *values,
+                       const kt_findings *findings, const kt_accuracy_arguments *arguments) {
+    fprintf(file, "%lld", (long long)number);
+    for (int i = 0; i < plan->count; i++)
+        fprintf(file, ",%.17g", values[i]);
+    if (findings != NULL)
+        fprintf(file, ",done,%.3g", findings->results->uncertainty.position);
+    else
+        fprintf(file, ",failed,");
+    for (int g = 0; g < arguments->goal_count; g++)
+        if (findings != NULL)
+            write_goal(file, findings, arguments->goals[g]);
+        else
+            fputs(",,,,", file);
+    fputs("\n", file);
+}
+
+struct kt_accuracy_along {
+    const kt_accuracy_arguments *arguments;
+    const kt_sweep_plan *plan;
+    FILE *file;
+    int64_t number;
+    const double *values;
+    bool written;
+};
+
+void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {
+    write_line(along->file, along->number, along->plan, along->values, findings, along->arguments);
+    along->written = true;
+}
+
+/* One study after the other: their times would disturb each other. */
+static int study_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
+                     kt_accuracy_study *study, const char *path, const char *base) {
+    int code = KT_EXIT_DONE;
+    write_header(file, arguments, plan);
+    for (int64_t run = 0; run < kt_sweep_plan_runs(plan); run++) {
+        double values[KT_SWEEP_AXES_MAX];
+        char own[KT_SWEEP_AXES_MAX][300];
+        kt_accuracy_arguments one = *arguments;
+        kt_sweep_plan_values(plan, run, values);
+        for (int i = 0; i < plan->count && one.settings.count < KT_SETTINGS_MAX; i++) {
+            (void)snprintf(own[i], sizeof own[i], "%.250s=%.17g", plan->axes[i].path, values[i]);
+            one.settings.text[one.settings.count++] = own[i];
+        }
+        kt_accuracy_along along = {
+            .arguments = arguments, .plan = plan, .file = file, .number = run, .values = values, .written = false};
+        one.along = &along;
+        const int failed = study(&one, path, base);
+        if (!along.written)
+            write_line(file, run, plan, values, NULL, arguments);
+        if (!arguments->quiet)
+            fprintf(stderr, "%lld of %lld values\n", (long long)(run + 1), (long long)kt_sweep_plan_runs(plan));
+        code = failed != KT_EXIT_DONE ? failed : code;
+        (void)fflush(file);
+    }
+    return code;
+}
+
+int kt_accuracy_go_along(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
+                         const char *base) {
+    const kt_sweep_arguments sweep = {.vary = arguments->vary, .repeats = 1};
+    kt_sweep_plan plan;
+    const bool to_stream = strcmp(arguments->out, "-") == 0;
+    int code = kt_sweep_plan_make(&sweep, &plan);
+    FILE *file = code >= 0 ? NULL : to_stream ? stdout : fopen(arguments->out, "w");
+    if (code < 0 && file == NULL) {
+        kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
+        code = KT_EXIT_INTEGRATION;
+    }
+    if (code < 0)
+        code = study_all(arguments, &plan, file, study, path, base);
+    if (file != NULL && !to_stream && fclose(file) != 0) {
+        kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
+        code = KT_EXIT_INTEGRATION;
+    }
+    kt_sweep_plan_free(&plan);
+    return to_stream ? kt_finish_output(code) : code;
+}
