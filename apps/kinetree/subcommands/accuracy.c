@@ -342,7 +342,7 @@ int kt_command_accuracy(int argc, char **argv) {
         code = check_results(&arguments, argv[1]);
     }
     if (code < 0)
-        code = arguments.vary.count > 0 ? kt_accuracy_go_along(&arguments, study_file, argv[1], base)
+        code = arguments.vary.count > 0 ? kt_accuracy_study_all(&arguments, study_file, argv[1], base)
                                         : study_file(&arguments, argv[1], base);
     free(picture);
     free(csv);

@@ -93,8 +93,8 @@ int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark
 typedef int kt_accuracy_study(const kt_accuracy_arguments *arguments, const char *path, const char *base);
 
 /* With --vary: a study for each value, and a line of CSV for each in --out. Returns an exit code. */
-int kt_accuracy_go_along(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
-                         const char *base);
+int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
+                          const char *base);
 /* Writes the line of a study, in place of its report. */
 void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings);
 

@@ -67,7 +67,7 @@ void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *finding
 }
 
 /* One study after the other: their times would disturb each other. */
-static int study_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
+static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
                      kt_accuracy_study *study, const char *path, const char *base) {
     int code = KT_EXIT_DONE;
     write_header(file, arguments, plan);
@@ -94,8 +94,8 @@ static int study_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan
     return code;
 }
 
-int kt_accuracy_go_along(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
-                         const char *base) {
+int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
+                          const char *base) {
     const kt_sweep_arguments sweep = {.vary = arguments->vary, .repeats = 1};
     kt_sweep_plan plan;
     const bool to_stream = strcmp(arguments->out, "-") == 0;
@@ -106,7 +106,7 @@ int kt_accuracy_go_along(const kt_accuracy_arguments *arguments, kt_accuracy_stu
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0)
-        code = study_all(arguments, &plan, file, study, path, base);
+        code = write_all(arguments, &plan, file, study, path, base);
     if (file != NULL && !to_stream && fclose(file) != 0) {
         kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
         code = KT_EXIT_INTEGRATION;
