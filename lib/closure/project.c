@@ -31,7 +31,11 @@
 /* The gap in a direction that is nearly lost which is left to rounding, and the velocity in it, relative to the
  * largest; the size of such a direction, relative to its usual size, above which it is left no more than any other,
  * and the one above which more is closed: the root of the rounding level.
- */
+ *
+ * A velocity w (relative to the largest) that is left in a direction of size s violates the equation by s w. While the
+ * motion is there, for s / v, the equations of the acceleration, w v^2 / s, hand it on to the others: speeds are known to
+ * w, and energies as well. LEFT_MOVING is the default tolerance. Rounding alone may leave c / s of the equation
+ * (left_by_rounding), which is less where s > 1e-3. */
 #define LEFT_OPEN (4.0 * KT_CLOSED)
 #define WAY_IN (0.3 * KT_NEAR_SINGULAR)
 #define LEFT_MOVING 1e-9
