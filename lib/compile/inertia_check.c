@@ -104,12 +104,13 @@ static void judge(trial *t, const kt_model *m, const kt_description *d) {
     }
 }
 
-/* Gives armature to the links that have no inertia and follow from the balance of forces; whether there are some. */
+/* Gives armature to the links that have no inertia and follow from the balance of forces; whether there are some. Next to
+ * a mass of 1e16 even that is nothing. */
 static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) {
     bool any = false;
 #if KT_HAS_QUASI_STATICS
     for (size_t i = 1; i < m->n.link; i++)
-        if (t->still[i] && !t->moves[i] && kt_massless_is_carried(m, d, i)) {
+        if (t->still[i] && !t->moves[i] && !m->link[i].has_armature && kt_massless_is_carried(m, d, i)) {
             kt_massless_mark(m, i);
             any = true;
         }

@@ -497,6 +497,15 @@ KT_TEST(what_forces_do_not_determine_is_refused_when_it_is_compiled) {
                "has inertia in part of its degrees of freedom");
 }
 
+/* An armature of 1 is less than the rounding of such a mass. */
+KT_TEST(carrier_of_a_mass_that_rounds_all_away_is_refused) {
+    is_refused(
+        "kinetree: 1\nbodies:\n  - {name: one, joint: {type: prismatic, axis: x}}\n"
+        "  - {name: two, parent: one, joint: {type: prismatic, axis: x}, mass: 1e25}\neffects:\n"
+        "  - {type: joint_spring, joint: one, stiffness: 1}\n  - {type: joint_spring, joint: two, stiffness: 1}\n",
+        "moves nothing that has inertia");
+}
+
 KT_TEST(balance_that_is_not_found_is_told_and_changes_nothing) {
     mechanism m;
     kt_error error;
