@@ -85,6 +85,8 @@
  *     effect.variable_count = 2;
  *     effect.states = names;
  *     effect.state_count = 1;
+ *     description.effects = &effect;
+ *     description.effect_count = 1;
  *
  * It is computed, integrated, differentiated and recorded as formulas are. Without law_derivatives its derivatives are
  * differences in each variable.
