@@ -183,10 +183,14 @@ void kt_simulation_refine_works(kt_simulation *simulation) {
     if (!(kt_integrator_quadrature_error(simulation->integrator) > doubt_of(simulation->model)))
         return;
     const uint64_t factorizations = simulation->memory.factorizations; /* those of the motion */
+    const kt_crossings crossings = simulation->data->crossings;        /* what the next step is judged by */
+    const kt_passage passage = simulation->data->passage;
     if (kt_simulation_works_at(simulation, t, &work)) {
         kt_integrator_put_quadratures(simulation->integrator, (double[]){work.dissipated, work.supplied});
         simulation->memory.refined = true;
     }
     simulation->memory.factorizations = factorizations;
+    simulation->data->crossings = crossings;
+    simulation->data->passage = passage;
     simulation->cached = KT_CACHED_NOTHING;
 }
