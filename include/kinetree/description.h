@@ -535,8 +535,8 @@ typedef struct kt_effect {
     double radius;         /* contact: of the sphere, m; default 0, a point */
     double exponent;       /* contact: 1 or more; default 1.5, Hertz's */
     double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
-    double friction;       /* contact: coefficient; default 0 */
-    double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3 */
+    double friction;       /* contact: coefficient; default 0. Of a hard one (restitution) friction sticks */
+    double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3; of elastic ones */
     const char *formula[6];                      /* expression: force, moment; NULL: none of that component */
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
     int end_count;                               /* custom: 1 or 2; expression: 0 in a joint, 1 on a body, 2 between */

@@ -448,7 +448,13 @@ typedef struct kt_contact_counts {
     uint64_t sticks;   /* friction that sticks came to rest */
     uint64_t slips;    /* and began to slip */
     uint64_t reduced;  /* impacts at which Newton's rule would have let the energy grow: restitutions were made less */
-    uint64_t pivots;   /* of complementarity problems; at most 50 for each contact that touches */
+    uint64_t
+        undecided; /* friction allowed several motions; the first of these was taken: stick before slip before open */
+    uint64_t
+        shared; /* contacts came to a state in which they wedge a body: their normal forces are not unique, the least
+                          ones were taken */
+    uint64_t pivots; /* of complementarity problems: at most 50 for each contact that touches; with friction of contacts
+                          combinations that were tried: at most 4 for each to the power of how many touch */
     double dissipated; /* by impacts, J */
 } kt_contact_counts;
 

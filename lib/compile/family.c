@@ -11,6 +11,7 @@
 #include "base/aligned.h"
 #include "base/copy.h"
 #include "effect/effect.h"
+#include "mechanism/evaluate.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -103,18 +104,42 @@ static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from
                      : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
 }
 
-/* Whether switch k is of a loop of friction that sticks. */
-static bool is_stick(const compilation *c, int k) {
-    const int32_t loop = c->item[k].loop;
-    const int effect = loop >= 0 && c->loops[loop].type == KT_LOOP_RATES ? c->loops[loop].equation_count - 1 : -1;
-    return effect >= 0 && effect < c->description.effect_count && kt_effect_sticks(&c->effects[effect]);
+/* The effect whose friction sticks by the loop of switch k; -1: none. */
+static int effect_of_stick(const compilation *c, int k) {
+    const kt_loop *loop = c->item[k].loop >= 0 ? &c->loops[c->item[k].loop] : NULL;
+    const bool may = loop && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
+    const int effect = may ? loop->equation_count - 1 : -1;
+    if (effect < 0 || effect >= c->description.effect_count)
+        return -1;
+    const kt_effect *of = &c->effects[effect];
+    return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
+}
+
+/* A contact with friction: while it is closed and does not stick it slips. */
+static void set_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
+    for (int32_t i = 0; i < c->description.loop_count; i++) {
+        kt_loop_record *loop = &model->loop[i];
+        if (c->loops[i].type != KT_LOOP_INPLANE || c->loops[i].equation_count != effect + 1)
+            continue;
+        loop->rubs = effect + 1;
+        loop->slips = !kt_loop_is_off(loop) && kt_loop_is_off(&model->loop[stick]) ? effect + 1 : 0;
+        if (loop->slips > 0)
+            kt_slip_add(model);
+    }
 }
 
 /* Of such a switch: the effect is off while its loop is on; in the model it knows in which direction it slips. */
 static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
-    if (!is_stick(c, k))
+    const int effect = effect_of_stick(c, k);
+    if (effect < 0)
         return;
-    const int32_t loop = c->item[k].loop, effect = c->loops[loop].equation_count - 1;
+    const int32_t loop = c->item[k].loop;
+    if (model)
+        model->loop[loop].friction = effect + 1;
+    if (model && c->loops[loop].type == KT_LOOP_ROLLING)
+        set_contact(c, loop, effect, model);
+    if (c->loops[loop].type == KT_LOOP_ROLLING)
+        return;
     bool backwards = false;
     for (int j = 0; j < c->count; j++)
         backwards = backwards || (c->item[j].effect == effect && (set >> j & 1));
@@ -122,8 +147,6 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
         if (model->effect[i].source == effect)
             model->effect[i].direction = backwards ? -1.0 : 1.0;
-    if (model)
-        model->loop[loop].friction = effect + 1;
 }
 
 static kt_status compile_set(compilation *c, const kt_model_options *options, kt_compile_call *compile, uint64_t set,

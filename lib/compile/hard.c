@@ -4,6 +4,7 @@
  *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
  *
  *     joint_friction q' = 0, that sticks                     rates of one joint
+ *     contact        s = 0, whose friction sticks              rolling of a ball, without its contact equation
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
  */
@@ -35,7 +36,8 @@ static int loops_of(const kt_effect *effect) {
         return 1;
     if (!kt_effect_is_hard(effect))
         return 0;
-    return effect->type == KT_EFFECT_CONTACT ? 1 : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
+    return effect->type == KT_EFFECT_CONTACT ? 1 + (int)(effect->friction > 0.0)
+                                             : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
 }
 
 int kt_contacts_count(const kt_description *d) {
@@ -104,7 +106,23 @@ static kt_vec3 point_of(const kt_description *d, const kt_end *end) {
     return end->at;
 }
 
-static kt_status add_contact(hard_parts *p, const kt_description *d, const kt_effect *effect, kt_error *error) {
+/* The loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. It and the loop of
+ * the contact know their effect, from 1, by a member that their types do not read (family.c). */
+static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
+    kt_loop *loop = add_loop(p, effect, of, ".stick");
+    loop->type = KT_LOOP_ROLLING;
+    loop->between[0] = effect->between[0];
+    loop->between[1] = effect->between[1];
+    loop->axis2 = effect->axis;
+    loop->radius = effect->radius;
+    loop->holonomic = false;
+    loop->switching = KT_SWITCHED_OFF;
+    loop->equation_count = index + 1;
+    loop->restitution = 0.0;
+}
+
+static kt_status add_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
+    const kt_effect *effect = &d->effects[index];
     const kt_end *centre = &effect->between[0], *plane = &effect->between[1];
     char of[NAME_SIZE];
     kt_mat3 axes;
@@ -120,6 +138,10 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, const kt_ef
     loop->between[1] = *centre;
     loop->axis = effect->axis;
     loop->side = KT_SIDE_ABOVE;
+    if (effect->friction > 0.0) {
+        loop->equation_count = index + 1;
+        add_contact_stick(p, effect, of, index);
+    }
     return status;
 }
 
@@ -149,7 +171,7 @@ static kt_status expand(const kt_description *d, kt_description *to, void **memo
             continue;
         effect->switching = KT_SWITCHED_OFF;
         if (effect->type == KT_EFFECT_CONTACT)
-            status = add_contact(&p, d, effect, error);
+            status = add_contact(&p, d, (int)i, error);
         else
             add_stop(&p, effect, effect->lower, KT_SIDE_ABOVE);
         if (effect->type == KT_EFFECT_JOINT_LIMIT)

@@ -179,10 +179,10 @@ static const kt_key keys[] = {
      .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
      KT_WORDS("c; an impact at a slow v comes back with v - c v^2"), .range = KT_RANGE_NOT_NEGATIVE},
-    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "", KT_WORDS("mu, the coefficient of friction"),
-     .range = KT_RANGE_NOT_NEGATIVE},
-    {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s", KT_WORDS("v0, the speed of slip over which friction builds up"),
-     .range = KT_RANGE_POSITIVE},
+    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "",
+     KT_WORDS("mu, the coefficient of friction; of a hard contact it sticks"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s",
+     KT_WORDS("v0, the speed of slip over which friction of an elastic contact builds up"), .range = KT_RANGE_POSITIVE},
     KT_HARD_KEYS("e: the contact is hard, and what comes at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",

@@ -138,6 +138,10 @@ static inline bool kt_effect_is_hard(const kt_effect *effect) {
 }
 /* Checks which of both it is, and what only the one or the other has; `stop`: what it is in words. */
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
+/* Of a contact of these: whether it has friction. */
+static inline bool kt_effect_rubs(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_CONTACT && kt_effect_is_hard(effect) && effect->friction > 0.0;
+}
 /* Of friction that sticks: a constraint while it does (compile/hard.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;

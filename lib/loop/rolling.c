@@ -19,6 +19,7 @@
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
  *     W' = alpha1 - alpha2 - w2 x W
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
+ * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these.
  * A disc that lies flat (s = 0) touches everywhere: t is then taken along its x axis, and t' as that of s = 1e-6.
  */
 #include "loop/relative.h"
@@ -27,6 +28,7 @@
 
 #ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
+enum { BALL = 1 };
 
 typedef struct contact {
     kt_real c, s;
@@ -50,7 +52,9 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
     const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
-    const contact at = find_contact(&end[0], n, turning);
+    const contact at = KT_HAS_SWITCHES && loop->form == BALL
+                           ? (contact){.c = 0.0, .s = 1.0, .t = n, .rate = kt_vector_zero()}
+                           : find_contact(&end[0], n, turning);
     const kt_vector point = r - kt_scale(rho, at.t);
     const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
     const kt_vector bias = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
@@ -70,7 +74,18 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 
 static int row_count(const kt_loop *loop) { return loop->holonomic ? 3 : 2; }
 
-const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {.rows = 3, .evaluate = evaluate, .row_count = row_count};
+#if KT_HAS_SWITCHES
+/* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
+static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+    (void)numbers;
+    record->form = loop->equation_count > 0 ? BALL : 0;
+}
+#else
+#define prepare NULL
+#endif
+
+const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {
+    .rows = 3, .evaluate = evaluate, .row_count = row_count, .prepare = prepare};
 #endif
 
 #if KT_DESCRIBES

@@ -71,6 +71,12 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     if (status != KT_OK)
         return status;
     status = model->forward(model, data, &loaded, acceleration, error);
+#if KT_HAS_SWITCHES
+    if (status == KT_OK && model->n.slip > 0) {
+        sum.dissipated += kt_slip_power(model, data);
+        loaded.external = data->slip_loaded;
+    }
+#endif
     if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, &loaded, acceleration, &loops, error);
     if (status != KT_OK)

@@ -16,16 +16,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
- * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
-static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
-    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */
-        kt_effects_recall(model, data, &loaded);
-    if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
-        memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
-    if (!KT_HAS_LOOPS || !model->n.group)
-        return loaded.external;
     model = kt_model_now(model, data);
     if (loaded.external)
         memcpy(data->loaded, loaded.external, model->n.body * sizeof *data->loaded);
@@ -37,6 +29,23 @@ static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dyna
         (void)kernels->forward(model, data, &loaded, false, data->scratch);
     kernels->multipliers(model, data, at->v, a);
     kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
+}
+
+/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
+ * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
+static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    kt_dynamic_state loaded = *at;
+    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */
+        kt_effects_recall(model, data, &loaded);
+    if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
+        memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
+    if (!KT_HAS_LOOPS || !model->n.group)
+        return loaded.external;
+#if KT_HAS_SWITCHES
+    if (model->n.slip > 0)
+        loaded.external = data->slip_loaded;
+#endif
+    kt_multipliers_find(model, data, &loaded, a);
     return data->loaded;
 }
 

@@ -88,8 +88,10 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (*data)->shape = model->shape;
     if (KT_HAS_FORMULAS)
         kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
-    if (KT_HAS_SWITCHES)
-        (*data)->bytes = size;
+#if KT_HAS_SWITCHES
+    (*data)->bytes = size;
+    kt_clear((*data)->slip, 2 * model->n.slip * sizeof(double));
+#endif
     return KT_OK;
 }
 

@@ -22,6 +22,7 @@ typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
+    size_t slip;       /* hard contacts that slip */
     size_t dense;      /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
     size_t varying;  /* bodies whose mass is a function of time */
@@ -356,6 +357,20 @@ typedef struct kt_front_count {
     X(kt_real1, cosine, kt_lanes8(n->angle), "of all angles")                                                          \
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
+/* Arrays of data of models in which hard contacts slip. */
+#if KT_HAS_SWITCHES
+#define KT_DATA_SLIP_FIELDS(X)                                                                                         \
+    X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (mechanism/slip.c)")            \
+    X(double, slip_velocity, 2 * n->slip, "slip velocities of the last evaluation")                                    \
+    X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
+    X(kt_wrench, slip_unit, 2 * n->slip, "wrenches of friction on both bodies for one N of normal force")              \
+    X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
+    X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
+    X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")
+#else
+#define KT_DATA_SLIP_FIELDS(X)
+#endif
+
 #define KT_DATA_FIELDS(X)                                                                                              \
     KT_SWEEP_FIELDS(X)                                                                                                 \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
@@ -364,6 +379,7 @@ typedef struct kt_front_count {
     X(double, x, 2 * KT_OWN_STATES(n), "own states, an input (kt_own_states); their rates before they are committed")  \
     KT_DATA_MASS_FIELDS(X)                                                                                             \
     KT_DATA_STATIC_FIELDS(X)                                                                                           \
+    KT_DATA_SLIP_FIELDS(X)                                                                                             \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
     X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \

@@ -163,6 +163,8 @@ typedef struct kt_loop_record {
     int32_t side;                      /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
+    int32_t rubs;                      /* of a contact with friction: its effect, from 1; 0: none */
+    int32_t slips;                     /* the same in models in which it is closed and slips (mechanism/slip.c) */
 #endif
 } kt_loop_record;
 

@@ -44,52 +44,11 @@ static const double touching = 1e-11, deep = 1e-6;
 static const double rounding = 1e-11;
 /* Friction slower than this has come to rest, m/s or rad/s. */
 static const double resting = 1e-9;
+/* Slip of a contact has turned back where it is this fast against the direction in which it began: rounding is less, m/s. */
+static const double turned = 1e-12;
 enum { HALVINGS = 10 };
 
-typedef struct kt_contact {
-    kt_simulation *simulation;
-    int loop, index;
-    uint64_t bit;  /* its loop is on */
-    double sign;   /* of the residual where the contact is open; 1 of friction */
-    int effect;    /* friction: the effect; of contacts -1 */
-    uint64_t back; /* friction: it slips backwards */
-    int v;         /* friction: its rate */
-} kt_contact;
-
-/* Every array: type, name, count, meaning. n contacts, of which m touch. */
-#define KT_CONTACT_FIELDS(X)                                                                                           \
-    X(kt_contact, item, s->n, "in the order of the loops")                                                             \
-    X(double, value, s->n, "gaps of the open ones, reactions of the others, in the state `at`")                        \
-    X(double, at, s->nq + s->nv, "of the values")                                                                      \
-    X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
-    X(double, rate, s->rows, "b' of all equations")                                                                    \
-    X(double, drift, s->rows, "b'' of all equations")                                                                  \
-    X(double, jacobian, s->rows * s->nv, "of all equations")                                                           \
-    X(double, v, s->nv, "velocities behind impulses")                                                                  \
-    X(double, a, s->nv, "accelerations without the contacts")                                                          \
-    X(int, list, s->n, "the contacts that touch")                                                                      \
-    X(double, response, s->n * s->nv, "M^-1 J', a column each")                                                        \
-    X(double, gap, s->n, "of all contacts")                                                                            \
-    X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
-    X(char, inverse_memory, s->inverse, "M^-1")
-
-typedef struct contact_sizes {
-    size_t n, nq, nv, rows, data, inverse;
-} contact_sizes;
-
-struct kt_contacts {
-    int n, sides;          /* in all; of these, the first ones bound a side, and the others are friction */
-    int touching, meeting; /* in the list; of these, the first ones bound a side */
-    uint64_t mask;         /* the switches of all: contact_mask */
-    double time;           /* of the values; NaN: none */
-    uint64_t set;          /* likewise */
-    size_t inverse_size;   /* bytes of inverse_memory */
-    const kt_model *all;   /* all are closed: of the equations */
-    kt_data *data;         /* of `all` */
-    KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
-};
-
-KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const contact_sizes *s)
+KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -102,8 +61,8 @@ size_t kt_contacts_of(const kt_model *model) {
     return count;
 }
 
-static contact_sizes sizes_of(const kt_model *model, size_t n) {
-    contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
+static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
+    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
     for (uint64_t set = 0; set < kt_family_sets(model->family); set++) {
         const kt_model *one = kt_family_model(model->family, set);
         const size_t inverse = kt_mass_inverse_size(one, 0);
@@ -114,7 +73,7 @@ static contact_sizes sizes_of(const kt_model *model, size_t n) {
 }
 
 size_t kt_contacts_size(const kt_model *model, size_t n) {
-    const contact_sizes s = n > 0 ? sizes_of(model, n) : (contact_sizes){.n = 0};
+    const kt_contact_sizes s = n > 0 ? sizes_of(model, n) : (kt_contact_sizes){.n = 0};
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
@@ -130,16 +89,18 @@ static void take_all(struct kt_contacts *c, const kt_model *model) {
     c->all = all;
 }
 
-/* The largest force of friction at rest. */
-static double limit_of(const kt_model *model, const kt_contact *contact) {
+double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
     const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
     return fmax(effect->coulomb, effect->breakaway);
 }
 
-/* Its force where slip begins. */
-static double slip_of(const kt_model *model, const kt_contact *contact) {
+double kt_contact_slip(const kt_model *model, const kt_contact *contact) {
     const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
-    return effect->stribeck > 0.0 ? limit_of(model, contact) : effect->coulomb;
+    return effect->stribeck > 0.0 ? kt_contact_limit(model, contact) : effect->coulomb;
+}
+
+double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) {
+    return kt_effect_record_find(model, contact->effect)->friction;
 }
 
 static double direction_of(const kt_model *model, const kt_contact *contact) {
@@ -148,9 +109,11 @@ static double direction_of(const kt_model *model, const kt_contact *contact) {
 
 static int row_of(const kt_model *model, const kt_contact *contact) { return model->loop[contact->loop].equation; }
 
-/* The gaps of all contacts, the rates, drifts and Jacobian of their equations. */
-static kt_status find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
-                                const double *v, bool all, kt_error *error) {
+/* Whether it is friction of a contact. */
+static bool rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
+
+kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
+                                     const double *v, bool all, kt_error *error) {
     take_all(c, model);
     const kt_status status = kt_loop_equations(c->all, c->data, t, q, v, all ? c->jacobian : NULL, c->row,
                                                all ? c->rate : NULL, all ? c->drift : NULL, error);
@@ -159,12 +122,107 @@ static kt_status find_equations(struct kt_contacts *c, const kt_model *model, do
     return status;
 }
 
+/* What the multipliers are measured in, as in linear/coulomb.h. */
+static void set_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
+    for (size_t i = 0; i < model->n.row; i++)
+        unit[i] = 1.0;
+    for (int k = c->sides; k < c->n; k++) {
+        if (!rubs(c, k) || !is_closed(model, &c->item[k]) || !is_closed(model, &c->item[c->item[k].of]))
+            continue;
+        const double normal = c->reaction[row_of(model, &c->item[c->item[k].of])];
+        for (int component = 0; component < 2 && normal > 0.0; component++)
+            unit[row_of(model, &c->item[k]) + component] = sqrt(normal);
+    }
+}
+
+/* The longest column of J (rows x nv) from the k-th on becomes the k-th, of length 1, and the others lose their part along it.
+ * Returns the square of its length. */
+static double take_longest(double *J, size_t rows, size_t nv, size_t k, double least) {
+    double *u = J + k * rows, most = 0.0;
+    size_t pivot = k;
+    for (size_t j = k; j < nv; j++) {
+        const double square = kt_contacts_dot(rows, J + j * rows, J + j * rows);
+        pivot = square > most ? j : pivot;
+        most = fmax(most, square);
+    }
+    for (size_t i = 0; most > least && i < rows; i++) {
+        const double x = u[i];
+        u[i] = J[pivot * rows + i] / sqrt(most);
+        if (pivot != k)
+            J[pivot * rows + i] = x;
+    }
+    for (size_t j = k + 1; most > least && j < nv; j++) {
+        const double dot = kt_contacts_dot(rows, u, J + j * rows);
+        for (size_t i = 0; i < rows; i++)
+            J[j * rows + i] -= dot * u[i];
+    }
+    return most;
+}
+
+/* Writes the least multipliers of those that give the same forces, measured in `unit`: their part in the range of J, whose columns
+ * become an orthonormal basis of it. */
+static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
+    const size_t rows = at->model->n.row, nv = at->model->n.v;
+    double *J = c->jacobian, first = 0.0;
+    const kt_status status = kt_loop_equations(at->model, at->data, at->t, at->q, at->v, J, NULL, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < rows; i++) {
+        c->reaction[i] = 0.0;
+        c->drift[i] = c->row[i] / unit[i];
+        for (size_t j = 0; j < nv; j++)
+            J[j * rows + i] *= unit[i];
+    }
+    for (size_t k = 0; k < nv && k < rows; k++) {
+        const double square = take_longest(J, rows, nv, k, 1e-18 * first);
+        first = k == 0 ? square : first;
+        if (!(square > 1e-18 * first))
+            break;
+        const double dot = kt_contacts_dot(rows, J + k * rows, c->drift);
+        for (size_t i = 0; i < rows; i++)
+            c->reaction[i] += dot * J[k * rows + i];
+    }
+    for (size_t i = 0; i < rows; i++)
+        c->reaction[i] *= unit[i];
+    return KT_OK;
+}
+
+/* The least multipliers in one unit, which tell normal forces, and then in roots of these. */
+static kt_status find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+    for (size_t i = 0; i < at->model->n.row; i++)
+        c->rate[i] = 1.0;
+    const kt_status status = find_least(c, at, c->rate, error);
+    set_units(c, at->model, c->rate);
+    return status == KT_OK ? find_least(c, at, c->rate, error) : status;
+}
+
+/* What is watched of friction of a contact: what is left of the cone, or the slip along the direction in which it began. */
+static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
+    const kt_model *model = at->model;
+    const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
+    size_t slips = 0;
+    if (!is_closed(model, contact))
+        return 1.0;
+    if (is_closed(model, friction)) {
+        const double *tangent = c->reaction + row_of(model, friction);
+        return kt_contact_coefficient(model, friction) * c->reaction[row_of(model, contact)] -
+               hypot(tangent[0], tangent[1]);
+    }
+    for (int i = 0; i < contact->loop; i++)
+        slips += model->loop[i].slips > 0;
+    const double *s = at->data->slip_velocity + 2 * slips, *d = at->data->slip + 2 * slips;
+    return s[0] * d[0] + s[1] * d[1] + turned;
+}
+
 /* The gaps of open contacts, and the reactions of closed ones. */
 static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
     const kt_model *model = at->model;
     kt_status status = KT_OK;
+    bool sticks = false;
+    for (int k = c->sides; k < c->n; k++)
+        sticks = sticks || (rubs(c, k) && is_closed(model, &c->item[k]));
     if ((model->set & c->mask) != c->mask)
-        status = find_equations(c, model, at->t, at->q, at->v, false, error);
+        status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && (model->set & c->mask) != 0)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
@@ -173,10 +231,15 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         const double reaction = closed ? contact->sign * c->row[row_of(model, contact)] : 0.0;
         if (k < c->sides)
             c->value[k] = closed ? reaction : c->gap[k];
-        else
-            c->value[k] =
-                closed ? limit_of(model, contact) - fabs(reaction) : direction_of(model, contact) * at->v[contact->v];
+        else if (!rubs(c, k))
+            c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
+                                 : direction_of(model, contact) * at->v[contact->v];
     }
+    if (status == KT_OK && sticks)
+        status = find_reactions(c, at, error);
+    for (int k = c->sides; status == KT_OK && k < c->n; k++)
+        if (rubs(c, k))
+            c->value[k] = friction_of(c, at, k);
     return status;
 }
 
@@ -222,20 +285,19 @@ static void open_all(kt_simulation *simulation) {
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
 
-static const kt_loop_record *loop_of(const kt_simulation *simulation, int k) {
+const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
     return &simulation->model->loop[c->item[c->list[k]].loop];
 }
 
 static double entry(const struct kt_contacts *c, int k, size_t j) {
     const kt_contact *contact = &c->item[c->list[k]];
-    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)row_of(c->all, contact)];
+    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(row_of(c->all, contact) + c->component[k])];
 }
 
-/* sign (J x - right); *size: the sum of the terms' magnitudes. */
-static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
+double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
     const kt_contact *contact = &c->item[c->list[k]];
-    const double r = contact->sign * right[row_of(c->all, contact)];
+    const double r = contact->sign * right[row_of(c->all, contact) + c->component[k]];
     double sum = -r;
     *size = fabs(r);
     for (size_t j = 0; j < c->all->n.v; j++) {
@@ -243,6 +305,11 @@ static double along(const struct kt_contacts *c, int k, const double *x, const d
         *size += fabs(entry(c, k, j) * x[j]);
     }
     return sum;
+}
+
+static void add_row(struct kt_contacts *c, int k, int component) {
+    c->list[c->touching] = k;
+    c->component[c->touching++] = component;
 }
 
 /* Lists the contacts that touch, and all friction; an error for one that is deep. */
@@ -260,11 +327,16 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
                                 -c->gap[k]);
         }
         if (c->gap[k] <= touching * scale || is_closed(simulation->model, &c->item[k]))
-            c->list[c->touching++] = k;
+            add_row(c, k, 0);
     }
     c->meeting = c->touching;
     for (int k = c->sides; k < c->n; k++)
-        c->list[c->touching++] = k;
+        if (!rubs(c, k))
+            add_row(c, k, 0);
+    c->resting = c->touching;
+    for (int i = 0; i < c->meeting; i++)
+        for (int component = 0; component < 2 && c->item[c->list[i]].of >= 0; component++)
+            add_row(c, c->item[c->list[i]].of, component);
     return KT_OK;
 }
 
@@ -293,14 +365,17 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
     return status;
 }
 
-static kt_status refuse_wedge(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-             simulation->model->text + loop_of(simulation, 0)->name, t);
+             simulation->model->text + kt_contact_loop(simulation, 0)->name, t);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "there are no %s by which it and the %d others that touch could part: they wedge each other; "
+                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
                         "leave a gap, or take an elastic one (stiffness)",
-                        what, simulation->contacts->touching - 1);
+                        what, simulation->contacts->meeting - 1,
+                        simulation->contacts->touching > simulation->contacts->resting
+                            ? ", or friction has no solution (Painleve's paradox)"
+                            : "");
 }
 
 /* u+ = u + W p. */
@@ -324,13 +399,14 @@ static kt_status strike(kt_simulation *simulation, double t, const double *respo
         for (int k = 0; k < m; k++)
             W[i * m + k] = response[i * c->touching + k];
     for (int i = 0; i < m; i++)
-        e[i] = -u[i] > loop_of(simulation, i)->rest_velocity ? loop_of(simulation, i)->restitution : 0.0;
+        e[i] =
+            -u[i] > kt_contact_loop(simulation, i)->rest_velocity ? kt_contact_loop(simulation, i)->restitution : 0.0;
     for (int halving = 0;; halving++) {
         double size = 0.0;
         for (int i = 0; i < m; i++)
             q[i] = u[i] + e[i] * fmin(u[i], 0.0);
         if (!kt_lemke_solve(m, W, q, p, &memory->contacts.pivots))
-            return refuse_wedge(simulation, t, "impulses", error);
+            return kt_contacts_refuse(simulation, t, "impulses", error);
         add_impulses(m, W, p, u, after);
         *lost = 0.0;
         for (int i = 0; i < m; i++) {
@@ -347,7 +423,7 @@ static kt_status strike(kt_simulation *simulation, double t, const double *respo
     }
     *lost = fmax(*lost, 0.0);
     for (int i = 0; i < m; i++) {
-        memory->contacts.impacts += p[i] > 0.0 && u[i] < -loop_of(simulation, i)->rest_velocity;
+        memory->contacts.impacts += p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
         u[i] = after[i];
         for (size_t j = 0; j < c->all->n.v; j++)
             c->v[j] += p[i] * c->response[(size_t)i * c->all->n.v + j];
@@ -355,11 +431,10 @@ static kt_status strike(kt_simulation *simulation, double t, const double *respo
     return KT_OK;
 }
 
-/* The set in which all contacts are open, and friction slips as the velocities say; where it rests, forwards. */
-static uint64_t slipping_set(const struct kt_contacts *c, const kt_model *model) {
+uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {
     uint64_t set = model->set & ~c->mask;
     for (int k = c->sides; k < c->n; k++)
-        if (c->v[c->item[k].v] < -resting)
+        if (!rubs(c, k) && c->v[c->item[k].v] < -resting)
             set |= c->item[k].back;
     return set;
 }
@@ -383,16 +458,16 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
     for (int i = 0; i < c->touching; i++) {
         const kt_contact *contact = &c->item[c->list[i]];
         const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
-        (void)along(c, i, c->v, c->rate, &size);
-        if (is_side && u[i] > fmax(loop_of(simulation, i)->rest_velocity, rounding * size))
+        (void)kt_contact_along(c, i, c->v, c->rate, &size);
+        if (is_side && u[i] > fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
             continue;
         if (!is_side && fabs(c->v[contact->v]) > resting)
             continue;
         if (is_side && leaves)
             continue;
-        const double free = along(c, i, c->a, c->drift, &size);
-        r->slip[r->n] = is_side ? 0.0 : slip_of(simulation->model, contact);
-        r->limit[r->n] = is_side ? 0.0 : limit_of(simulation->model, contact);
+        const double free = kt_contact_along(c, i, c->a, c->drift, &size);
+        r->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
+        r->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
         r->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
         r->at[r->n++] = i;
         r->sides += is_side;
@@ -422,24 +497,29 @@ static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t 
     return kt_lemke_solve(rows, M, q, r->z, pivots);
 }
 
+/* The accelerations with all contacts open, to c->a, and the equations at the velocities behind impulses. */
+static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_slipping_set(c, simulation->model));
+    kt_data_adapt(slipping, simulation->data);
+    kt_simulation_use_states(simulation, y);
+    const kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
+                                                      simulation->external, c->a, error);
+    return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
+}
+
 /* Of those that touch and do not part the ones whose reactions press, and what friction does: bits of the set. */
 static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
                        uint64_t leaving, uint64_t *on, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_model *slipping = kt_model_switched(simulation->model, slipping_set(c, simulation->model));
     reactions r;
-    kt_data_adapt(slipping, simulation->data);
-    kt_simulation_use_states(simulation, y);
-    kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
-                                                simulation->external, c->a, error);
-    if (status == KT_OK)
-        status = find_equations(c, simulation->model, t, y, c->v, true, error);
+    const kt_status status = find_free(simulation, t, y, error);
     if (status != KT_OK)
         return status;
     list_reactions(simulation, W, u, leaving, &r);
     if (!solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots))
-        return refuse_wedge(simulation, t, "reactions", error);
-    *on = slipping->set & c->mask;
+        return kt_contacts_refuse(simulation, t, "reactions", error);
+    *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
     for (int i = 0; i < r.n; i++) {
         const kt_contact *contact = &c->item[c->list[r.at[i]]];
         const double most = 2.0 * r.limit[i], z = r.z[i];
@@ -454,6 +534,13 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     return KT_OK;
 }
 
+/* The same where contacts with friction are among them (contact_friction.c). */
+static kt_status press_with_friction(kt_simulation *simulation, double t, const double *y, const double *W,
+                                     const double *u, uint64_t leaving, uint64_t *on, kt_error *error) {
+    const kt_status status = find_free(simulation, t, y, error);
+    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, leaving, on, error) : status;
+}
+
 static void count_changes(kt_simulation *simulation, uint64_t before, uint64_t after) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
@@ -462,7 +549,7 @@ static void count_changes(kt_simulation *simulation, uint64_t before, uint64_t a
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;
         counts->sticks += k >= c->sides && is && !was;
-        counts->slips += k >= c->sides && was && !is;
+        counts->slips += k >= c->sides && was && !is && (!rubs(c, k) || (after & c->item[c->item[k].of].bit) != 0);
     }
 }
 
@@ -511,13 +598,13 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
-    double W[KT_SWITCH_MAX * KT_SWITCH_MAX], u[KT_SWITCH_MAX], lost = 0.0, size;
+    double W[KT_COULOMB_ROWS * KT_COULOMB_ROWS], u[KT_COULOMB_ROWS], lost = 0.0, size;
     uint64_t on = 0;
     bool closes = false;
     for (int k = 0; k < c->n; k++)
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
-    kt_status status = find_equations(c, model, t, y, c->v, true, error);
+    kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, error);
     if (status == KT_OK)
         status = find_touching(simulation, t, error);
     if (status != KT_OK || c->touching == 0)
@@ -526,16 +613,19 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     kt_data_adapt(open, simulation->data);
     status = find_response(simulation, open, t, y, W, error);
     for (int i = 0; status == KT_OK && i < c->touching; i++) {
-        u[i] = along(c, i, c->v, c->rate, &size);
+        u[i] = kt_contact_along(c, i, c->v, c->rate, &size);
         if (fabs(u[i]) <= rounding * size)
             u[i] = 0.0;
         closes = closes || (i < c->meeting && u[i] < 0.0);
     }
     for (int k = 0; closes && k < c->sides; k++) /* behind impulses any may press */
         leaving &= ~c->item[k].bit;
+    const bool rough = c->touching > c->resting; /* a contact with friction touches */
     if (status == KT_OK && closes)
-        status = strike(simulation, t, W, u, &lost, error);
-    if (status == KT_OK)
+        status = (rough ? kt_contacts_strike : strike)(simulation, t, W, u, &lost, error);
+    if (status == KT_OK && rough)
+        status = press_with_friction(simulation, t, y, W, u, leaving, &on, error);
+    else if (status == KT_OK)
         status = press(simulation, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
     if (status == KT_OK)
@@ -547,7 +637,19 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     return status;
 }
 
-static const kt_contact_calls calls = {.open = open_all, .resolve = resolve};
+/* Hands the directions in which contacts began to slip to the data of a model. */
+static void follow(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    double *d = simulation->data->slip;
+    for (size_t i = 0; i < simulation->model->n.loop; i++)
+        for (int k = 0; simulation->model->loop[i].slips > 0 && k < c->sides; k++)
+            if (c->item[k].loop == (int)i) {
+                memcpy(d, simulation->memory.slip[k], sizeof simulation->memory.slip[k]);
+                d += 2;
+            }
+}
+
+static const kt_contact_calls calls = {.open = open_all, .resolve = resolve, .follow = follow};
 
 /* The contacts, and behind them friction. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
@@ -558,15 +660,21 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
             const kt_loop_record *loop = &model->loop[i];
             if (!is_watched(loop) || (loop->friction > 0) != (friction > 0))
                 continue;
-            const int effect = loop->friction - 1, back = kt_effect_switch(model, effect);
+            const int effect = loop->friction - 1, back = friction ? kt_effect_switch(model, effect) : -1;
             c->item[k] = (kt_contact){.simulation = simulation,
                                       .loop = (int)i,
                                       .index = k,
                                       .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
                                       .sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0,
                                       .effect = effect,
-                                      .back = friction ? (uint64_t)1 << back : 0};
+                                      .back = back >= 0 ? (uint64_t)1 << back : 0,
+                                      .of = -1};
             c->mask |= c->item[k].bit | c->item[k].back;
+            for (int j = 0; friction && j < c->sides; j++)
+                if (model->loop[c->item[j].loop].rubs == loop->friction) {
+                    c->item[j].of = k;
+                    c->item[k].of = j;
+                }
             k++;
         }
         c->sides = friction ? c->sides : k;
@@ -576,7 +684,7 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
     const size_t n = kt_contacts_of(model);
-    const contact_sizes s = sizes_of(model, n);
+    const kt_contact_sizes s = sizes_of(model, n);
     struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
     (void)lay_out(c, &s);
     c->n = (int)n;
@@ -587,7 +695,8 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     list_items(simulation, c);
     c->all = kt_model_switched(model, model->set | c->mask);
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
-        c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
+        if (!rubs(c, k))
+            c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),

@@ -1,8 +1,92 @@
-/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. */
+/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes; and friction that sticks. */
 #ifndef KT_SIMULATION_CONTACT_H
 #define KT_SIMULATION_CONTACT_H
 
+#include "linear/coulomb.h"
 #include "simulation/simulation.h"
+
+/* One that bounds a side, or friction: of a joint, or of a contact, of which there is one item more. */
+typedef struct kt_contact {
+    kt_simulation *simulation;
+    int loop, index;
+    uint64_t bit;  /* its loop is on */
+    double sign;   /* of the residual where the contact is open; 1 of friction */
+    int effect;    /* friction: the effect; of contacts -1 */
+    uint64_t back; /* friction of a joint: it slips backwards */
+    int v;         /* friction of a joint: its rate */
+    int of;        /* friction of a contact: the index of that; of contacts that of their friction; -1: none */
+} kt_contact;
+
+/* Every array: type, name, count, meaning. n contacts, of which m touch. */
+#define KT_CONTACT_FIELDS(X)                                                                                           \
+    X(kt_contact, item, s->n, "in the order of the loops")                                                             \
+    X(double, value, s->n, "gaps of the open ones, reactions of the others, in the state `at`")                        \
+    X(double, at, s->nq + s->nv, "of the values")                                                                      \
+    X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
+    X(double, rate, s->rows, "b' of all equations")                                                                    \
+    X(double, drift, s->rows, "b'' of all equations")                                                                  \
+    X(double, jacobian, s->rows * s->nv, "of all equations")                                                           \
+    X(double, reaction, s->rows, "the least multipliers")                                                              \
+    X(double, v, s->nv, "velocities behind impulses")                                                                  \
+    X(double, a, s->nv, "accelerations without the contacts")                                                          \
+    X(int, list, 2 * s->n, "rows: the items that touch, those of a contact's friction twice")                          \
+    X(int, component, 2 * s->n, "of these, which of its rows")                                                         \
+    X(double, response, 2 * s->n * s->nv, "M^-1 J', a column each")                                                    \
+    X(double, gap, s->n, "of all contacts")                                                                            \
+    X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
+    X(char, inverse_memory, s->inverse, "M^-1")
+
+typedef struct kt_contact_sizes {
+    size_t n, nq, nv, rows, data, inverse;
+} kt_contact_sizes;
+
+struct kt_contacts {
+    int n, sides;          /* in all; of these, the first ones bound a side, and the others are friction */
+    int touching, meeting; /* rows of the list; of these, the first ones bound a side, */
+    int resting;           /* and up to here joints have friction; the others are of contacts */
+    uint64_t mask;         /* the switches of all: contact_mask */
+    double time;           /* of the values; NaN: none */
+    uint64_t set;          /* likewise */
+    size_t inverse_size;   /* bytes of inverse_memory */
+    const kt_model *all;   /* all are closed: of the equations */
+    kt_data *data;         /* of `all` */
+    KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
+};
+
+static inline double kt_contacts_dot(size_t n, const double *x, const double *y) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+/* Of row k of those that touch: its loop; and sign (J x - right), *size: the sum of the terms' magnitudes. */
+const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
+double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size);
+
+/* Of friction: mu of a contact, the largest force at rest in a joint, and the force where slip begins there. */
+double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
+double kt_contact_limit(const kt_model *model, const kt_contact *contact);
+double kt_contact_slip(const kt_model *model, const kt_contact *contact);
+
+/* The set in which all contacts are open, and friction of joints slips as the velocities say; where it rests, forwards. */
+uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model);
+
+/* The gaps of all contacts; `all`: the rates, drifts and the Jacobian of their equations, too. */
+KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
+                                                const double *v, bool all, kt_error *error);
+
+/* The error of contacts that have no impulses, or no reactions (`what`). */
+kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
+
+/* contact_friction.c. With W = J M^-1 J' of the rows that touch and u their rates: impulses, as of Newton's rule and Coulomb's
+ * friction; u becomes u+, and c->v the velocities behind; *lost: the kinetic energy that is dissipated. */
+KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                                        kt_error *error);
+/* From the accelerations without contacts in c->a: which of those that do not part are closed, and what sticks, to the bits of
+ * *on; directions of slip to memory.slip. leaving: whose reaction or stick has come to an end. */
+KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
+                                       uint64_t leaving, uint64_t *on, kt_error *error);
 
 /* How many such loops a model has, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

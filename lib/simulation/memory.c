@@ -283,6 +283,15 @@ static kt_status check_contacts(const kt_simulation_request *settings, kt_error 
                             "hard stops, contacts and slack ropes take the engine's own equations and projection; "
                             "leave %s out, or take elastic ones",
                             foreign ? "the caller's" : "unprojected");
+    bool rubs = false;
+    for (size_t i = 0; i < settings->model->n.loop; i++)
+        rubs = rubs || settings->model->loop[i].rubs > 0;
+    if (rubs && kt_method_family_of(settings->method)->exact)
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, "contact",
+            "the order of %s depends on exact derivatives, and those of friction of hard contacts, which "
+            "slips by its normal force, are not computed; take radau5, or an explicit method",
+            settings->method->name);
     return KT_OK;
 }
 #endif

@@ -65,6 +65,7 @@ typedef struct kt_simulation_memory {
     uint64_t set;             /* of the switched loops and effects that are on */
 #if KT_HAS_EVENTS
     kt_contact_counts contacts;
+    double slip[KT_SWITCH_MAX][2]; /* directions in which contacts began to slip, in the order of contact.c */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
@@ -221,10 +222,11 @@ typedef struct kt_event_watch {
 
 /* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;
  * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
- * for each whose reaction has come to an end. */
+ * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. */
 typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
+    void (*follow)(kt_simulation *simulation);
 } kt_contact_calls;
 
 struct kt_simulation {

@@ -23,6 +23,8 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     kt_integrator *integrator = simulation->integrator;
     kt_data_adapt(model, simulation->data);
     simulation->model = simulation->user_model = model;
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->follow(simulation);
     size->gap = kt_gap_list(model, NULL);
     if ((simulation->record & KT_RECORD_REACTIONS) != 0)
         size->multiplier = (size_t)kt_model_mobility(model).equations;

@@ -118,6 +118,8 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "openings", json_integer((json_int_t)seen.openings));
     json_object_set_new(contacts, "sticks", json_integer((json_int_t)seen.sticks));
     json_object_set_new(contacts, "slips", json_integer((json_int_t)seen.slips));
+    json_object_set_new(contacts, "undecided", json_integer((json_int_t)seen.undecided));
+    json_object_set_new(contacts, "shared", json_integer((json_int_t)seen.shared));
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
     if (seen.count > 0)
@@ -305,9 +307,8 @@ static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     if (seen.count > 0)
         fprintf(stderr,
-                "  %llu impact%s, which dissipate%s %g J; contacts close %llu times, open %llu; joints stick %llu "
-                "times, slip "
-                "%llu\n",
+                "  %llu impact%s, which dissipate%s %g J; contacts close %llu times, open %llu; friction sticks %llu "
+                "times, slips %llu\n",
                 (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.impacts == 1 ? "s" : "",
                 seen.dissipated, (unsigned long long)seen.closings, (unsigned long long)seen.openings,
                 (unsigned long long)seen.sticks, (unsigned long long)seen.slips);

@@ -1,0 +1,218 @@
+/* Impacts and reactions where contacts with Coulomb's friction touch, by linear/coulomb.h.
+ *
+ * Impacts: Newton's rule along the normals, u+ = -e u where there is an impulse, and Coulomb's law for the impulses and the
+ * slip behind the impact, in one step: it sticks if the impulse lies in the cone, and slips against it otherwise. The kinetic
+ * energy changes by p . (u + u+) / 2; with friction Newton's rule can make it grow even at one contact (Kane 1984): then all e are
+ * halved until it does not.
+ *
+ * Reactions, at accelerations: what slips knows the direction of its friction; what rests sticks or begins to slip against it. Dry
+ * friction of joints is among the items, at impacts it has no impulse.
+ */
+#include "base/copy.h"
+#include "linear/coulomb.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+
+/* As in contact.c. */
+static const double rounding = 1e-11, resting = 1e-9;
+enum { HALVINGS = 10 };
+
+/* Rows of the problem: those of the list that take part. */
+typedef struct problem {
+    kt_coulomb c;
+    kt_coulomb_solution solution;
+    int item[KT_COULOMB_ITEMS]; /* of each item of the problem its first row in the list */
+} problem;
+
+static void begin(problem *p, const struct kt_contacts *c, const double *W) {
+    p->c.n = p->c.rows = 0;
+    p->c.W = W;
+    p->c.stride = c->touching;
+    p->c.size = 0.0;
+}
+
+static int add_line(problem *p, int line) {
+    p->c.line[p->c.rows] = line;
+    return p->c.rows++;
+}
+
+/* The first row of the list of a contact's friction. */
+static int friction_line(const struct kt_contacts *c, int line) {
+    for (int i = c->resting; i < c->touching; i++)
+        if (c->list[i] == c->item[c->list[line]].of)
+            return i;
+    return -1;
+}
+
+/* Adds the contact or the dry friction of a row of the list, with the rows of its friction. */
+static kt_coulomb_item *add_item(problem *p, const kt_simulation *simulation, int line) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int friction = line < c->meeting ? friction_line(c, line) : -1;
+    kt_coulomb_item *item = &p->c.item[p->c.n];
+    p->item[p->c.n++] = line;
+    *item = (kt_coulomb_item){.type = KT_COULOMB_FRICTIONLESS, .row = add_line(p, line)};
+    if (friction >= 0) {
+        item->type = KT_COULOMB_CONE;
+        item->friction = kt_contact_coefficient(simulation->model, &c->item[c->list[friction]]);
+        item->tangent = add_line(p, friction);
+        (void)add_line(p, friction + 1);
+    }
+    return item;
+}
+
+/* ---- impacts ----------------------------------------------------------------------------------------------------- */
+
+/* The energy that the impulses dissipate; *size: the sum of the terms' magnitudes. u+ of what has an impulse is exact. */
+static double loss_of(problem *p, const double *e, const double *u, double *size) {
+    double lost = 0.0;
+    *size = 0.0;
+    for (int i = 0; i < p->c.n; i++) {
+        const kt_coulomb_item *item = &p->c.item[i];
+        p->solution.u[item->row] += -e[i] * fmin(u[p->item[i]], 0.0);
+        if (p->solution.p[item->row] > 0.0)
+            p->solution.u[item->row] = -e[i] * fmin(u[p->item[i]], 0.0);
+    }
+    for (int j = 0; j < p->c.rows; j++) {
+        const double before = u[p->c.line[j]];
+        lost -= 0.5 * p->solution.p[j] * (before + p->solution.u[j]);
+        *size += 0.5 * fabs(p->solution.p[j] * before);
+    }
+    return lost;
+}
+
+kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                             kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_simulation_memory *memory = &simulation->memory;
+    const size_t nv = simulation->size.nv;
+    double e[KT_COULOMB_ITEMS], size;
+    problem p;
+    begin(&p, c, W);
+    for (int i = 0; i < c->meeting; i++) {
+        const kt_loop_record *loop = kt_contact_loop(simulation, i);
+        (void)add_item(&p, simulation, i);
+        e[i] = -u[i] > loop->rest_velocity ? loop->restitution : 0.0;
+    }
+    for (int j = 0; j < p.c.rows; j++) {
+        (void)kt_contact_along(c, p.c.line[j], c->v, c->rate, &size);
+        p.c.size = fmax(p.c.size, size);
+    }
+    for (int halving = 0;; halving++) {
+        for (int j = 0; j < p.c.rows; j++)
+            p.c.b[j] = u[p.c.line[j]];
+        for (int i = 0; i < p.c.n; i++)
+            p.c.b[p.c.item[i].row] += e[i] * fmin(u[p.item[i]], 0.0);
+        if (!kt_coulomb_solve(&p.c, &p.solution, &memory->contacts.pivots))
+            return kt_contacts_refuse(simulation, t, "impulses", error);
+        *lost = loss_of(&p, e, u, &size);
+        if (*lost >= -1e-12 * size)
+            break;
+        memory->contacts.reduced += halving == 0;
+        for (int i = 0; i < p.c.n; i++)
+            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
+    }
+    *lost = fmax(*lost, 0.0);
+    for (int i = 0; i < p.c.n; i++)
+        memory->contacts.impacts += p.solution.p[p.c.item[i].row] > 0.0 &&
+                                    u[p.item[i]] < -kt_contact_loop(simulation, p.item[i])->rest_velocity;
+    for (int j = 0; j < p.c.rows; j++) {
+        u[p.c.line[j]] = p.solution.u[j];
+        for (size_t i = 0; i < nv; i++)
+            c->v[i] += p.solution.p[j] * c->response[(size_t)p.c.line[j] * nv + i];
+    }
+    return KT_OK;
+}
+
+/* ---- reactions --------------------------------------------------------------------------------------------------- */
+
+/* A contact that does not part: what slips knows its direction. */
+static void add_contact(problem *p, const kt_simulation *simulation, int line, const double *u, uint64_t leaving) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_coulomb_item *item = add_item(p, simulation, line);
+    if ((leaving & c->item[c->list[line]].bit) != 0)
+        item->refused = ~(1U << KT_COULOMB_OPEN);
+    if (item->type != KT_COULOMB_CONE)
+        return;
+    const double *slip = u + p->c.line[item->tangent], speed = hypot(slip[0], slip[1]);
+    if (speed > resting) {
+        item->type = KT_COULOMB_SLIPS;
+        item->e[0] = slip[0] / speed;
+        item->e[1] = slip[1] / speed;
+    } else if ((leaving & c->item[c->item[c->list[line]].of].bit) != 0) {
+        item->refused |= 1U << KT_COULOMB_STICK;
+    }
+}
+
+static void add_dry(problem *p, const kt_simulation *simulation, int line, uint64_t leaving) {
+    const kt_contact *friction = &simulation->contacts->item[simulation->contacts->list[line]];
+    kt_coulomb_item *item = add_item(p, simulation, line);
+    item->type = KT_COULOMB_DRY;
+    item->friction = kt_contact_limit(simulation->model, friction);
+    item->refused = (leaving & friction->bit) != 0 ? 1U << KT_COULOMB_STICK : 0;
+}
+
+/* What takes part, and the accelerations without its reactions. */
+static void set_problem(problem *p, const kt_simulation *simulation, const double *W, const double *u,
+                        uint64_t leaving) {
+    const struct kt_contacts *c = simulation->contacts;
+    double size;
+    begin(p, c, W);
+    for (int i = 0; i < c->resting; i++) {
+        (void)kt_contact_along(c, i, c->v, c->rate, &size);
+        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= resting)
+            add_dry(p, simulation, i, leaving);
+        else if (i < c->meeting && u[i] <= fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
+            add_contact(p, simulation, i, u, leaving);
+    }
+    for (int j = 0; j < p->c.rows; j++) {
+        const double free = kt_contact_along(c, p->c.line[j], c->a, c->drift, &size);
+        p->c.b[j] = fabs(free) <= rounding * size ? 0.0 : free;
+        p->c.size = fmax(p->c.size, size);
+    }
+    /* At rest the model has friction of joints that slips forwards. */
+    for (int k = 0; k < p->c.n; k++)
+        for (int j = 0; p->c.item[k].type == KT_COULOMB_DRY && j < p->c.rows; j++)
+            p->c.b[j] += kt_coulomb_entry(&p->c, j, p->c.item[k].row) *
+                         kt_contact_slip(simulation->model, &c->item[c->list[p->item[k]]]);
+}
+
+/* Bits of the set, and directions of slip. */
+static void apply(kt_simulation *simulation, const problem *p, uint64_t *on) {
+    const struct kt_contacts *c = simulation->contacts;
+    *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
+    for (int i = 0; i < p->c.n; i++) {
+        const kt_contact *contact = &c->item[c->list[p->item[i]]];
+        const kt_coulomb_mode mode = p->solution.mode[i];
+        const kt_coulomb_type type = p->c.item[i].type;
+        if (type == KT_COULOMB_DRY) {
+            *on |= mode == KT_COULOMB_STICK ? contact->bit : mode == KT_COULOMB_SLIP_BACK ? contact->back : 0;
+            continue;
+        }
+        if (mode == KT_COULOMB_OPEN || !(p->solution.p[p->c.item[i].row] > 0.0))
+            continue;
+        *on |= contact->bit;
+        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK)
+            *on |= c->item[contact->of].bit;
+        else if (type != KT_COULOMB_FRICTIONLESS)
+            memcpy(simulation->memory.slip[contact->index], p->solution.e[i], sizeof p->solution.e[i]);
+    }
+}
+
+kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u, uint64_t leaving,
+                            uint64_t *on, kt_error *error) {
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    problem p;
+    set_problem(&p, simulation, W, u, leaving);
+    bool solved = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
+    if (!solved && leaving != 0) { /* forces have been shared anew: what was to leave may stay */
+        set_problem(&p, simulation, W, u, 0);
+        solved = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
+    }
+    if (!solved)
+        return kt_contacts_refuse(simulation, t, "reactions", error);
+    counts->undecided += p.solution.count > 1;
+    counts->shared += p.solution.shares;
+    apply(simulation, &p, on);
+    return KT_OK;
+}

@@ -1,0 +1,486 @@
+/* Hard contacts with Coulomb's friction against closed forms: rolling, resting, sliding, impacts, and what cannot be decided. */
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "interpose.h"
+#include "linear/coulomb.h"
+#include "scenes.h"
+
+enum { POINTS = 5 };
+static const double g = 9.81;
+
+/* A body with points that touch planes of the world or of a second body. */
+typedef struct scene {
+    kt_body body[3];
+    kt_marker marker[POINTS];
+    kt_effect effect[POINTS + 2];
+    char name[POINTS][8];
+    kt_description description;
+} scene;
+
+static void scene_make(scene *s, kt_joint_type joint) {
+    *s = (scene){.description = kt_description_default()};
+    for (int i = 0; i < 3; i++)
+        s->body[i] = kt_body_default();
+    for (int i = 0; i < POINTS + 2; i++)
+        s->effect[i] = kt_effect_default();
+    s->body[0].name = "body";
+    s->body[0].joint.type = joint;
+    s->body[0].mass = 2.0;
+    s->body[0].markers = s->marker;
+    s->description.bodies = s->body;
+    s->description.body_count = 1;
+    s->description.effects = s->effect;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, -g);
+}
+
+/* A sphere about a point of the body on the plane through `end` normal to z. */
+static kt_effect *scene_touch(scene *s, kt_vec3 at, double radius, double friction, double restitution) {
+    const int i = s->body[0].marker_count++;
+    kt_effect *effect = &s->effect[s->description.effect_count++];
+    (void)snprintf(s->name[i], sizeof s->name[i], "p%d", i);
+    s->marker[i] = (kt_marker){.name = s->name[i], .at = at};
+    effect->name = s->name[i];
+    effect->type = KT_EFFECT_CONTACT;
+    effect->between[0].body = "body";
+    effect->between[0].marker = s->name[i];
+    effect->radius = radius;
+    effect->friction = friction;
+    effect->restitution = restitution;
+    return effect;
+}
+
+static void scene_ball(scene *s, double friction, double restitution) {
+    scene_make(s, KT_JOINT_FREE);
+    s->body[0].joint.position[2] = 0.1;
+    s->body[0].inertia.xx = s->body[0].inertia.yy = s->body[0].inertia.zz = 0.4 * 2.0 * 0.1 * 0.1;
+    (void)scene_touch(s, kt_vec3_make(0.0, 0.0, 0.0), 0.1, friction, restitution);
+}
+
+/* A box of 0.6 x 0.4 x 0.2 m on three or four feet; gravity is tilted by `angle` towards x. */
+static void scene_box(scene *s, int feet, double friction, double angle) {
+    const double x = 0.3, y = 0.2, z = -0.1, m = 2.0;
+    scene_make(s, KT_JOINT_FREE);
+    s->body[0].joint.position[2] = 0.1;
+    s->body[0].inertia.xx = m / 12.0 * (0.16 + 0.04);
+    s->body[0].inertia.yy = m / 12.0 * (0.36 + 0.04);
+    s->body[0].inertia.zz = m / 12.0 * (0.36 + 0.16);
+    (void)scene_touch(s, kt_vec3_make(x, y, z), 0.0, friction, 0.0);
+    (void)scene_touch(s, kt_vec3_make(x, -y, z), 0.0, friction, 0.0);
+    (void)scene_touch(s, kt_vec3_make(-x, feet == 3 ? 0.0 : y, z), 0.0, friction, 0.0);
+    if (feet == 4)
+        (void)scene_touch(s, kt_vec3_make(-x, -y, z), 0.0, friction, 0.0);
+    s->description.gravity = kt_vec3_make(g * sin(angle), 0.0, -g * cos(angle));
+}
+
+static kt_simulation *start(const kt_model *model, const char *method, double step) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    run.integrator = method;
+    run.step = step;
+    run.duration = 100.0;
+    run.relative = run.absolute = 1e-11;
+    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY;
+    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+}
+
+static double balance_of(kt_simulation *simulation) {
+    kt_record record = {0};
+    kt_error error = {0};
+    if (!kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+        return (double)NAN;
+    return record.kinetic + record.potential + record.work.dissipated - record.work.supplied;
+}
+
+/* The first time at which the contacts have stuck so often. */
+static kt_status until_stuck(kt_simulation *simulation, uint64_t count, double most, kt_error *error) {
+    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+    while (status == KT_OK && kt_simulation_contacts(simulation).sticks < count &&
+           kt_simulation_time(simulation) < most)
+        status = kt_simulation_step(simulation, most, error);
+    return status;
+}
+
+/* ---- rolling ----------------------------------------------------------------------------------------------------- */
+
+/* A ball that slides at v0 rolls from t = 2 v0 / (7 mu g) on, at 5/7 v0, and loses m v0^2 / 7. */
+KT_TEST(sliding_ball_rolls_at_five_sevenths) {
+    static const char *const methods[] = {"dopri5", "dop853", "rk4", "radau5", "bdf2", "rkc2", NULL};
+    const double mu = 0.3, v0 = 1.5, time = 2.0 * v0 / (7.0 * mu * g);
+    scene s;
+    scene_ball(&s, mu, 0.0);
+    s.body[0].joint.velocity[0] = 0.8 * v0;
+    s.body[0].joint.velocity[1] = 0.6 * v0;
+    kt_model *model = kt_scene_compile(&s.description);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        const bool fixed = methods[m] != NULL && (strcmp(methods[m], "rk4") == 0 || strcmp(methods[m], "bdf2") == 0);
+        kt_simulation *simulation = start(model, methods[m], fixed ? 0.01 : 0.0);
+        kt_error error = {0};
+        const double energy = simulation != NULL ? balance_of(simulation) : 0.0;
+        if (kt_fine(methods[m] ? methods[m] : "default", until_stuck(simulation, 1, 1.0, &error), &error)) {
+            const double *v = kt_simulation_velocities(simulation), *q = kt_simulation_positions(simulation);
+            kt_check_near("rolls from, s", kt_simulation_time(simulation), time, 1e-12);
+            kt_check_near("at, m", hypot(q[0], q[1]), 6.0 / 7.0 * v0 * time, 1e-12);
+            (void)kt_fine("rolls", kt_simulation_advance(simulation, 2.0, &error), &error);
+            kt_check_near("speed", hypot(v[0], v[1]), 5.0 / 7.0 * v0, 2e-14);
+            kt_check_near("spin", hypot(v[3], v[4]), 5.0 / 7.0 * v0 / 0.1, 2e-13);
+            kt_check_near("height", q[2], 0.1, 1e-16);
+            kt_check_near("balance, J", balance_of(simulation), energy, 1e-10);
+            kt_check_equal_int("sticks", (long long)kt_simulation_contacts(simulation).sticks, 1);
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
+/* A ball that is released on an incline rolls at 5/7 g sin(a) where tan(a) < 7/2 mu, and slides where it is steeper. */
+KT_TEST(ball_on_an_incline_rolls_or_slides) {
+    for (int i = 0; i < 2; i++) {
+        const double mu = 0.2, angle = atan(3.5 * mu * (i == 0 ? 0.99 : 1.01));
+        const double a = i == 0 ? 5.0 / 7.0 * g * sin(angle) : g * (sin(angle) - mu * cos(angle));
+        scene s;
+        scene_ball(&s, mu, 0.0);
+        s.description.gravity = kt_vec3_make(g * sin(angle), 0.0, -g * cos(angle));
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, "dopri5", 0.0);
+        kt_error error = {0};
+        if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error)) {
+            kt_check_near("position", kt_simulation_positions(simulation)[0], 0.5 * a, 2e-14);
+            kt_check_equal_int("sticks", (long long)kt_simulation_contacts(simulation).sticks, i == 0);
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
+/* ---- resting ----------------------------------------------------------------------------------------------------- */
+
+/* A block on three or four feet lies to the bit for 100 s at 0.9995 of the slope at which it slides, and slides at g (sin a - mu cos
+ * a) above it: the feet, whose normal forces differ, come to their limits together. */
+KT_TEST(block_on_an_incline_lies_or_slides) {
+    for (int feet = 3; feet <= 4; feet++)
+        for (int i = 0; i < 2; i++) {
+            const double mu = 0.3, angle = atan(mu * (i == 0 ? 0.9995 : 1.0005));
+            const double a = g * (sin(angle) - mu * cos(angle)), end = i == 0 ? 100.0 : 1.0;
+            const double given[7] = {0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0};
+            scene s;
+            scene_box(&s, feet, mu, angle);
+            kt_model *model = kt_scene_compile(&s.description);
+            kt_simulation *simulation = start(model, "dopri5", 0.0);
+            kt_error error = {0};
+            if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, end, &error), &error)) {
+                const double *q = kt_simulation_positions(simulation);
+                if (i == 0)
+                    kt_check_equal_bits("creep", q, given, 7);
+                else
+                    kt_check_near("slides", q[0], 0.5 * a, 1e-15);
+                kt_check_equal_int("closings", (long long)kt_simulation_contacts(simulation).closings, 3);
+                kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
+            }
+            kt_simulation_free(simulation);
+            kt_model_free(model);
+        }
+}
+
+/* A block between a wall and a jaw that presses with F: 2 mu F is 95 times its weight, and it does not creep in 100 s; at 0.99
+ * of the weight it slides down at g - 2 mu F / m. */
+KT_TEST(pinched_block_does_not_creep) {
+    for (int i = 0; i < 2; i++) {
+        const double mu = 0.5, m = 2.0, margin = i == 0 ? 95.0 : 0.99, F = margin * m * g / (2.0 * mu);
+        scene s;
+        scene_make(&s, KT_JOINT_FREE);
+        s.body[0].inertia.xx = s.body[0].inertia.yy = s.body[0].inertia.zz = 0.01;
+        s.body[1].name = "jaw";
+        s.body[1].mass = 1.0;
+        s.body[1].joint.type = KT_JOINT_PRISMATIC;
+        s.body[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        s.description.body_count = 2;
+        kt_effect *wall = scene_touch(&s, kt_vec3_make(-0.1, 0.1, 0.0), 0.0, mu, 0.0);
+        kt_effect *other = scene_touch(&s, kt_vec3_make(-0.1, -0.1, 0.0), 0.0, mu, 0.0);
+        kt_effect *jaw = scene_touch(&s, kt_vec3_make(0.1, 0.0, 0.0), 0.0, mu, 0.0);
+        wall->axis = other->axis = kt_vec3_make(1.0, 0.0, 0.0);
+        wall->between[1].at = other->between[1].at = kt_vec3_make(-0.1, 0.0, 0.0);
+        jaw->axis = kt_vec3_make(-1.0, 0.0, 0.0);
+        jaw->between[1] =
+            (kt_end){.body = "jaw", .at = kt_vec3_make(0.1, 0.0, 0.0), .rotation = jaw->between[1].rotation};
+        kt_effect *motor = &s.effect[s.description.effect_count++];
+        motor->type = KT_EFFECT_MOTOR;
+        motor->joint = "jaw";
+        motor->torque = kt_function_constant(-F);
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, "dopri5", 0.0);
+        kt_error error = {0};
+        const double given[8] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+        if (simulation != NULL &&
+            kt_fine("runs", kt_simulation_advance(simulation, i == 0 ? 100.0 : 1.0, &error), &error)) {
+            if (i == 0)
+                kt_check_equal_bits("creep", kt_simulation_positions(simulation), given, 8);
+            else
+                kt_check_near("slides", kt_simulation_positions(simulation)[2], -0.5 * (g - 2.0 * mu * F / m), 1e-14);
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
+/* ---- slip in a plane --------------------------------------------------------------------------------------------- */
+
+/* x'' = -k x - mu g v / |v| of a point on springs of different stiffness. */
+static void pull(const double *k, double mu, const double *y, double *dy) {
+    const double speed = hypot(y[2], y[3]);
+    for (int i = 0; i < 2; i++) {
+        dy[i] = y[2 + i];
+        dy[2 + i] = -k[i] * y[i] - mu * g * y[2 + i] / speed;
+    }
+}
+
+static void rk4(const double *k, double mu, double h, double *y) {
+    double a[4][4], x[4];
+    pull(k, mu, y, a[0]);
+    for (int s = 1; s < 4; s++) {
+        for (int i = 0; i < 4; i++)
+            x[i] = y[i] + (s < 3 ? 0.5 : 1.0) * h * a[s - 1][i];
+        pull(k, mu, x, a[s]);
+    }
+    for (int i = 0; i < 4; i++)
+        y[i] += h / 6.0 * (a[0][i] + 2.0 * a[1][i] + 2.0 * a[2][i] + a[3][i]);
+}
+
+/* A point on a plane, held by springs: the direction of its slip turns, it comes to rest where |k x| < mu g, and lies. */
+KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
+    static const char *const joints[3] = {"a", "b", "body"};
+    const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4;
+    double y[4] = {0.5, 0.3, 0.4, -0.9};
+    scene s;
+    scene_make(&s, KT_JOINT_PRISMATIC);
+    for (int i = 0; i < 3; i++) {
+        kt_body *body = &s.body[i < 2 ? i + 1 : 0];
+        body->name = joints[i];
+        body->parent = i > 0 ? joints[i - 1] : NULL;
+        body->joint.type = KT_JOINT_PRISMATIC;
+        body->joint.axis = kt_vec3_make(i == 0, i == 1, i == 2);
+        body->joint.position[0] = i < 2 ? y[i] : 0.0;
+        body->joint.velocity[0] = i < 2 ? y[2 + i] : 0.0;
+    }
+    s.description.body_count = 3;
+    (void)scene_touch(&s, kt_vec3_make(0.0, 0.0, 0.0), 0.0, mu, 0.0);
+    for (int i = 0; i < 2; i++) {
+        kt_effect *spring = &s.effect[s.description.effect_count++];
+        spring->type = KT_EFFECT_JOINT_SPRING;
+        spring->joint = joints[i];
+        spring->stiffness = 2.0 * k[i];
+    }
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "dop853", 0.0);
+    kt_error error = {0};
+    for (int n = 0; n < (int)lround(T / h); n++)
+        rk4(k, mu, h, y);
+    if (simulation != NULL && kt_fine("slides", kt_simulation_advance(simulation, T, &error), &error)) {
+        const int at[2] = {kt_body_coordinates(model, kt_body_find(model, "a")).v,
+                           kt_body_coordinates(model, kt_body_find(model, "b")).v};
+        const double energy = balance_of(simulation);
+        for (int i = 0; i < 2; i++) {
+            kt_check_near("position", kt_simulation_positions(simulation)[at[i]], y[i], 1e-11);
+            kt_check_near("velocity", kt_simulation_velocities(simulation)[at[i]], y[2 + i], 1e-10);
+        }
+        if (kt_fine("rests", kt_simulation_advance(simulation, 20.0, &error), &error)) {
+            const double *q = kt_simulation_positions(simulation), x = q[at[0]], z = q[at[1]];
+            kt_check_equal_int("stuck", (long long)kt_switch_set(kt_simulation_model(simulation)), 3);
+            kt_check_below("force of the springs over its limit", hypot(k[0] * x, k[1] * z) / (mu * g), 1.0);
+            kt_check_near("balance, J", balance_of(simulation), energy, 1e-9);
+        }
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- impacts ----------------------------------------------------------------------------------------------------- */
+
+/* A ball with an oblique speed and no spin: the impulse along the plane is 2/7 m v, or mu times the normal one where that is less. */
+KT_TEST(impact_with_friction_sticks_or_slips) {
+    for (int i = 0; i < 2; i++) {
+        const double e = 0.6, mu = i == 0 ? 0.5 : 0.1, v = 1.3, w = 2.0, m = 2.0, r = 0.1;
+        const double normal = m * (1.0 + e) * w, tangent = fmin(mu * normal, 2.0 / 7.0 * m * v);
+        const double after = v - tangent / m, spin = tangent * r / (0.4 * m * r * r);
+        const double lost = 0.5 * m * (v * v + w * w * (1.0 - e * e) - after * after) - 0.2 * m * r * r * spin * spin;
+        scene s;
+        scene_ball(&s, mu, e);
+        s.body[0].joint.velocity[0] = v;
+        s.body[0].joint.velocity[2] = -w;
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, "dopri5", 0.0);
+        if (simulation != NULL) {
+            const double *u = kt_simulation_velocities(simulation);
+            kt_check_near("along", u[0], after, 1e-15);
+            kt_check_near("up", u[2], e * w, 1e-15);
+            kt_check_near("spin", u[4], spin, 1e-14);
+            kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, lost, 1e-14);
+            kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 1);
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
+/* Housner (1963): a block of half-diagonal R at the angle alpha that rocks from one corner to the other keeps
+ * 1 - 3/2 sin^2(alpha) of its rate where friction holds, and its energy between impacts. */
+KT_TEST(rocking_block_loses_what_housner_says) {
+    const double b = 0.1, h = 0.4, m = 2.0, R = hypot(b, h), alpha = atan2(b, h), tilt = 0.5 * alpha;
+    const double keep = 1.0 - 1.5 * sin(alpha) * sin(alpha);
+    scene s;
+    scene_make(&s, KT_JOINT_PLANAR);
+    s.body[0].joint.axis = kt_vec3_make(0.0, 1.0, 0.0); /* z, x, angle */
+    s.body[0].inertia.yy = m / 3.0 * R * R;
+    s.body[0].inertia.xx = s.body[0].inertia.zz = m;
+    (void)scene_touch(&s, kt_vec3_make(b, 0.0, -h), 0.0, 1.0, 0.0);
+    (void)scene_touch(&s, kt_vec3_make(-b, 0.0, -h), 0.0, 1.0, 0.0);
+    /* On the corner at +b, turned by `tilt` about y. */
+    s.body[0].joint.position[0] = b * sin(tilt) + h * cos(tilt);
+    s.body[0].joint.position[1] = b - b * cos(tilt) + h * sin(tilt);
+    s.body[0].joint.position[2] = tilt;
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "dop853", 0.0);
+    kt_error error = {0};
+    double energy = m * g * (R * cos(alpha - tilt) - h), worst = 0.0;
+    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+    for (uint64_t n = 1; status == KT_OK && n <= 5; n++) {
+        while (status == KT_OK && kt_simulation_contacts(simulation).impacts < n &&
+               kt_simulation_time(simulation) < 20.0)
+            status = kt_simulation_step(simulation, 20.0, &error);
+        const double rate = kt_simulation_velocities(simulation)[2];
+        energy *= keep * keep;
+        worst = fmax(worst, fabs(0.5 * (4.0 / 3.0 * m * R * R) * rate * rate / energy - 1.0));
+    }
+    if (kt_fine("rocks", status, &error)) {
+        kt_check_below("energy behind five impacts, relative", worst, 1e-9);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 5);
+        kt_check_equal_int("slips", (long long)kt_simulation_contacts(simulation).slips, 0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- what cannot be decided -------------------------------------------------------------------------------------- */
+
+/* Painleve's rod, of length 2 a, slides on its end at the angle theta: a unit of normal force, with its friction, accelerates the
+ * end by c = (1 + 3 cos(theta) (cos(theta) - mu sin(theta))) / m. For mu = 3, theta = 1 it is negative: where the end is accelerated
+ * into the plane no force holds it, where it is accelerated away both that and a force do. */
+static void scene_rod(scene *s, double rate) {
+    const double a = 0.5, m = 2.0, theta = 1.0;
+    scene_make(s, KT_JOINT_PLANAR);
+    s->body[0].joint.axis = kt_vec3_make(0.0, 1.0, 0.0); /* z, x, angle about y */
+    s->body[0].inertia.yy = m / 3.0 * a * a;
+    s->body[0].inertia.xx = s->body[0].inertia.zz = m;
+    (void)scene_touch(s, kt_vec3_make(a, 0.0, 0.0), 0.0, 3.0, 0.0);
+    s->body[0].joint.position[0] = a * sin(theta);
+    s->body[0].joint.position[2] = theta;
+    /* The end has x - a cos: it slides along +x, and has no speed along z. */
+    s->body[0].joint.velocity[2] = rate;
+    s->body[0].joint.velocity[0] = rate * a * cos(theta);
+    s->body[0].joint.velocity[1] = 5.0 + rate * a * sin(theta);
+}
+
+KT_TEST(painleves_rod_is_told) {
+    scene s;
+    kt_error error = {0};
+    kt_simulation *simulation = NULL;
+    const kt_run run = kt_run_default();
+    scene_rod(&s, 0.0);
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_check_true("none", kt_simulation_create(model, &run, NULL, &simulation, &error) == KT_ERROR_CONSTRAINT);
+    kt_check_contains("where", error.where, "contact 'p0' at t = 0 s");
+    kt_check_contains("words", error.message, "Painleve");
+    kt_model_free(model);
+    scene_rod(&s, 6.0);
+    model = kt_scene_compile(&s.description);
+    simulation = start(model, "dopri5", 0.0);
+    if (simulation != NULL)
+        kt_check_equal_int("two", (long long)kt_simulation_contacts(simulation).undecided, 1);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- the run as a whole ------------------------------------------------------------------------------------------ */
+
+KT_TEST(checkpoint_of_slip_goes_on_with_the_same_bits) {
+    static const char *const methods[] = {"dopri5", "radau5"};
+    scene s;
+    scene_box(&s, 3, 0.3, 0.1);
+    s.body[0].joint.velocity[0] = 1.0;
+    s.body[0].joint.velocity[1] = 0.5;
+    s.body[0].joint.velocity[5] = 3.0;
+    kt_model *model = kt_scene_compile(&s.description);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        kt_simulation *one = start(model, methods[m], 0.0), *two = start(model, methods[m], 0.0);
+        void *block = one != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
+        kt_error error = {0};
+        const double energy = one != NULL ? balance_of(one) : 0.0;
+        if (two != NULL && block != NULL && kt_fine("half", kt_simulation_advance(one, 0.2, &error), &error)) {
+            kt_simulation_save(one, block);
+            kt_interpose_start();
+            const kt_status status = kt_simulation_advance(one, 2.0, &error);
+            kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+            (void)kt_fine("second half", status, &error);
+            (void)kt_fine("restores", kt_simulation_restore(two, block, &error), &error);
+            (void)kt_fine("second half again", kt_simulation_advance(two, 2.0, &error), &error);
+            kt_check_equal_bits("positions", kt_simulation_positions(two), kt_simulation_positions(one), 7);
+            kt_check_equal_bits("velocities", kt_simulation_velocities(two), kt_simulation_velocities(one), 6);
+            kt_check_near("balance, J", balance_of(one), energy, 1e-9);
+            kt_check_above("sticks", (double)kt_simulation_contacts(one).sticks, 0.5);
+        }
+        free(block);
+        kt_simulation_free(one);
+        kt_simulation_free(two);
+    }
+    kt_model_free(model);
+}
+
+/* Random problems of one to three contacts: what is found satisfies the laws, by their definition. */
+KT_TEST(coulombs_laws_hold_in_random_problems) {
+    kt_random random = kt_random_named("coulomb");
+    double worst = 0.0;
+    int none = 0;
+    for (int n = 0; n < 300; n++) {
+        const int contacts = kt_random_int(&random, 1, 3), rows = 3 * contacts,
+                  dofs = rows + kt_random_int(&random, 0, 2);
+        double J[9][11], W[9 * 9] = {0.0};
+        uint64_t trials = 0;
+        kt_coulomb c = {.n = contacts, .rows = rows, .stride = rows, .W = W, .size = 1.0};
+        kt_coulomb_solution s;
+        for (int i = 0; i < rows; i++) {
+            c.line[i] = i;
+            c.b[i] = kt_random_uniform(&random, -1.0, 1.0);
+            for (int k = 0; k < dofs; k++)
+                J[i][k] = kt_random_uniform(&random, -1.0, 1.0);
+            for (int j = 0; j <= i; j++) {
+                for (int k = 0; k < dofs; k++)
+                    W[i * rows + j] += J[i][k] * J[j][k];
+                W[j * rows + i] = W[i * rows + j];
+            }
+        }
+        for (int i = 0; i < contacts; i++)
+            c.item[i] = (kt_coulomb_item){.type = KT_COULOMB_CONE, .row = 3 * i, .tangent = 3 * i + 1, .friction = 0.3};
+        if (!kt_coulomb_solve(&c, &s, &trials)) {
+            none++;
+            continue;
+        }
+        for (int i = 0; i < contacts; i++) {
+            const double p = s.p[3 * i], u = s.u[3 * i], *pt = s.p + 3 * i + 1, *ut = s.u + 3 * i + 1;
+            const double slip = hypot(ut[0], ut[1]), force = hypot(pt[0], pt[1]);
+            worst = fmax(worst, fmax(-p, -u));
+            worst = fmax(worst, fabs(p * u));
+            worst = fmax(worst, force - 0.3 * p);
+            worst = fmax(worst, fmax(fabs(slip * pt[0] + 0.3 * p * ut[0]), fabs(slip * pt[1] + 0.3 * p * ut[1])));
+        }
+    }
+    kt_check_below("laws", worst, 1e-9);
+    kt_check_equal_int("without a solution", none, 0);
+}
