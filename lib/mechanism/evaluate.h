@@ -93,11 +93,11 @@ kt_forward_call kt_closed_forward;
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
 double kt_slip_power(const kt_model *model, const kt_data *data);
-#endif
 
 /* Writes the multipliers of the equations of loops under all that acts, at->tau and at->external, to the groups' data, and
  * wrenches of the loops; data hold the equations of the last evaluation of a. data->loaded: all wrenches on bodies. */
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a);
+#endif
 
 /* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from what it left in data:
  * writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are

@@ -16,7 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     model = kt_model_now(model, data);
     if (loaded.external)
@@ -30,6 +30,12 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
     kernels->multipliers(model, data, at->v, a);
     kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
 }
+
+#if KT_HAS_SWITCHES
+void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    find_multipliers(model, data, at, a);
+}
+#endif
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
  * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
@@ -45,7 +51,7 @@ static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dyna
     if (model->n.slip > 0)
         loaded.external = data->slip_loaded;
 #endif
-    kt_multipliers_find(model, data, &loaded, a);
+    find_multipliers(model, data, &loaded, a);
     return data->loaded;
 }
 

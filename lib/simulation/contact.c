@@ -42,8 +42,6 @@
 static const double touching = 1e-11, deep = 1e-6;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double rounding = 1e-11;
-/* Friction slower than this has come to rest, m/s or rad/s. */
-static const double resting = 1e-9;
 /* Slip of a contact has turned back where it is this fast against the direction in which it began: rounding is less, m/s. */
 static const double turned = 1e-12;
 enum { HALVINGS = 10 };
@@ -79,121 +77,8 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
 
 /* ---- what is watched --------------------------------------------------------------------------------------------- */
 
-static bool is_closed(const kt_model *model, const kt_contact *contact) { return (model->set & contact->bit) != 0; }
-
-/* The model in which all contacts are closed, with the loops and effects that are on; its data. */
-static void take_all(struct kt_contacts *c, const kt_model *model) {
-    const kt_model *all = kt_model_switched(model, model->set | c->mask);
-    if (all != c->all)
-        kt_data_adapt(all, c->data);
-    c->all = all;
-}
-
-double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
-    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
-    return fmax(effect->coulomb, effect->breakaway);
-}
-
-double kt_contact_slip(const kt_model *model, const kt_contact *contact) {
-    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
-    return effect->stribeck > 0.0 ? kt_contact_limit(model, contact) : effect->coulomb;
-}
-
-double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) {
-    return kt_effect_record_find(model, contact->effect)->friction;
-}
-
 static double direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
-}
-
-static int row_of(const kt_model *model, const kt_contact *contact) { return model->loop[contact->loop].equation; }
-
-/* Whether it is friction of a contact. */
-static bool rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
-
-kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
-                                     const double *v, bool all, kt_error *error) {
-    take_all(c, model);
-    const kt_status status = kt_loop_equations(c->all, c->data, t, q, v, all ? c->jacobian : NULL, c->row,
-                                               all ? c->rate : NULL, all ? c->drift : NULL, error);
-    for (int k = 0; status == KT_OK && k < c->n; k++)
-        c->gap[k] = c->item[k].sign * c->row[row_of(c->all, &c->item[k])];
-    return status;
-}
-
-/* What the multipliers are measured in, as in linear/coulomb.h. */
-static void set_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
-    for (size_t i = 0; i < model->n.row; i++)
-        unit[i] = 1.0;
-    for (int k = c->sides; k < c->n; k++) {
-        if (!rubs(c, k) || !is_closed(model, &c->item[k]) || !is_closed(model, &c->item[c->item[k].of]))
-            continue;
-        const double normal = c->reaction[row_of(model, &c->item[c->item[k].of])];
-        for (int component = 0; component < 2 && normal > 0.0; component++)
-            unit[row_of(model, &c->item[k]) + component] = sqrt(normal);
-    }
-}
-
-/* The longest column of J (rows x nv) from the k-th on becomes the k-th, of length 1, and the others lose their part along it.
- * Returns the square of its length. */
-static double take_longest(double *J, size_t rows, size_t nv, size_t k, double least) {
-    double *u = J + k * rows, most = 0.0;
-    size_t pivot = k;
-    for (size_t j = k; j < nv; j++) {
-        const double square = kt_contacts_dot(rows, J + j * rows, J + j * rows);
-        pivot = square > most ? j : pivot;
-        most = fmax(most, square);
-    }
-    for (size_t i = 0; most > least && i < rows; i++) {
-        const double x = u[i];
-        u[i] = J[pivot * rows + i] / sqrt(most);
-        if (pivot != k)
-            J[pivot * rows + i] = x;
-    }
-    for (size_t j = k + 1; most > least && j < nv; j++) {
-        const double dot = kt_contacts_dot(rows, u, J + j * rows);
-        for (size_t i = 0; i < rows; i++)
-            J[j * rows + i] -= dot * u[i];
-    }
-    return most;
-}
-
-/* Writes the least multipliers of those that give the same forces, measured in `unit`: their part in the range of J, whose columns
- * become an orthonormal basis of it. */
-static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
-    const size_t rows = at->model->n.row, nv = at->model->n.v;
-    double *J = c->jacobian, first = 0.0;
-    const kt_status status = kt_loop_equations(at->model, at->data, at->t, at->q, at->v, J, NULL, NULL, NULL, error);
-    if (status != KT_OK)
-        return status;
-    for (size_t i = 0; i < rows; i++) {
-        c->reaction[i] = 0.0;
-        c->drift[i] = c->row[i] / unit[i];
-        for (size_t j = 0; j < nv; j++)
-            J[j * rows + i] *= unit[i];
-    }
-    for (size_t k = 0; k < nv && k < rows; k++) {
-        const double square = take_longest(J, rows, nv, k, 1e-18 * first);
-        first = k == 0 ? square : first;
-        if (!(square > 1e-18 * first))
-            break;
-        const double dot = kt_contacts_dot(rows, J + k * rows, c->drift);
-        for (size_t i = 0; i < rows; i++)
-            c->reaction[i] += dot * J[k * rows + i];
-    }
-    for (size_t i = 0; i < rows; i++)
-        c->reaction[i] *= unit[i];
-    return KT_OK;
-}
-
-/* The least multipliers in one unit, which tell normal forces, and then in roots of these. */
-static kt_status find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
-    for (size_t i = 0; i < at->model->n.row; i++)
-        c->rate[i] = 1.0;
-    const kt_status status = find_least(c, at, c->rate, error);
-    set_units(c, at->model, c->rate);
-    return status == KT_OK ? find_least(c, at, c->rate, error) : status;
 }
 
 /* What is watched of friction of a contact: what is left of the cone, or the slip along the direction in which it began. */
@@ -201,11 +86,11 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
     const kt_model *model = at->model;
     const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
     size_t slips = 0;
-    if (!is_closed(model, contact))
+    if (!kt_contact_is_closed(model, contact))
         return 1.0;
-    if (is_closed(model, friction)) {
-        const double *tangent = c->reaction + row_of(model, friction);
-        return kt_contact_coefficient(model, friction) * c->reaction[row_of(model, contact)] -
+    if (kt_contact_is_closed(model, friction)) {
+        const double *tangent = c->reaction + kt_contact_row(model, friction);
+        return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
                hypot(tangent[0], tangent[1]);
     }
     for (int i = 0; i < contact->loop; i++)
@@ -220,25 +105,25 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
     kt_status status = KT_OK;
     bool sticks = false;
     for (int k = c->sides; k < c->n; k++)
-        sticks = sticks || (rubs(c, k) && is_closed(model, &c->item[k]));
+        sticks = sticks || (kt_contact_rubs(c, k) && kt_contact_is_closed(model, &c->item[k]));
     if ((model->set & c->mask) != c->mask)
         status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && (model->set & c->mask) != 0)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
-        const bool closed = is_closed(model, contact);
-        const double reaction = closed ? contact->sign * c->row[row_of(model, contact)] : 0.0;
+        const bool closed = kt_contact_is_closed(model, contact);
+        const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
         if (k < c->sides)
             c->value[k] = closed ? reaction : c->gap[k];
-        else if (!rubs(c, k))
+        else if (!kt_contact_rubs(c, k))
             c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
                                  : direction_of(model, contact) * at->v[contact->v];
     }
     if (status == KT_OK && sticks)
-        status = find_reactions(c, at, error);
+        status = kt_contacts_find_reactions(c, at, error);
     for (int k = c->sides; status == KT_OK && k < c->n; k++)
-        if (rubs(c, k))
+        if (kt_contact_rubs(c, k))
             c->value[k] = friction_of(c, at, k);
     return status;
 }
@@ -285,28 +170,6 @@ static void open_all(kt_simulation *simulation) {
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
 
-const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k) {
-    const struct kt_contacts *c = simulation->contacts;
-    return &simulation->model->loop[c->item[c->list[k]].loop];
-}
-
-static double entry(const struct kt_contacts *c, int k, size_t j) {
-    const kt_contact *contact = &c->item[c->list[k]];
-    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(row_of(c->all, contact) + c->component[k])];
-}
-
-double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
-    const kt_contact *contact = &c->item[c->list[k]];
-    const double r = contact->sign * right[row_of(c->all, contact) + c->component[k]];
-    double sum = -r;
-    *size = fabs(r);
-    for (size_t j = 0; j < c->all->n.v; j++) {
-        sum += entry(c, k, j) * x[j];
-        *size += fabs(entry(c, k, j) * x[j]);
-    }
-    return sum;
-}
-
 static void add_row(struct kt_contacts *c, int k, int component) {
     c->list[c->touching] = k;
     c->component[c->touching++] = component;
@@ -326,12 +189,12 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
                                 "the steps (max_step) where one leaps over it",
                                 -c->gap[k]);
         }
-        if (c->gap[k] <= touching * scale || is_closed(simulation->model, &c->item[k]))
+        if (c->gap[k] <= touching * scale || kt_contact_is_closed(simulation->model, &c->item[k]))
             add_row(c, k, 0);
     }
     c->meeting = c->touching;
     for (int k = c->sides; k < c->n; k++)
-        if (!rubs(c, k))
+        if (!kt_contact_rubs(c, k))
             add_row(c, k, 0);
     c->resting = c->touching;
     for (int i = 0; i < c->meeting; i++)
@@ -349,7 +212,7 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
     kt_mass_inverse *inverse = NULL;
     for (int i = 0; i < m; i++)
         for (size_t j = 0; j < nv; j++)
-            c->response[(size_t)i * nv + j] = entry(c, i, j);
+            c->response[(size_t)i * nv + j] = kt_contact_entry(c, i, j);
     kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
     if (status == KT_OK)
         status = kt_mass_inverse_compute(inverse, simulation->data, t, q, error);
@@ -359,23 +222,10 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
         for (int k = 0; k < m; k++) {
             double sum = 0.0;
             for (size_t j = 0; j < nv; j++)
-                sum += entry(c, i, j) * c->response[(size_t)k * nv + j];
+                sum += kt_contact_entry(c, i, j) * c->response[(size_t)k * nv + j];
             W[i * m + k] = sum;
         }
     return status;
-}
-
-kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-             simulation->model->text + kt_contact_loop(simulation, 0)->name, t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
-                        "leave a gap, or take an elastic one (stiffness)",
-                        what, simulation->contacts->meeting - 1,
-                        simulation->contacts->touching > simulation->contacts->resting
-                            ? ", or friction has no solution (Painleve's paradox)"
-                            : "");
 }
 
 /* u+ = u + W p. */
@@ -431,14 +281,6 @@ static kt_status strike(kt_simulation *simulation, double t, const double *respo
     return KT_OK;
 }
 
-uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {
-    uint64_t set = model->set & ~c->mask;
-    for (int k = c->sides; k < c->n; k++)
-        if (!rubs(c, k) && c->v[c->item[k].v] < -resting)
-            set |= c->item[k].back;
-    return set;
-}
-
 /* The problem of reactions: n rows of contacts and friction at rest, then one for each friction. */
 typedef struct reactions {
     int at[KT_SWITCH_MAX], n, sides; /* in the list; of these, contacts */
@@ -461,7 +303,7 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         (void)kt_contact_along(c, i, c->v, c->rate, &size);
         if (is_side && u[i] > fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
             continue;
-        if (!is_side && fabs(c->v[contact->v]) > resting)
+        if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
             continue;
         if (is_side && leaves)
             continue;
@@ -549,7 +391,8 @@ static void count_changes(kt_simulation *simulation, uint64_t before, uint64_t a
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;
         counts->sticks += k >= c->sides && is && !was;
-        counts->slips += k >= c->sides && was && !is && (!rubs(c, k) || (after & c->item[c->item[k].of].bit) != 0);
+        counts->slips +=
+            k >= c->sides && was && !is && (!kt_contact_rubs(c, k) || (after & c->item[c->item[k].of].bit) != 0);
     }
 }
 
@@ -632,7 +475,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         status = settle(simulation, on, lost, error);
     /* One that is left open where it touches comes to the free side first. */
     for (int i = 0; status == KT_OK && i < c->meeting; i++)
-        if (!is_closed(simulation->model, &c->item[c->list[i]]))
+        if (!kt_contact_is_closed(simulation->model, &c->item[c->list[i]]))
             simulation->event_memory[c->list[i]].side = -1;
     return status;
 }
@@ -695,7 +538,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     list_items(simulation, c);
     c->all = kt_model_switched(model, model->set | c->mask);
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
-        if (!rubs(c, k))
+        if (!kt_contact_rubs(c, k))
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {

@@ -60,8 +60,24 @@ static inline double kt_contacts_dot(size_t n, const double *x, const double *y)
     return sum;
 }
 
-/* Of row k of those that touch: its loop; and sign (J x - right), *size: the sum of the terms' magnitudes. */
+/* Friction slower than this has come to rest, m/s or rad/s. */
+static const double kt_contact_resting = 1e-9;
+
+static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
+    return (model->set & contact->bit) != 0;
+}
+
+/* The first row of its equations. */
+static inline int kt_contact_row(const kt_model *model, const kt_contact *contact) {
+    return model->loop[contact->loop].equation;
+}
+
+/* Whether item k is friction of a contact. */
+static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
+
+/* Of row k of those that touch: its loop; the j-th number of its Jacobian; and sign (J x - right), *size: the sum of the terms' magnitudes. */
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
+double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
 double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size);
 
 /* Of friction: mu of a contact, the largest force at rest in a joint, and the force where slip begins there. */
@@ -75,6 +91,10 @@ uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *m
 /* The gaps of all contacts; `all`: the rates, drifts and the Jacobian of their equations, too. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
+
+/* From the multipliers in c->row the least ones that give the same forces, to c->reaction: in one unit, which tells normal
+ * forces, and then tangential ones in roots of these (linear/coulomb.h). */
+KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
 /* The error of contacts that have no impulses, or no reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);

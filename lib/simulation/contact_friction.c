@@ -15,7 +15,7 @@
 #include <math.h>
 
 /* As in contact.c. */
-static const double rounding = 1e-11, resting = 1e-9;
+static const double rounding = 1e-11;
 enum { HALVINGS = 10 };
 
 /* Rows of the problem: those of the list that take part. */
@@ -135,7 +135,7 @@ static void add_contact(problem *p, const kt_simulation *simulation, int line, c
     if (item->type != KT_COULOMB_CONE)
         return;
     const double *slip = u + p->c.line[item->tangent], speed = hypot(slip[0], slip[1]);
-    if (speed > resting) {
+    if (speed > kt_contact_resting) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;
@@ -160,7 +160,7 @@ static void set_problem(problem *p, const kt_simulation *simulation, const doubl
     begin(p, c, W);
     for (int i = 0; i < c->resting; i++) {
         (void)kt_contact_along(c, i, c->v, c->rate, &size);
-        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= resting)
+        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
             add_dry(p, simulation, i, leaving);
         else if (i < c->meeting && u[i] <= fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
             add_contact(p, simulation, i, u, leaving);

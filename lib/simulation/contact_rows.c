@@ -1,0 +1,164 @@
+/* Rows of hard contacts: their equations, and the numbers of the effects that they are of; for contact.c and
+ * contact_friction.c. */
+#include "base/copy.h"
+#include "dynamics/dynamics.h"
+#include "mechanism/evaluate.h"
+#include "model/switching.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* The model in which all contacts are closed, with the loops and effects that are on; its data. */
+static void take_all(struct kt_contacts *c, const kt_model *model) {
+    const kt_model *all = kt_model_switched(model, model->set | c->mask);
+    if (all != c->all)
+        kt_data_adapt(all, c->data);
+    c->all = all;
+}
+
+double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
+    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
+    return fmax(effect->coulomb, effect->breakaway);
+}
+
+double kt_contact_slip(const kt_model *model, const kt_contact *contact) {
+    const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
+    return effect->stribeck > 0.0 ? kt_contact_limit(model, contact) : effect->coulomb;
+}
+
+double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) {
+    return kt_effect_record_find(model, contact->effect)->friction;
+}
+
+kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
+                                     const double *v, bool all, kt_error *error) {
+    take_all(c, model);
+    const kt_status status = kt_loop_equations(c->all, c->data, t, q, v, all ? c->jacobian : NULL, c->row,
+                                               all ? c->rate : NULL, all ? c->drift : NULL, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++)
+        c->gap[k] = c->item[k].sign * c->row[kt_contact_row(c->all, &c->item[k])];
+    return status;
+}
+
+const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k) {
+    const struct kt_contacts *c = simulation->contacts;
+    return &simulation->model->loop[c->item[c->list[k]].loop];
+}
+
+double kt_contact_entry(const struct kt_contacts *c, int k, size_t j) {
+    const kt_contact *contact = &c->item[c->list[k]];
+    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(kt_contact_row(c->all, contact) + c->component[k])];
+}
+
+double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
+    const kt_contact *contact = &c->item[c->list[k]];
+    const double r = contact->sign * right[kt_contact_row(c->all, contact) + c->component[k]];
+    double sum = -r;
+    *size = fabs(r);
+    for (size_t j = 0; j < c->all->n.v; j++) {
+        sum += kt_contact_entry(c, k, j) * x[j];
+        *size += fabs(kt_contact_entry(c, k, j) * x[j]);
+    }
+    return sum;
+}
+
+uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {
+    uint64_t set = model->set & ~c->mask;
+    for (int k = c->sides; k < c->n; k++)
+        if (!kt_contact_rubs(c, k) && c->v[c->item[k].v] < -kt_contact_resting)
+            set |= c->item[k].back;
+    return set;
+}
+
+/* ---- reactions that are not unique ------------------------------------------------------------------------------- */
+
+/* What the multipliers are measured in, as in linear/coulomb.h. */
+static void set_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
+    for (size_t i = 0; i < model->n.row; i++)
+        unit[i] = 1.0;
+    for (int k = c->sides; k < c->n; k++) {
+        if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]) ||
+            !kt_contact_is_closed(model, &c->item[c->item[k].of]))
+            continue;
+        const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
+        for (int component = 0; component < 2 && normal > 0.0; component++)
+            unit[kt_contact_row(model, &c->item[k]) + component] = sqrt(normal);
+    }
+}
+
+/* The longest column of J (rows x nv) from the k-th on becomes the k-th, of length 1, and the others lose their part along it.
+ * Returns the square of its length. */
+static double take_longest(double *J, size_t rows, size_t nv, size_t k, double least) {
+    double *u = J + k * rows, most = 0.0;
+    size_t pivot = k;
+    for (size_t j = k; j < nv; j++) {
+        const double square = kt_contacts_dot(rows, J + j * rows, J + j * rows);
+        pivot = square > most ? j : pivot;
+        most = fmax(most, square);
+    }
+    for (size_t i = 0; most > least && i < rows; i++) {
+        const double x = u[i];
+        u[i] = J[pivot * rows + i] / sqrt(most);
+        if (pivot != k)
+            J[pivot * rows + i] = x;
+    }
+    for (size_t j = k + 1; most > least && j < nv; j++) {
+        const double dot = kt_contacts_dot(rows, u, J + j * rows);
+        for (size_t i = 0; i < rows; i++)
+            J[j * rows + i] -= dot * u[i];
+    }
+    return most;
+}
+
+/* Writes the least multipliers of those that give the same forces, measured in `unit`: their part in the range of J, whose columns
+ * become an orthonormal basis of it. */
+static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
+    const size_t rows = at->model->n.row, nv = at->model->n.v;
+    double *J = c->jacobian, first = 0.0;
+    const kt_status status = kt_loop_equations(at->model, at->data, at->t, at->q, at->v, J, NULL, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < rows; i++) {
+        c->reaction[i] = 0.0;
+        c->drift[i] = c->row[i] / unit[i];
+        for (size_t j = 0; j < nv; j++)
+            J[j * rows + i] *= unit[i];
+    }
+    for (size_t k = 0; k < nv && k < rows; k++) {
+        const double square = take_longest(J, rows, nv, k, 1e-18 * first);
+        first = k == 0 ? square : first;
+        if (!(square > 1e-18 * first))
+            break;
+        const double dot = kt_contacts_dot(rows, J + k * rows, c->drift);
+        for (size_t i = 0; i < rows; i++)
+            c->reaction[i] += dot * J[k * rows + i];
+    }
+    for (size_t i = 0; i < rows; i++)
+        c->reaction[i] *= unit[i];
+    return KT_OK;
+}
+
+/* The least multipliers in one unit, which tell normal forces, and then in roots of these. */
+kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+    for (size_t i = 0; i < at->model->n.row; i++)
+        c->rate[i] = 1.0;
+    const kt_status status = find_least(c, at, c->rate, error);
+    set_units(c, at->model, c->rate);
+    return status == KT_OK ? find_least(c, at, c->rate, error) : status;
+}
+
+/* ---- what cannot be decided -------------------------------------------------------------------------------------- */
+
+kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
+             simulation->model->text + kt_contact_loop(simulation, 0)->name, t);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
+                        "leave a gap, or take an elastic one (stiffness)",
+                        what, simulation->contacts->meeting - 1,
+                        simulation->contacts->touching > simulation->contacts->resting
+                            ? ", or friction has no solution (Painleve's paradox)"
+                            : "");
+}
