@@ -22,8 +22,10 @@ typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
-    size_t slip;       /* hard contacts that slip */
-    size_t dense;      /* numbers that the groups' matrices take in the data */
+#if KT_HAS_SWITCHES
+    size_t slip; /* hard contacts that slip */
+#endif
+    size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
     size_t varying;  /* bodies whose mass is a function of time */
     size_t massless; /* velocity coordinates that follow from the balance of forces */
