@@ -142,6 +142,8 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
                                       kt_acceleration_work_size(model), error);
     if (status == KT_OK)
         status = kt_massless_refuse(model, "derivatives", "its accelerations have none", error);
+    if (status == KT_OK)
+        status = kt_slip_refuse(model, "derivatives", error);
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));

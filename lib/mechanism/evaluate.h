@@ -93,6 +93,8 @@ kt_forward_call kt_closed_forward;
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
 double kt_slip_power(const kt_model *model, const kt_data *data);
+/* Refuses a model in which hard contacts slip, for derivatives: these would leave the friction out. */
+KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error);
 
 /* Writes the multipliers of the equations of loops under all that acts, at->tau and at->external, to the groups' data, and
  * wrenches of the loops; data hold the equations of the last evaluation of a. data->loaded: all wrenches on bodies. */

@@ -196,6 +196,16 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
     return evaluate(model, data, at, a, NULL, error);
 }
 
+kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
+    return model->n.slip == 0
+               ? KT_OK
+               : kt_error_set(
+                     error, KT_ERROR_UNSUPPORTED, where,
+                     "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
+                     "differences, or an elastic contact (stiffness)",
+                     kt_loop_name(model, (int)(loop_of(model, 0) - model->loop)));
+}
+
 double kt_slip_power(const kt_model *model, const kt_data *data) {
     double sum = 0.0;
     for (size_t k = 0; k < model->n.slip; k++) {

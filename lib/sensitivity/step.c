@@ -93,6 +93,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
         status = kt_massless_refuse(
             model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
+        status = kt_slip_refuse(model, "step", error);
+    if (status == KT_OK)
         status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)
         status =
