@@ -49,7 +49,7 @@ typedef enum kt_coulomb_mode {
 
 typedef struct kt_coulomb_item {
     kt_coulomb_type type;
-    int row, tangent; /* normal (or only) row; the first of two tangential ones */
+    int row, across;  /* normal (or only) row; the first of two tangential ones */
     double friction;  /* mu; of dry friction S */
     double e[2];      /* the direction of slip, given */
     unsigned refused; /* modes that are not tried, a bit each */
@@ -115,11 +115,11 @@ static inline kt_coulomb_system kt_coulomb_begin(const kt_coulomb *c, const kt_c
             continue;
         kt_coulomb_unknown(&s, i, item->row, item->type != KT_COULOMB_DRY);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
-            s.P[s.n - 1][item->tangent] = -item->friction * to->e[i][0];
-            s.P[s.n - 1][item->tangent + 1] = -item->friction * to->e[i][1];
+            s.P[s.n - 1][item->across] = -item->friction * to->e[i][0];
+            s.P[s.n - 1][item->across + 1] = -item->friction * to->e[i][1];
         } else if (item->type == KT_COULOMB_CONE) {
-            kt_coulomb_unknown(&s, i, item->tangent, false);
-            kt_coulomb_unknown(&s, i, item->tangent + 1, false);
+            kt_coulomb_unknown(&s, i, item->across, false);
+            kt_coulomb_unknown(&s, i, item->across + 1, false);
             s.is_tangential[s.n - 2] = s.is_tangential[s.n - 1] = true;
         }
     }
@@ -147,7 +147,7 @@ static inline void kt_coulomb_fill(const kt_coulomb *c, const kt_coulomb_solutio
         if (!kt_coulomb_slips(c, to, i))
             continue;
         const double mu = c->item[i].friction;
-        const int t = c->item[i].tangent;
+        const int t = c->item[i].across;
         for (int k = 0; k < s->n; k++) { /* p_t = -mu p e, and de = (-e2, e1) */
             const int row = s->equation[k];
             s->A[k][s->n + s->columns] =
@@ -315,11 +315,11 @@ static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solutio
             t.item[t.n++] = i;
     for (int k = 0; k < t.n; k++) {
         const double *e = to->e[t.item[k]];
-        const int row = c->item[t.item[k]].tangent;
+        const int row = c->item[t.item[k]].across;
         t.A[k][t.n] = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
         *residual = fmax(*residual, fabs(t.A[k][t.n]));
         for (int m = 0; m < t.n; m++) { /* du/de of direction m, through x and by itself */
-            const int i = t.item[m], tangent = c->item[i].tangent;
+            const int i = t.item[m], across = c->item[i].across;
             double dp[KT_COULOMB_ROWS] = {0.0}, N = 0.0;
             for (int j = 0; j < s->n; j++)
                 if (s->item[j] == i)
@@ -327,8 +327,8 @@ static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solutio
             for (int j = 0; j < s->n; j++)
                 for (int r = 0; r < c->rows; r++)
                     dp[r] += s->P[j][r] * s->x[1 + m][j] * N;
-            dp[tangent] += c->item[i].friction * N * to->e[i][1];
-            dp[tangent + 1] -= c->item[i].friction * N * to->e[i][0];
+            dp[across] += c->item[i].friction * N * to->e[i][1];
+            dp[across + 1] -= c->item[i].friction * N * to->e[i][0];
             t.A[k][m] = e[0] * kt_coulomb_along(c, row + 1, dp) - e[1] * kt_coulomb_along(c, row, dp) -
                         (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
         }
@@ -347,7 +347,7 @@ static inline void kt_coulomb_guess(const kt_coulomb *c, double turned, kt_coulo
     for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
             continue;
-        const double *p = stuck.p + c->item[i].tangent;
+        const double *p = stuck.p + c->item[i].across;
         const double sign = to->mode[i] == KT_COULOMB_SLIP ? 1.0 : -1.0;
         const double norm = hypot(p[0], p[1]), x = norm > 0.0 ? -sign * p[0] / norm : sign;
         const double y = norm > 0.0 ? -sign * p[1] / norm : 0.0;
@@ -365,7 +365,7 @@ static inline bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_soluti
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const double p = to->p[item->row], u = to->u[item->row];
-        const double *pt = to->p + item->tangent, *ut = to->u + item->tangent;
+        const double *pt = to->p + item->across, *ut = to->u + item->across;
         bool holds;
         if (item->type == KT_COULOMB_DRY)
             holds = to->mode[i] == KT_COULOMB_STICK  ? fabs(u) <= small && fabs(p) <= item->friction + weak

@@ -55,7 +55,7 @@ static kt_coulomb_item *add_item(problem *p, const kt_simulation *simulation, in
     if (friction >= 0) {
         item->type = KT_COULOMB_CONE;
         item->friction = kt_contact_coefficient(simulation->model, &c->item[c->list[friction]]);
-        item->tangent = add_line(p, friction);
+        item->across = add_line(p, friction);
         (void)add_line(p, friction + 1);
     }
     return item;
@@ -134,7 +134,7 @@ static void add_contact(problem *p, const kt_simulation *simulation, int line, c
         item->refused = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
-    const double *slip = u + p->c.line[item->tangent], speed = hypot(slip[0], slip[1]);
+    const double *slip = u + p->c.line[item->across], speed = hypot(slip[0], slip[1]);
     if (speed > kt_contact_resting) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
@@ -204,12 +204,12 @@ kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W
     kt_contact_counts *counts = &simulation->memory.contacts;
     problem p;
     set_problem(&p, simulation, W, u, leaving);
-    bool solved = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
-    if (!solved && leaving != 0) { /* forces have been shared anew: what was to leave may stay */
+    bool found = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
+    if (!found && leaving != 0) { /* forces have been shared anew: what was to leave may stay */
         set_problem(&p, simulation, W, u, 0);
-        solved = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
+        found = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
     }
-    if (!solved)
+    if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);
     counts->undecided += p.solution.count > 1;
     counts->shared += p.solution.shares;

@@ -571,45 +571,6 @@ KT_TEST(stick_slip_on_a_belt_has_its_period) {
     kt_model_free(model);
 }
 
-/* A clutch with Stribeck's curve F(r) = C + (S - C) exp(-(r / s)^2) between two masses of 1 kg that move at 3 and 1 m/s: with their
- * reduced mass m = 1/2 it grips after the integral of m dr / F(r) from 0 to 2 m/s, here by Simpson's rule. */
-KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
-    enum { PANELS = 20000 };
-    const double C = 0.5, S = 1.2, s = 0.3, relative = 2.0, h = relative / PANELS;
-    double time = 0.0;
-    for (int i = 0; i <= PANELS; i++) {
-        const double v = i * h, weight = i == 0 || i == PANELS ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-        time += weight * h / 3.0 * 0.5 / (C + (S - C) * exp(-v * v / (s * s)));
-    }
-    row r;
-    row_make(&r, 2);
-    r.body[1].parent = "a";
-    r.body[0].joint.velocity[0] = 3.0;
-    r.body[1].joint.velocity[0] = -relative;
-    r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
-    r.effect[0].joint = "b";
-    r.effect[0].coulomb = C;
-    r.effect[0].breakaway = S;
-    r.effect[0].stribeck = s;
-    r.effect[0].stick = true;
-    r.description.effect_count = 1;
-    kt_model *model = kt_scene_compile(&r.description);
-    kt_simulation *simulation = start(model, "dop853", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
-    kt_error error = {0};
-    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
-    while (status == KT_OK && kt_simulation_contacts(simulation).sticks == 0 && kt_simulation_time(simulation) < 5.0)
-        status = kt_simulation_step(simulation, 5.0, &error);
-    if (kt_fine("grips", status, &error)) {
-        kt_check_near("grips from, s", kt_simulation_time(simulation), time, 1e-12);
-        (void)kt_fine("holds", kt_simulation_advance(simulation, 5.0, &error), &error);
-        kt_check_near("speed", kt_simulation_velocities(simulation)[0], 2.0, 1e-12);
-        kt_check_near("slip", kt_simulation_velocities(simulation)[1], 0.0, 0.0);
-        kt_check_near("balance, J", balance_of(simulation), 5.0, 1e-10);
-    }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-}
-
 /* A block on an incline, held by friction at 0.99 of its limit, lies for 100 s to the bit; one at 1.01 slides at
  * g sin(a) - C / m. */
 KT_TEST(block_below_its_limit_does_not_creep) {
@@ -779,19 +740,6 @@ static void chain_make(chain *c, kt_random *random) {
         effect->lower = -kt_random_uniform(random, 0.1, 1.0);
         effect->restitution = kt_random_int(random, 0, 2) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.9);
         switches++;
-    }
-    for (int i = 0; i < LINKS && switches + 2 < KT_SWITCH_MAX; i++) {
-        kt_effect *effect = &c->effect[used];
-        if (kt_random_int(random, 0, 2) > 0)
-            continue;
-        *effect = kt_effect_default();
-        effect->joint = c->body[i].name;
-        effect->type = KT_EFFECT_JOINT_FRICTION;
-        effect->coulomb = kt_random_uniform(random, 0.2, 2.0);
-        effect->breakaway = effect->coulomb * kt_random_uniform(random, 1.0, 1.5);
-        effect->stick = true;
-        switches += 2;
-        used++;
     }
     c->rope = kt_loop_default();
     c->rope.name = "rope";

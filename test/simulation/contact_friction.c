@@ -231,6 +231,50 @@ KT_TEST(pinched_block_does_not_creep) {
     }
 }
 
+/* A clutch with Stribeck's curve F(r) = C + (S - C) exp(-(r / s)^2) between two masses of 1 kg that move at 3 and 1 m/s: with their
+ * reduced mass m = 1/2 it grips after the integral of m dr / F(r) from 0 to 2 m/s, here by Simpson's rule. */
+KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
+    enum { PANELS = 20000 };
+    const double C = 0.5, S = 1.2, s = 0.3, relative = 2.0, h = relative / PANELS;
+    double time = 0.0;
+    for (int i = 0; i <= PANELS; i++) {
+        const double v = i * h, weight = i == 0 || i == PANELS ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+        time += weight * h / 3.0 * 0.5 / (C + (S - C) * exp(-v * v / (s * s)));
+    }
+    scene r;
+    scene_make(&r, KT_JOINT_PRISMATIC);
+    r.body[0].mass = r.body[1].mass = 1.0;
+    r.body[0].joint.axis = r.body[1].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    r.body[1].name = "b";
+    r.body[1].parent = "body";
+    r.body[1].joint.type = KT_JOINT_PRISMATIC;
+    r.body[0].joint.velocity[0] = 3.0;
+    r.body[1].joint.velocity[0] = -relative;
+    r.description.body_count = 2;
+    r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
+    r.effect[0].joint = "b";
+    r.effect[0].coulomb = C;
+    r.effect[0].breakaway = S;
+    r.effect[0].stribeck = s;
+    r.effect[0].stick = true;
+    r.description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&r.description);
+    kt_simulation *simulation = start(model, "dop853", 0.0);
+    kt_error error = {0};
+    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+    while (status == KT_OK && kt_simulation_contacts(simulation).sticks == 0 && kt_simulation_time(simulation) < 5.0)
+        status = kt_simulation_step(simulation, 5.0, &error);
+    if (kt_fine("grips", status, &error)) {
+        kt_check_near("grips from, s", kt_simulation_time(simulation), time, 2e-11); /* the tolerance is 1e-11 */
+        (void)kt_fine("holds", kt_simulation_advance(simulation, 5.0, &error), &error);
+        kt_check_near("speed", kt_simulation_velocities(simulation)[0], 2.0, 1e-12);
+        kt_check_near("slip", kt_simulation_velocities(simulation)[1], 0.0, 0.0);
+        kt_check_near("balance, J", balance_of(simulation), 5.0, 1e-10);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* ---- slip in a plane --------------------------------------------------------------------------------------------- */
 
 /* x'' = -k x - mu g v / |v| of a point on springs of different stiffness. */
@@ -621,7 +665,7 @@ KT_TEST(coulombs_laws_hold_in_random_problems) {
             }
         }
         for (int i = 0; i < contacts; i++)
-            c.item[i] = (kt_coulomb_item){.type = KT_COULOMB_CONE, .row = 3 * i, .tangent = 3 * i + 1, .friction = 0.3};
+            c.item[i] = (kt_coulomb_item){.type = KT_COULOMB_CONE, .row = 3 * i, .across = 3 * i + 1, .friction = 0.3};
         if (!kt_coulomb_solve(&c, &s, &trials)) {
             none++;
             continue;

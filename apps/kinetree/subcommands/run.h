@@ -134,6 +134,9 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
  * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
+/* Warns where restitutions of hard contacts were made less, and where their friction left several motions or reactions. */
+void kt_warn_of_contacts(kt_outcome *outcome);
+
 /* Creates a watch on the fastest mode for runs with fixed steps. Returns NULL for other runs, and, after a warning, if
  * memory is insufficient. */
 kt_mode_watch *kt_watch_steps(kt_outcome *outcome);

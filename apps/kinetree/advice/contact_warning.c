@@ -1,0 +1,39 @@
+/* Warnings about hard contacts: where a law had to be weakened, and where it does not decide. */
+#include "subcommands/run.h"
+
+/* Warns if impacts had to give back less than their restitutions ask. */
+static void warn_of_reduced(kt_outcome *outcome) {
+    const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
+    const kt_warning warning =
+        kt_warning_of("restitution", (double)reduced, NULL,
+                      "Take smaller restitutions, or leave gaps so that impacts come one by one");
+    if (reduced > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "at %llu impact%s of several contacts at once Newton's rule would let the energy grow: their "
+                "restitutions were made less there",
+                reduced, reduced == 1 ? "" : "s");
+}
+
+/* Warns where friction of contacts has not one motion, or not one set of normal forces. */
+static void warn_of_friction(kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_warning several = kt_warning_of("friction_undecided", (double)seen.undecided, NULL,
+                                             "Take less friction, or elastic contacts (stiffness)");
+    const kt_warning wedged =
+        kt_warning_of("reactions_shared", (double)seen.shared, NULL,
+                      "Take an elastic contact (stiffness) for one of them where its force matters");
+    if (seen.undecided > 0)
+        kt_warn(
+            &outcome->warnings, &several,
+            "friction of contacts allowed more than one motion %llu time%s (Painleve's paradox, or a wedge): the one "
+            "in which most sticks was taken",
+            (unsigned long long)seen.undecided, seen.undecided == 1 ? "" : "s");
+    if (seen.shared > 0)
+        kt_warn(&outcome->warnings, &wedged,
+                "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
+}
+
+void kt_warn_of_contacts(kt_outcome *outcome) {
+    warn_of_reduced(outcome);
+    warn_of_friction(outcome);
+}
