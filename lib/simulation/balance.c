@@ -166,9 +166,13 @@ static bool begin(kt_simulation *simulation, kt_work_panel *panel) {
 
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) {
     kt_work_panel *panel = simulation->panel;
+    const kt_crossings crossings = simulation->data->crossings; /* what the next step is judged by */
+    const kt_passage passage = simulation->data->passage;
     bool fine = (panel->known && panel->from <= t) || begin(simulation, panel);
     while (fine && panel->to < t)
         fine = advance(simulation, panel);
+    simulation->data->crossings = crossings;
+    simulation->data->passage = passage;
     panel->known = fine;
     if (fine)
         *work = t == panel->to ? end_of(panel)
@@ -183,14 +187,10 @@ void kt_simulation_refine_works(kt_simulation *simulation) {
     if (!(kt_integrator_quadrature_error(simulation->integrator) > doubt_of(simulation->model)))
         return;
     const uint64_t factorizations = simulation->memory.factorizations; /* those of the motion */
-    const kt_crossings crossings = simulation->data->crossings;        /* what the next step is judged by */
-    const kt_passage passage = simulation->data->passage;
     if (kt_simulation_works_at(simulation, t, &work)) {
         kt_integrator_put_quadratures(simulation->integrator, (double[]){work.dissipated, work.supplied});
         simulation->memory.refined = true;
     }
     simulation->memory.factorizations = factorizations;
-    simulation->data->crossings = crossings;
-    simulation->data->passage = passage;
     simulation->cached = KT_CACHED_NOTHING;
 }
