@@ -33,7 +33,8 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
 
 #if KT_HAS_SWITCHES
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
-    find_multipliers(model, data, at, a);
+    if (KT_HAS_LOOPS)
+        find_multipliers(model, data, at, a);
 }
 #endif
 

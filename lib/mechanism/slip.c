@@ -120,7 +120,7 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
                           kt_error *error) {
     kt_dynamic_state loaded = *at;
     loaded.external = data->slip_loaded;
-    kt_status status = kt_closed_forward(model, data, &loaded, a, error);
+    kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, &loaded, a, error) : KT_ERROR_UNSUPPORTED;
     if (status != KT_OK || normal == NULL)
         return status;
     kt_multipliers_find(model, data, &loaded, a);
