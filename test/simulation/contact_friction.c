@@ -275,6 +275,34 @@ KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
     kt_model_free(model);
 }
 
+/* A point of m = 2 kg that slides at v0 on a plank of M = 3 kg drags it along: both move at m v0 / (m + M) from v0 / (mu g (1 + m / M)) on. */
+KT_TEST(plank_is_dragged_along) {
+    const double mu = 0.2, m = 2.0, M = 3.0, v0 = 1.0, time = v0 / (mu * g * (1.0 + m / M));
+    scene s;
+    scene_make(&s, KT_JOINT_FREE);
+    s.body[0].inertia.xx = s.body[0].inertia.yy = s.body[0].inertia.zz = 0.1;
+    s.body[0].joint.velocity[0] = v0;
+    s.body[1].name = "plank";
+    s.body[1].mass = M;
+    s.body[1].joint.type = KT_JOINT_PRISMATIC;
+    s.body[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    s.description.body_count = 2;
+    scene_touch(&s, kt_vec3_make(0.0, 0.0, 0.0), 0.0, mu, 0.0)->between[1].body = "plank";
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "dopri5", 0.0);
+    kt_error error = {0};
+    if (kt_fine("slides", until_stuck(simulation, 1, 2.0, &error), &error)) {
+        const double *v = kt_simulation_velocities(simulation);
+        const int plank = kt_body_coordinates(model, kt_body_find(model, "plank")).v;
+        const int body = kt_body_coordinates(model, kt_body_find(model, "body")).v;
+        kt_check_near("time, s", kt_simulation_time(simulation), time, 1e-12);
+        kt_check_near("plank", v[plank], m * v0 / (m + M), 1e-14);
+        kt_check_near("body", v[body], m * v0 / (m + M), 1e-14);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* ---- slip in a plane --------------------------------------------------------------------------------------------- */
 
 /* x'' = -k x - mu g v / |v| of a point on springs of different stiffness. */
