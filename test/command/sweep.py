@@ -18,6 +18,7 @@ import tempfile
 import time
 
 command = sys.argv[1]
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
 passed = failed = 0
 
 
