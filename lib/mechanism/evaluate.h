@@ -99,6 +99,11 @@ KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt
 /* Writes the multipliers of the equations of loops under all that acts, at->tau and at->external, to the groups' data, and
  * wrenches of the loops; data hold the equations of the last evaluation of a. data->loaded: all wrenches on bodies. */
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a);
+#else
+static inline kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
+    (void)model, (void)where, (void)error;
+    return KT_OK;
+}
 #endif
 
 /* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from what it left in data:
