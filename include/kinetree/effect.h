@@ -93,7 +93,7 @@
  *
  * A callback is a function of its arguments alone: the same arguments must give the same result, at any time and in any
  * order of calls, and from several threads if these share the model. It is called at every stage of every step, also of
- * steps that are not accepted. It returns
+ * steps that are not accepted, and when a model is compiled in which joints move no mass. It returns
  *   0: done;
  *   > 0: the force cannot be computed in this state: an adaptive method tries a smaller step, with a fixed one the step
  *     fails with KT_ERROR_EFFECT;

@@ -1,6 +1,6 @@
 /* What the files of this folder share.
  *
- *     stage.c              its start, and derivatives of accelerations at a stage
+ *     stage.c              its start, sums over stages, and derivatives of accelerations at one
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
  *     step_states.c        steps and tangents of models with own states

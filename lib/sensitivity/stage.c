@@ -1,7 +1,8 @@
-/* The start of a step, and the derivatives of the accelerations of one of its stages. */
+/* The start of a step, sums over its stages, and the derivatives of the accelerations of one of them. */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -9,6 +10,18 @@
 void kt_step_start(kt_step_work *w, const double *q, const double *v) {
     kt_copy(w->y, q, w->model->n.q * sizeof *q);
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
+}
+
+void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
+    double *rows[KT_METHOD_STAGES_MAX];
+    size_t used = 0;
+    for (size_t j = 0; j < count; j++) {
+        rows[j] = k + j * n;
+        if (weights[j] != 0.0)
+            terms[used++] = (kt_stage_term){weights[j], j};
+    }
+    kt_combine(out, y, h, terms, used, rows, n);
 }
 
 /* Of a tree without effects the accelerations are written to `a` unless it is NULL; otherwise `known` holds them. */

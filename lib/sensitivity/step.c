@@ -119,18 +119,6 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
-void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
-    kt_stage_term terms[KT_METHOD_STAGES_MAX];
-    double *rows[KT_METHOD_STAGES_MAX];
-    size_t used = 0;
-    for (size_t j = 0; j < count; j++) {
-        rows[j] = k + j * n;
-        if (weights[j] != 0.0)
-            terms[used++] = (kt_stage_term){weights[j], j};
-    }
-    kt_combine(out, y, h, terms, used, rows, n);
-}
-
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
     const size_t nq = w->model->n.q, N = nq + w->model->n.v;
     double *y = w->stage + i * N, *k = w->slope + i * N;

@@ -42,6 +42,8 @@
 static const double touching = 1e-11, deep = 1e-6;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double rounding = 1e-11;
+/* What leaves has this much of an acceleration inwards at most: the event has found the end of its reaction to rounding of the time. */
+static const double sinks = 1e-6;
 /* Slip of a contact has turned back where it is this fast against the direction in which it began: rounding is less, m/s. */
 static const double turned = 1e-12;
 enum { HALVINGS = 10 };
@@ -339,6 +341,21 @@ static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t 
     return kt_lemke_solve(rows, M, q, r->z, pivots);
 }
 
+/* Of those whose reaction has ended the ones that would sink all the same: at the same instant friction, or another contact,
+ * has changed what presses on them. */
+static uint64_t find_sinking(const kt_simulation *simulation, const double *W, uint64_t leaving, const reactions *r) {
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t sinking = 0;
+    for (int i = 0; i < c->meeting; i++) {
+        double size, w = kt_contact_along(c, i, c->a, c->drift, &size);
+        for (int k = 0; k < r->n; k++)
+            w += W[i * c->touching + r->at[k]] * (r->z[k] - r->limit[k] + r->slip[k]);
+        if (w < -sinks * size)
+            sinking |= leaving & c->item[c->list[i]].bit;
+    }
+    return sinking;
+}
+
 /* The accelerations with all contacts open, to c->a, and the equations at the velocities behind impulses. */
 static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -359,7 +376,13 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     if (status != KT_OK)
         return status;
     list_reactions(simulation, W, u, leaving, &r);
-    if (!solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots))
+    bool found = solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots);
+    const uint64_t sinking = found ? find_sinking(simulation, W, leaving, &r) : 0;
+    if (sinking != 0) {
+        list_reactions(simulation, W, u, leaving & ~sinking, &r);
+        found = solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots);
+    }
+    if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);
     *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
     for (int i = 0; i < r.n; i++) {
@@ -473,7 +496,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     kt_data_adapt(model, simulation->data);
     if (status == KT_OK)
         status = settle(simulation, on, lost, error);
-    /* One that is left open where it touches comes to the free side first. */
+    /* One that is left open where it touches comes to the free side first, or sinks (event.c). */
     for (int i = 0; status == KT_OK && i < c->meeting; i++)
         if (!kt_contact_is_closed(simulation->model, &c->item[c->list[i]]))
             simulation->event_memory[c->list[i]].side = -1;
@@ -551,6 +574,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     }
     simulation->contact_count = n;
     simulation->contact_mask = c->mask;
+    simulation->contact_margin = 2.0 * touching * fmax(1.0, c->all->length);
     simulation->contact_calls = &calls;
     simulation->memory.contacts.count = n;
     return status;

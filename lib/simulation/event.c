@@ -13,7 +13,8 @@
  * the end of a step, one or two repetitions are enough.
  *
  * An event has a side, the sign that g had last: what is zero has the side from before, so that a root which a step ends
- * at is not found a second time. Roots that lie within `together` of each other are one instant, at which the events
+ * at is not found a second time. Hard contacts that are left open where they touch have the side -1: they part, and may meet again;
+ * or they sink, as forces have changed before they parted: that is an event, too. Roots that lie within `together` of each other are one instant, at which the events
  * take effect in the order in which they were added.
  */
 #include "dynamics/dynamics.h"
@@ -174,9 +175,12 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
     return status;
 }
 
-/* The end of an interval of the least width within which g changes its sign from that of a to that of b: ITP with
+/* The end of an interval of the least width within which g - threshold changes its sign from that of a to that of b: ITP with
  * kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1. */
-static kt_status enclose(kt_simulation *simulation, size_t k, knot a, knot b, double *root, kt_error *error) {
+static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, knot a, knot b, double *root,
+                         kt_error *error) {
+    a.g -= threshold;
+    b.g -= threshold;
     const int side = sign_of(b.g);
     const double width = fmax(least_width(b.t), DBL_MIN), kappa = 0.2 / (b.t - a.t);
     double radius = width * exp2(ceil(log2((b.t - a.t) / width)));
@@ -196,6 +200,7 @@ static kt_status enclose(kt_simulation *simulation, size_t k, knot a, knot b, do
         const kt_status status = value_at(simulation, k, t, &m, error);
         if (status != KT_OK)
             return status;
+        m.g -= threshold;
         *(sign_of(m.g) == side ? &b : &a) = m;
         radius *= 0.5;
     }
@@ -209,9 +214,15 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
     knot knots[KNOTS];
     int count, from = (int)simulation->event_memory[k].side;
     const kt_status status = lay_knots(simulation, k, times, knots, &count, error);
+    const double margin = kt_simulation_contact_margin(simulation),
+                 depth = fmin(knots[0].g + 0.5 * margin, 0.0) - margin;
     *root = HUGE_VAL;
     for (int i = 1; status == KT_OK && i < count; i++) {
         const int to = sign_of(knots[i].g);
+        if (from < 0 && knots[i].g < depth && k < kt_simulation_contact_events(simulation)) {
+            *side = -1;
+            return enclose(simulation, k, depth, knots[i - 1], knots[i], root, error);
+        }
         if (to == 0 || to == from)
             continue;
         const kt_direction direction = simulation->event[k].direction;
@@ -221,7 +232,7 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
         if (!counts)
             continue;
         *side = to;
-        return enclose(simulation, k, knots[i - 1], knots[i], root, error);
+        return enclose(simulation, k, 0.0, knots[i - 1], knots[i], root, error);
     }
     return status;
 }

@@ -262,6 +262,7 @@ struct kt_simulation {
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
     uint64_t contact_mask; /* the switches of hard contacts */
+    double contact_margin; /* gaps that become smaller than this below zero have not parted */
 #endif
     double event_time; /* of event_value; NaN: not known */
     double step;       /* fixed, or 0 */
@@ -276,6 +277,16 @@ struct kt_simulation {
     bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
+
+/* How far a hard contact that is open may sink. */
+static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->contact_margin;
+#else
+    (void)simulation;
+    return 0.0;
+#endif
+}
 
 /* How many of the events are hard contacts: the first ones. */
 static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {

@@ -124,8 +124,9 @@ kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NU
     loop.contact = type == KT_LOOP_ROLLING;
     loop.curve = kt_curve_compile(&length, numbers, 0);
     loop.tube = kt_random_uniform(random, 0.1, 0.25);
-    loop.form = type == KT_LOOP_SURFACE ? kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS)
-                                        : kt_random_int(random, KT_TRACK_LINE, KT_TRACK_HELIX);
+    loop.form = type == KT_LOOP_SURFACE   ? kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS)
+                : type == KT_LOOP_ROLLING ? kt_random_int(random, 0, 1) /* a disc; a ball */
+                                          : kt_random_int(random, KT_TRACK_LINE, KT_TRACK_HELIX);
     if (type == KT_LOOP_SURFACE || (type == KT_LOOP_CURVE && loop.form != KT_TRACK_HELIX))
         loop.pitch = 0.0;
     loop.row_count = 2; /* of a curve: its arc length is free */
@@ -182,16 +183,17 @@ static jet screw(const kt_loop_record *loop, const moving *r) {
 /* Seen from the plane: the wheel's material point that is at the contact, and the gap. The lowest point of the disc's
  * rim is where (cos, sin) along its axes is -(X, Y) / |(X, Y)|, X and Y the heights of its axes. */
 static void rolling(const kt_loop_record *loop, const moving *wheel, jet phi[3]) {
-    jet axes[3][3], material[2], velocity[3];
+    jet axes[3][3], material[3], velocity[3];
     moving_axes(wheel->q, axes);
+    const bool ball = loop->form == 1;
     const jet x = axes[0][2], y = axes[1][2];
-    const jet size = jet_sqrt(jet_add(jet_mul(x, x), jet_mul(y, y)));
+    const jet size = ball ? jet_constant(1.0L) : jet_sqrt(jet_add(jet_mul(x, x), jet_mul(y, y)));
     const long double radius = (long double)loop->radius;
-    material[0] = jet_scale(-radius, jet_div(x, size));
-    material[1] = jet_scale(-radius, jet_div(y, size));
+    for (int k = 0; k < 3; k++)
+        material[k] = jet_scale(k < 2 || ball ? -radius : 0.0L, jet_div(axes[k][2], size));
     for (int i = 0; i < 3; i++) {
         velocity[i] = jet_rate(wheel->p[i]);
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 3; k++)
             velocity[i] = jet_add(velocity[i], jet_mul(jet_rate(axes[k][i]), material[k]));
         phi[i] = jet_make((long double)NAN, velocity[i].x, velocity[i].d);
     }

@@ -3,7 +3,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -92,14 +91,6 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
     return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
 
-static double balance_of(kt_simulation *simulation) {
-    kt_record record = {0};
-    kt_error error = {0};
-    if (!kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
-        return (double)NAN;
-    return record.kinetic + record.potential + record.work.dissipated - record.work.supplied;
-}
-
 /* The first time at which the contacts have stuck so often. */
 static kt_status until_stuck(kt_simulation *simulation, uint64_t count, double most, kt_error *error) {
     kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
@@ -124,7 +115,7 @@ KT_TEST(sliding_ball_rolls_at_five_sevenths) {
         const bool fixed = methods[m] != NULL && (strcmp(methods[m], "rk4") == 0 || strcmp(methods[m], "bdf2") == 0);
         kt_simulation *simulation = start(model, methods[m], fixed ? 0.01 : 0.0);
         kt_error error = {0};
-        const double energy = simulation != NULL ? balance_of(simulation) : 0.0;
+        const double energy = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
         if (kt_fine(methods[m] ? methods[m] : "default", until_stuck(simulation, 1, 1.0, &error), &error)) {
             const double *v = kt_simulation_velocities(simulation), *q = kt_simulation_positions(simulation);
             kt_check_near("rolls from, s", kt_simulation_time(simulation), time, 1e-12);
@@ -133,7 +124,7 @@ KT_TEST(sliding_ball_rolls_at_five_sevenths) {
             kt_check_near("speed", hypot(v[0], v[1]), 5.0 / 7.0 * v0, 2e-14);
             kt_check_near("spin", hypot(v[3], v[4]), 5.0 / 7.0 * v0 / 0.1, 2e-13);
             kt_check_near("height", q[2], 0.1, 1e-16);
-            kt_check_near("balance, J", balance_of(simulation), energy, 1e-10);
+            kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-10);
             kt_check_equal_int("sticks", (long long)kt_simulation_contacts(simulation).sticks, 1);
         }
         kt_simulation_free(simulation);
@@ -269,7 +260,7 @@ KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
         (void)kt_fine("holds", kt_simulation_advance(simulation, 5.0, &error), &error);
         kt_check_near("speed", kt_simulation_velocities(simulation)[0], 2.0, 1e-12);
         kt_check_near("slip", kt_simulation_velocities(simulation)[1], 0.0, 0.0);
-        kt_check_near("balance, J", balance_of(simulation), 5.0, 1e-10);
+        kt_check_near("balance, J", kt_scene_balance(simulation), 5.0, 1e-10);
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
@@ -358,7 +349,7 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
     if (simulation != NULL && kt_fine("slides", kt_simulation_advance(simulation, T, &error), &error)) {
         const int at[2] = {kt_body_coordinates(model, kt_body_find(model, "a")).v,
                            kt_body_coordinates(model, kt_body_find(model, "b")).v};
-        const double energy = balance_of(simulation);
+        const double energy = kt_scene_balance(simulation);
         for (int i = 0; i < 2; i++) {
             kt_check_near("position", kt_simulation_positions(simulation)[at[i]], y[i], 1e-11);
             kt_check_near("velocity", kt_simulation_velocities(simulation)[at[i]], y[2 + i], 1e-10);
@@ -367,7 +358,7 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
             const double *q = kt_simulation_positions(simulation), x = q[at[0]], z = q[at[1]];
             kt_check_equal_int("stuck", (long long)kt_switch_set(kt_simulation_model(simulation)), 3);
             kt_check_below("force of the springs over its limit", hypot(k[0] * x, k[1] * z) / (mu * g), 1.0);
-            kt_check_near("balance, J", balance_of(simulation), energy, 1e-9);
+            kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-9);
         }
     }
     kt_simulation_free(simulation);
@@ -648,7 +639,7 @@ KT_TEST(checkpoint_of_slip_goes_on_with_the_same_bits) {
         kt_simulation *one = start(model, methods[m], 0.0), *two = start(model, methods[m], 0.0);
         void *block = one != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
         kt_error error = {0};
-        const double energy = one != NULL ? balance_of(one) : 0.0;
+        const double energy = one != NULL ? kt_scene_balance(one) : 0.0;
         if (two != NULL && block != NULL && kt_fine("half", kt_simulation_advance(one, 0.2, &error), &error)) {
             kt_simulation_save(one, block);
             kt_interpose_start();
@@ -659,7 +650,7 @@ KT_TEST(checkpoint_of_slip_goes_on_with_the_same_bits) {
             (void)kt_fine("second half again", kt_simulation_advance(two, 2.0, &error), &error);
             kt_check_equal_bits("positions", kt_simulation_positions(two), kt_simulation_positions(one), 7);
             kt_check_equal_bits("velocities", kt_simulation_velocities(two), kt_simulation_velocities(one), 6);
-            kt_check_near("balance, J", balance_of(one), energy, 1e-9);
+            kt_check_near("balance, J", kt_scene_balance(one), energy, 1e-9);
             kt_check_above("sticks", (double)kt_simulation_contacts(one).sticks, 0.5);
         }
         free(block);

@@ -1,5 +1,7 @@
 #include "scenes.h"
 
+#include <math.h>
+
 #include <string.h>
 
 void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass) {
@@ -47,6 +49,14 @@ kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const
     if (model != NULL)
         (void)kt_fine("simulation", kt_simulation_create(model, run, options, &simulation, &error), &error);
     return simulation;
+}
+
+double kt_scene_balance(kt_simulation *simulation) {
+    kt_record record = {0};
+    kt_error error = {0};
+    if (!kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+        return (double)NAN;
+    return record.kinetic + record.potential + record.work.dissipated - record.work.supplied;
 }
 
 kt_run kt_run_fixed(const char *integrator, double step, double duration) {

@@ -23,6 +23,9 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 kt_model *kt_scene_compile(const kt_description *description);
 kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
+/* The energy with what was dissipated and without what was supplied; NaN after a failed check. */
+double kt_scene_balance(kt_simulation *simulation);
+
 /* Fixed steps of this method. */
 kt_run kt_run_fixed(const char *integrator, double step, double duration);
 
