@@ -207,7 +207,7 @@ kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const doubl
 /* kt_curve_evaluate at the time of each lane, which mostly is that of all. */
 static inline void kt_effect_curve_evaluate(const kt_curve *curve, const double *numbers, kt_plain t, kt_plain out[3]) {
 #ifdef KT_LANES
-    double f[3];
+    double f[3] = {0.0, 0.0, 0.0};
     for (int lane = 0; lane < KT_LANES; lane++) {
         if (lane == 0 || t[lane] != t[lane - 1] || t[lane] == 0.0)
             kt_curve_evaluate(curve, numbers, t[lane], f);
