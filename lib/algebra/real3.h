@@ -167,6 +167,7 @@ KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real
 
 /* Whether a recursion ends because a condition does not hold: one of one state does; one of several goes on, and *all
  * says afterwards for which of them the conditions held. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): it is written where there are lanes */
 KT_OPERATOR bool kt_fails(kt_condition *all, kt_condition condition) {
 #ifndef KT_LANES
     (void)all;

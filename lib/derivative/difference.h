@@ -8,6 +8,8 @@
 #ifndef KT_DERIVATIVE_DIFFERENCE_H
 #define KT_DERIVATIVE_DIFFERENCE_H
 
+#include <stdlib.h>
+
 #define KT_DIFFERENCE_STEP 0.002    /* rad or m, and of their rates */
 #define KT_DIFFERENCE_COARSE 1e-6   /* relative to the largest of the differences */
 #define KT_DIFFERENCE_ROUNDING 64.0 /* eps of the largest value over h: what differences of constants may be */
@@ -18,8 +20,9 @@ enum { KT_DIFFERENCE_STEPS = 4 }; /* each an eighth of the one before */
 static inline void kt_difference_weights(int k, double h, double *eight, double *six) {
     static const double of_eight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
     static const double of_six[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0};
-    *eight = (k < 0 ? -of_eight[-k - 1] : of_eight[k - 1]) / h;
-    *six = (k < 0 ? -of_six[-k - 1] : of_six[k - 1]) / h;
+    const int at = abs(k) - 1;
+    *eight = (k < 0 ? -of_eight[at] : of_eight[at]) / h;
+    *six = (k < 0 ? -of_six[at] : of_six[at]) / h;
 }
 
 #endif

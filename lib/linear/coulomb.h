@@ -247,7 +247,7 @@ static inline void kt_coulomb_least(kt_coulomb_system *s, int rank, const int *o
 
 /* Solves for x by elimination with complete pivoting. */
 static inline void kt_coulomb_eliminate(kt_coulomb_system *s) {
-    int order[KT_COULOMB_ROWS], rank = 0;
+    int order[KT_COULOMB_ROWS] = {0}, rank = 0;
     double first = 0.0;
     for (int i = 0; i < s->n; i++)
         order[i] = i;

@@ -86,7 +86,7 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_memory *memory = &simulation->memory;
     const size_t nv = simulation->size.nv;
-    double e[KT_COULOMB_ITEMS], size;
+    double e[KT_COULOMB_ITEMS] = {0.0}, size;
     problem p;
     begin(&p, c, W);
     for (int i = 0; i < c->meeting; i++) {

@@ -26,9 +26,10 @@ static void add(cells *to, const char *format, ...) KT_PRINTF(2, 3);
 static bool grow(cells *to, size_t more) {
     const size_t room = 2 * to->room + more + 1024;
     char *at = realloc(to->at, room);
-    to->failed = at == NULL;
-    if (to->failed)
+    if (at == NULL) {
+        to->failed = true;
         return false;
+    }
     to->at = at;
     to->room = room;
     return true;
@@ -385,11 +386,13 @@ static void say_fault(void *user, const kt_error *fault) {
 static bool add_column(kt_sweep *sweep, const char *name, const char *unit) {
     const size_t n = sweep->column_count;
     char **names = realloc(sweep->columns, (n + 1) * sizeof *names);
-    sweep->columns = names != NULL ? names : sweep->columns;
-    char **units = realloc(sweep->units, (n + 1) * sizeof *units);
-    sweep->units = units != NULL ? units : sweep->units;
-    if (names == NULL || units == NULL)
+    if (names == NULL)
         return false;
+    sweep->columns = names;
+    char **units = realloc(sweep->units, (n + 1) * sizeof *units);
+    if (units == NULL)
+        return false;
+    sweep->units = units;
     names[n] = strdup(name);
     units[n] = strdup(unit);
     sweep->column_count++;
