@@ -87,7 +87,7 @@ static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan
         if (!along.written)
             write_line(file, run, plan, values, NULL, arguments);
         if (!arguments->quiet)
-            fprintf(stderr, "%lld of %lld values\n", (long long)(run + 1), (long long)kt_sweep_plan_runs(plan));
+            fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(plan));
         code = failed != KT_EXIT_DONE ? failed : code;
         (void)fflush(file);
     }
