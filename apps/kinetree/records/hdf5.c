@@ -49,7 +49,7 @@ static void write_texts(writer *w, const char *name, const char *const *texts, s
     const hsize_t extent = count;
     char *cells = calloc(count + 1, size);
     for (size_t i = 0; cells != NULL && i < count; i++)
-        (void)strcpy(cells + i * size, texts[i]);
+        memcpy(cells + i * size, texts[i], strlen(texts[i]) + 1);
     const hid_t type = type_of_text(w, size), space = taken(w, H5Screate_simple(1, &extent, NULL));
     const hid_t properties = taken(w, H5Pcreate(H5P_DATASET_CREATE));
     check(w, H5Pset_obj_track_times(properties, false));
