@@ -350,7 +350,7 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
                                 m->text + record->name);
 #endif
     for (int k = 0; k < kt_joint_sizes[record->type].nv; k++)
-        if (kt_is_massless(m, (size_t)(record->v + k)))
+        if (kt_is_massless(m, (size_t)record->v + (size_t)k))
             return kt_error_set(error, KT_ERROR_MODEL, "parameter",
                                 "joint '%.100s' moves no mass and follows from the balance of forces: compile the "
                                 "description with the mass that it is to have",
