@@ -255,7 +255,7 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
         break;
     case KT_PARAMETER_ARMATURE:
         for (int k = 0; k < parameter->count; k++)
-            values[k] = kt_is_massless(model, (size_t)(body->v + k)) ? 0.0 : model->armature[body->v + k];
+            values[k] = kt_is_massless(model, (size_t)body->v + (size_t)k) ? 0.0 : model->armature[body->v + k];
         break;
     case KT_PARAMETER_HOLD:
         values[0] = 0.0;
