@@ -165,8 +165,8 @@ static kt_status refuse(const search *s, const char *why, kt_error *error) {
                         why);
 }
 
-/* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
-static kt_status step(search *s, double *length, kt_error *error) {
+/* The residual at q0 and x0, which are kept, and the matrix of a step of d seconds, HUGE_VAL: to rest. */
+static kt_status begin_step(search *s, double d, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system system = {0};
     kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
@@ -174,7 +174,16 @@ static kt_status step(search *s, double *length, kt_error *error) {
     if (status == KT_OK)
         status = write_residual(s, l->step, error);
     if (status == KT_OK)
-        status = write_matrix(s, HUGE_VAL, error);
+        status = write_matrix(s, d, error);
+    kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
+    kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
+    return status;
+}
+
+/* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
+static kt_status step(search *s, double *length, kt_error *error) {
+    kt_linearization *l = s->l;
+    kt_status status = begin_step(s, HUGE_VAL, error);
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
@@ -182,8 +191,6 @@ static kt_status step(search *s, double *length, kt_error *error) {
     if (length_of(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
         return KT_OK;
     memcpy(l->matrix, l->factor, (size_t)n * (size_t)n * sizeof *l->factor);
-    kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
-    kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
         return refuse(s, "nothing holds a position or a state where it is", error);
     const double whole = length_of(s, l->step);
@@ -210,18 +217,10 @@ static kt_status step(search *s, double *length, kt_error *error) {
 /* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
 static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
     kt_linearization *l = s->l;
-    kt_linear_system system = {0};
-    kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
-    s->dofs = system.velocities;
-    if (status == KT_OK)
-        status = write_residual(s, l->step, error);
-    if (status == KT_OK)
-        status = write_matrix(s, d, error);
+    const kt_status status = begin_step(s, d, error);
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
-    kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
-    kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
         return refuse(s, "nothing holds a position or a state where it is", error);
     *length = length_of(s, l->step);

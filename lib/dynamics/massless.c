@@ -9,6 +9,7 @@
  * This armature is in forward dynamics alone: inverse dynamics and the mass matrix leave it out.
  */
 #include "dynamics/dynamics.h"
+#include "dynamics/without_masses.h"
 #include "kinetree/dynamics.h"
 
 #if KT_HAS_QUASI_STATICS
@@ -36,17 +37,6 @@ static size_t mass(const kt_model *model, kt_data *data, const double *q, double
     for (size_t i = 0; i < model->n.v && !failed; i++)
         matrix[i * (model->n.v + 1)] += armature_of(model, i);
     return failed;
-}
-
-static void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
-static size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
-    return plain(model)->kinematics(model, data, q, v, a);
-}
-static size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
-    return plain(model)->follow(model, data, q, v, a);
-}
-static void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    plain(model)->force_links(model, data, q, v);
 }
 
 void kt_massless_attach(kt_model *model) {

@@ -21,6 +21,7 @@
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "dynamics/without_masses.h"
 #include "kinetree/dynamics.h"
 
 #include <stdio.h>
@@ -139,18 +140,6 @@ static void inverse(const kt_model *model, kt_data *data, const double *q, const
 static size_t mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
     const kt_model *now = kt_model_of_instant(model, data);
     return now->kernels->mass(now, data, q, matrix);
-}
-
-/* What has no masses in it. */
-static void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
-static size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
-    return steady_kernels(model)->kinematics(model, data, q, v, a);
-}
-static size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
-    return steady_kernels(model)->follow(model, data, q, v, a);
-}
-static void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    steady_kernels(model)->force_links(model, data, q, v);
 }
 
 void kt_masses_attach(kt_model *model) {

@@ -1,0 +1,18 @@
+/* The kernels that know no masses, of models whose other kernels are not those of their level of the instruction set. */
+#ifndef KT_DYNAMICS_WITHOUT_MASSES_H
+#define KT_DYNAMICS_WITHOUT_MASSES_H
+
+#include "dynamics/dynamics.h"
+
+static void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
+static size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    return kt_kernels_of(model->isa, model->sweep, false)->kinematics(model, data, q, v, a);
+}
+static size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+    return kt_kernels_of(model->isa, model->sweep, false)->follow(model, data, q, v, a);
+}
+static void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    kt_kernels_of(model->isa, model->sweep, false)->force_links(model, data, q, v);
+}
+
+#endif
