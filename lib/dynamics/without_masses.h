@@ -4,14 +4,14 @@
 
 #include "dynamics/dynamics.h"
 
-static void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
-static size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+static inline void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
+static inline size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
     return kt_kernels_of(model->isa, model->sweep, false)->kinematics(model, data, q, v, a);
 }
-static size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+static inline size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
     return kt_kernels_of(model->isa, model->sweep, false)->follow(model, data, q, v, a);
 }
-static void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
+static inline void force_links(const kt_model *model, kt_data *data, const double *q, const double *v) {
     kt_kernels_of(model->isa, model->sweep, false)->force_links(model, data, q, v);
 }
 
