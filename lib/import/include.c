@@ -2,13 +2,14 @@
  *
  * They are looked for in the folder of the robot alone: a path that leads out of it, by its words or by links of the
  * file system, is refused. */
-#define _XOPEN_SOURCE 700 /* realpath */
+#define _XOPEN_SOURCE 700 /* realpath, stat */
 #include "import/robot.h"
 #include "scene/file.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Whether a path is relative and has no '..' in it. */
 static bool is_inner(const char *path) {
@@ -32,6 +33,25 @@ static bool lies_in(const char *path, const char *folder) {
     free(file);
     free(base);
     return lies;
+}
+
+bool kt_include_exists(const char *path, bool folder) {
+    struct stat status;
+    return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
+}
+
+const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name) {
+    const size_t folder = source->folder != NULL ? strlen(source->folder) + 1 : 0;
+    const char *slash = e->file != NULL ? strrchr(e->file, '/') : NULL;
+    const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
+    const size_t room = length + strlen(name) + 2;
+    char *whole = kt_pool_take(&r->scratch, room, 1);
+    if (whole == NULL)
+        (void)kt_reader_out_of_memory(r);
+    else
+        (void)snprintf(whole, room, "%.*s%s%s", (int)length, length > 0 ? e->file + folder : "", length > 0 ? "/" : "",
+                       name);
+    return whole;
 }
 
 const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name) {

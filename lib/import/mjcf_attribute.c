@@ -338,7 +338,7 @@ static const kt_known known[] = {
     {"equality", " active solref solimp "},
     {"motor", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group user "},
     {"position", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kp "
-                 "kv user "},
+                 "kv dampratio inheritrange user "},
     {"velocity", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "
                  "user "},
     {"damper", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "

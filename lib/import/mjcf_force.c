@@ -245,7 +245,8 @@ typedef struct actuator {
     gain_type gain_type;
     bias_type bias_type;
     bool is_dynamic, is_strange; /* has an activation; is of a kind that is left out */
-    double gain[3], bias[3], gear[6], control[2], force[2];
+    double gain[3], bias[3];
+    double inherit; /* the range of control is this part of what it acts along; 0: it is one of its own */
 } actuator;
 
 static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
@@ -279,9 +280,15 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, actuator *a) {
     } else if (strcmp(e->name, "motor") == 0) {
         *a = (actuator){.gain = {1.0}};
     } else if (strcmp(e->name, "position") == 0) {
+        double ratio = -v, inherit = a->inherit;
         read_here(m, e, "kp", 1, 1, k);
         read_here(m, e, "kv", 1, 1, &v);
-        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}};
+        read_here(m, e, "inheritrange", 1, 1, &inherit);
+        if (kt_xml_attribute(e, "dampratio") != NULL) {
+            read_here(m, e, "dampratio", 1, 1, &ratio);
+            v = -ratio;
+        }
+        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
         a->is_dynamic = kt_xml_attribute(e, "timeconst") != NULL;
     } else if (strcmp(e->name, "velocity") == 0) {
         read_here(m, e, "kv", 1, 1, k);
@@ -363,6 +370,91 @@ static bool find_line(kt_mjcf *m, const kt_element *e, line *l) {
     return true;
 }
 
+/* Whether it pulls its length to the control: gain u - gain L. */
+static bool is_position(const actuator *a) {
+    return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
+}
+
+/* Whether a body is another one, or is carried by it. */
+static bool is_carried(const kt_mjcf *m, int body, int by) {
+    while (body > by)
+        body = kt_mjcf_body_at(m, body)->parent;
+    return body == by;
+}
+
+/* M_jj of a scalar joint at the reference position: its armature and, of all that it carries,
+ *     slide: sum m_i;    hinge: sum a' I_i a + m_i |a x (c_i - p)|^2, about the axis a through p. */
+static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
+    const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
+    const kt_vec3 a = kt_mat3_apply(at.rotation, kt_vec3_normalize(j->axis)), p = kt_pose_apply(at, j->at);
+    double sum = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
+    for (int i = j->body; i < m->bodies.count; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        if (!is_carried(m, i, j->body))
+            continue;
+        const kt_vec3 arm = kt_vec3_cross(a, kt_vec3_sub(kt_pose_apply(b->world, b->com), p));
+        const kt_vec3 inner = kt_mat3_apply_transposed(b->world.rotation, a);
+        sum += j->type == KT_MJCF_SLIDE
+                   ? b->mass
+                   : kt_vec3_dot(inner, kt_sym3_apply(b->inertia, inner)) + b->mass * kt_vec3_dot(arm, arm);
+    }
+    return sum;
+}
+
+/* The inertia along what an actuator acts along, g L: each joint's, with dL/dq = c, as 1 / (g c)^2 of its own. */
+static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon == NULL) {
+        const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+        const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+        return joint >= 0 ? carried_inertia(m, kt_mjcf_joint_at(m, joint)) / (gear * gear) : 0.0;
+    }
+    const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon));
+    double sum = 0.0;
+    for (int i = 0; i < t->count; i++) {
+        const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
+        const double c = gear * term->coefficient;
+        sum += carried_inertia(m, kt_mjcf_joint_at(m, term->joint)) / (c * c);
+    }
+    return sum;
+}
+
+/* A damping above zero of an actuator of positions is a ratio to the critical one, 2 sqrt(stiffness inertia). */
+static void resolve_damping(kt_mjcf *m, const kt_element *e, actuator *a, double gear) {
+    if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
+        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
+}
+
+/* The limits of what an actuator acts along; false where it has none. */
+static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon != NULL) {
+        const kt_element *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon))->element;
+        return kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
+               kt_mjcf_numbers(m, t, "tendon", "range", 2, 2, range) == 2;
+    }
+    const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+    const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+    if (joint < 0 || !kt_mjcf_joint_at(m, joint)->is_limited)
+        return false;
+    range[0] = kt_mjcf_joint_at(m, joint)->lower;
+    range[1] = kt_mjcf_joint_at(m, joint)->upper;
+    return true;
+}
+
+/* The control within its range, or within a part of that of what it acts along. */
+static double limit_control(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
+    double range[2];
+    bool is_limited = read_limit(m, e, "ctrllimited", "ctrlrange", range);
+    if (!is_limited && a->inherit > 0.0 && is_position(a) && read_limits_along(m, e, range)) {
+        const double middle = 0.5 * (range[0] + range[1]), half = 0.5 * a->inherit * (range[1] - range[0]);
+        range[0] = middle - half;
+        range[1] = middle + half;
+        is_limited = true;
+    }
+    return is_limited ? fmin(fmax(control, range[0]), range[1]) : control;
+}
+
 /* c0 + c1 L + c2 L', the force for a constant control. */
 static void force_of(const actuator *a, double control, double c[3]) {
     for (int i = 0; i < 3; i++)
@@ -409,7 +501,7 @@ static void name_effect(kt_mjcf *m, const kt_element *e) {
 
 static void act(kt_mjcf *m, const kt_element *e, double control) {
     actuator a = {.gain = {1.0}};
-    double range[2], force[2] = {0.0, 0.0}, gear = 1.0, c[3];
+    double force[2] = {0.0, 0.0}, gear = 1.0, c[3];
     line l;
     apply_classes(m, e->number, &a);
     apply_actuator(m, e, &a);
@@ -423,10 +515,9 @@ static void act(kt_mjcf *m, const kt_element *e, double control) {
     double gears[6];
     if (tag != NULL && kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears) > 0)
         gear = gears[0];
-    if (read_limit(m, e, "ctrllimited", "ctrlrange", range))
-        control = fmin(fmax(control, range[0]), range[1]);
     const bool is_limited = read_limit(m, e, "forcelimited", "forcerange", force);
-    force_of(&a, control, c);
+    resolve_damping(m, e, &a, gear);
+    force_of(&a, limit_control(m, e, &a, control), c);
     gear *= l.factor;
     if (gear == 0.0)
         return;

@@ -24,13 +24,24 @@ static bool is_repeated(kt_mjcf *m, const char *path) {
     return false;
 }
 
+/* In the model's folder or, where it has no such file, in that of the file that has the element: MuJoCo's order. NULL
+ * after reporting why not. */
+static const char *find_file(kt_mjcf *m, const kt_element *e, const char *name) {
+    const char *path = kt_include_path(m->r, m->source, e, name);
+    if (path == NULL || e->file == NULL || kt_include_exists(path, false))
+        return path;
+    const char *near = kt_include_relative(m->r, m->source, e, name);
+    near = near != NULL ? kt_include_path(m->r, m->source, e, near) : NULL;
+    return near != NULL && kt_include_exists(near, false) ? near : path;
+}
+
 static kt_element *include(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "file");
     if (name == NULL) {
         (void)kt_mjcf_fault(m, e, "the attribute 'file' is missing");
         return NULL;
     }
-    const char *path = kt_include_path(m->r, m->source, e, name);
+    const char *path = find_file(m, e, name);
     if (path == NULL)
         return NULL;
     if (is_repeated(m, path)) {

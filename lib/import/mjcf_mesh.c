@@ -15,28 +15,34 @@ static const char *file_of(const kt_mjcf *m, const kt_element *e) {
     return slash != NULL ? slash + 1 : file;
 }
 
-/* The file's path from the model's folder, unless it is absolute; NULL: no memory. */
-static const char *path_of(kt_mjcf *m, const char *file) {
-    const char *folder = m->settings.mesh_folder != NULL && file[0] != '/' ? m->settings.mesh_folder : "";
-    const size_t room = strlen(folder) + strlen(file) + 2;
-    char *path = kt_pool_take(&m->r->scratch, room, 1);
-    if (path == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(path, room, "%s%s%s", folder, folder[0] != '\0' ? "/" : "", file);
-    return path;
-}
-
+/* "FOLDER/PATH", or an absolute path as it is; NULL: no memory. */
 static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
-    const size_t room = strlen(folder) + strlen(path) + 2;
-    char *whole = path[0] != '/' ? kt_pool_take(&m->r->scratch, room, 1) : NULL;
-    if (path[0] == '/')
+    const bool is_whole = path[0] == '/' || folder == NULL || folder[0] == '\0';
+    const size_t room = is_whole ? 1 : strlen(folder) + strlen(path) + 2;
+    char *whole = is_whole ? NULL : kt_pool_take(&m->r->scratch, room, 1);
+    if (is_whole)
         return path;
     if (whole == NULL)
         (void)kt_reader_out_of_memory(m->r);
     else
         (void)snprintf(whole, room, "%s/%s", folder, path);
     return whole;
+}
+
+/* Whether the path of a mesh, from the model's folder, is a file's. */
+static bool is_there(kt_mjcf *m, const char *path) {
+    const char *whole = path_in(m, m->source->folder, path);
+    return whole != NULL && kt_include_exists(whole, false);
+}
+
+/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. Where the model's folder has
+ * no such file, that of the file that names it is asked, as MuJoCo does. */
+static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
+    const char *path = path_in(m, m->settings.mesh_folder, file);
+    if (path == NULL || e->file == NULL || path[0] == '/' || is_there(m, path))
+        return path;
+    const char *near = kt_include_relative(m->r, m->source, e, path);
+    return near != NULL && is_there(m, near) ? near : path;
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
@@ -54,12 +60,12 @@ static void miss(kt_mjcf *m, const kt_element *e, const kt_error *error) {
     kt_left_count(&m->mesh_files, e);
 }
 
-static kt_status read_file(kt_mjcf *m, const char *file, kt_triangles *mesh, kt_error *error) {
+static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
     char *text = NULL;
     size_t size = 0;
     if (m->source->folder == NULL)
         return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
-    const char *path = path_of(m, file);
+    const char *path = path_of(m, e, file);
     path = path != NULL ? path_in(m, m->source->folder, path) : NULL;
     kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
@@ -149,7 +155,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
     const kt_status status =
-        file != NULL ? read_file(m, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
+        file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
     if (status == KT_OK) {
         kt_triangles_place(&triangles, reference_of(m, e), scale_of(m, e));
         mesh->enclosed = kt_triangles_enclosed(&triangles, rule_of(m, e));
@@ -184,7 +190,8 @@ const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
  * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
-    const char *file = mesh != NULL ? file_of(m, mesh->element) : NULL, *path = file != NULL ? path_of(m, file) : NULL;
+    const char *file = mesh != NULL ? file_of(m, mesh->element) : NULL,
+               *path = file != NULL ? path_of(m, mesh->element, file) : NULL;
     if (path == NULL) {
         kt_left_count(&m->pictures, geom);
         return;

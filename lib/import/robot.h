@@ -236,6 +236,10 @@ void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 /* The path of a file that an element names, within the robot's folder; NULL after reporting why not. */
 const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
 
+/* A name within the folder of the file that has the element, seen from the robot's folder; NULL: no memory. */
+const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
+bool kt_include_exists(const char *path, bool folder); /* as a file, or a folder */
+
 /* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
  * whose sum is limited. */
 kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes);

@@ -4,13 +4,11 @@
  * in the folder of the robot alone: `model://NAME` in its folder NAME, other paths from the folder of the file that
  * includes them. What is not there is left out and told, since worlds name models that simulators bring along.
  */
-#define _XOPEN_SOURCE 700 /* stat */
 #include "import/sdf.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { DEPTH_MOST = 32 /* files within one another */ };
 
@@ -40,34 +38,13 @@ int kt_sdf_version(kt_sdf *m, const kt_element *sdf) {
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-static bool is_kind(const char *path, bool folder) {
-    struct stat status;
-    return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
-}
-
-/* The path of a relative URI: within the folder of the file that has the element, seen from the model's folder. NULL if
- * memory has run out. */
-static const char *resolve_relative(kt_sdf *m, const kt_element *e, const char *uri) {
-    const size_t folder = m->source->folder != NULL ? strlen(m->source->folder) + 1 : 0;
-    const char *slash = e->file != NULL ? strrchr(e->file, '/') : NULL;
-    const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
-    const size_t room = length + strlen(uri) + 2;
-    char *name = kt_pool_take(&m->r->scratch, room, 1);
-    if (name == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(name, room, "%.*s%s%s", (int)length, length > 0 ? e->file + folder : "", length > 0 ? "/" : "",
-                       uri);
-    return name;
-}
-
 /* The path that a URI names; NULL where there is none, reported where it leads out of the folder. */
 static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
     const char *name = strstr(uri, "://");
     if (m->source->folder == NULL)
         return NULL;
     if (name == NULL)
-        name = resolve_relative(m, e, uri);
+        name = kt_include_relative(m->r, m->source, e, uri);
     else if (strncmp(uri, "model://", 8) == 0 || strncmp(uri, "file://", 7) == 0)
         name = name + 3;
     else
@@ -91,8 +68,9 @@ static const char *join(kt_sdf *m, const char *folder, const char *name) {
 static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
     const char *config = join(m, folder, "model.config"), *best = "model.sdf";
     int newest = 0;
-    kt_element *root =
-        config != NULL && is_kind(config, false) ? kt_include_read(m->r, e, config, &m->included_bytes) : NULL;
+    kt_element *root = config != NULL && kt_include_exists(config, false)
+                           ? kt_include_read(m->r, e, config, &m->included_bytes)
+                           : NULL;
     for (const kt_element *sdf = root != NULL ? kt_xml_child(root, "sdf") : NULL; sdf != NULL;
          sdf = kt_xml_next(sdf, "sdf")) {
         const char *text = kt_xml_attribute(sdf, "version");
@@ -131,11 +109,11 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     }
     const size_t faults = m->r->fault_count;
     *path = path_of(m, e, uri);
-    if (*path != NULL && is_kind(*path, true)) {
+    if (*path != NULL && kt_include_exists(*path, true)) {
         const char *file = file_of(m, e, *path), *inner = join(m, *path + strlen(m->source->folder) + 1, file);
         *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
     }
-    if (*path == NULL || !is_kind(*path, false)) {
+    if (*path == NULL || !kt_include_exists(*path, false)) {
         if (m->r->fault_count == faults)
             omit(m, e, uri);
         return NULL;

@@ -92,6 +92,6 @@ kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_t
     return kt_error_set(error, KT_ERROR_SCENE, "",
                         "this is neither STL nor OBJ nor MSH; '%.20s' needs a kinetree that was built with assimp "
                         "(libassimp-dev)",
-                        dot != NULL ? dot + 1 : path);
+                        dot != NULL ? dot : path);
 }
 #endif

@@ -166,6 +166,27 @@ KT_TEST(keyframe_is_the_start_and_gives_controls) {
     kt_scene_free(&scene);
 }
 
+/* A ball of 3 kg and radius 0.1 m, 0.5 m below its hinge: I = 0.1 + 2/5 3 0.1^2 + 3 0.5^2. Along g q the inertia is
+ * I / g^2, and the damping in the joint g^2 2 zeta sqrt(kp I / g^2). The control 0 is moved into half of 0.2 to 1. */
+KT_TEST(servo_has_a_ratio_of_the_critical_damping_and_the_range_of_its_joint) {
+    static const char text[] =
+        "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='a' axis='0 1 0' armature='0.1' "
+        "range='0.2 1'/>"
+        "<geom size='0.1' pos='0 0 -0.5' mass='3'/></body></worldbody>"
+        "<actuator><position joint='a' kp='50' dampratio='0.5' gear='2' inheritrange='0.5'/></actuator></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    if (kt_check_equal_int("effects", scene.description.effect_count, 1)) {
+        const kt_effect *servo = &scene.description.effects[0];
+        const double inertia = 0.1 + 0.4 * 3.0 * 0.01 + 3.0 * 0.25;
+        kt_check_near("stiffness, g^2 kp", servo->stiffness, 200.0, 1e-13);
+        kt_check_near("damping", servo->damping, 2.0 * sqrt(50.0 * inertia), 1e-13);
+        kt_check_near("target", servo->target.value, 0.2, 1e-15);
+    }
+    kt_scene_free(&scene);
+}
+
 KT_TEST(sites_are_markers_limits_are_stops_and_floating_frees) {
     const kt_robot_options options = {.floating = true, .stop_stiffness = 10.0, .stop_damping = 2.0};
     kt_scene scene;
@@ -331,4 +352,46 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
         kt_check_equal_int("removed", unlink(link), 0);
     }
     kt_check_equal_int("removed", rmdir(inner) + rmdir(folder), 0);
+}
+
+/* A file that is in both folders is the model's, as MuJoCo 3.14 finds it. */
+KT_TEST(what_an_included_file_names_is_in_the_folder_of_the_model_or_in_its_own) {
+    char folder[] = "/tmp/kinetree-mjcf-XXXXXX", path[300];
+    static const char *const folders[] = {"inner/sub", "inner"};
+    static const char *const files[][2] = {
+        {"inner/sub/both.xml", "<mujoco><asset><mesh name='s' file='solid.obj'/></asset><include file='part.xml'/>"
+                               "<worldbody><include file='near.xml'/></worldbody></mujoco>"},
+        {"inner/sub/near.xml",
+         "<mujoco><body name='near'><joint/><geom type='mesh' mesh='s' density='600'/></body></mujoco>"},
+        {"inner/sub/part.xml", "<mujoco><worldbody><body name='wrong'/></worldbody></mujoco>"},
+        {"inner/part.xml", "<mujoco><worldbody><body name='part'><joint/>" BALL "</body></worldbody></mujoco>"},
+        {"inner/sub/solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"},
+        {"inner/m.xml", ""},
+    };
+    kt_scene scene;
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (int i = 1; i >= 0; i--) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, folders[i]);
+        kt_check_equal_int("folder", mkdir(path, 0700), 0);
+    }
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++)
+        put_file(folder, files[i][0], files[i][1]);
+    if (kt_check_equal_int("status", read_in(folder, INCLUDE("sub/both.xml"), &scene), KT_OK)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 2);
+        kt_check_text("of the model's folder", find_body(&scene, "part")->name, "part");
+        kt_check_near("mass by a mesh of the part's folder", find_body(&scene, "near")->mass, 100.0, 1e-12);
+        kt_check_true("drawn from there",
+                      scene.mesh_count == 1 && strstr(scene.meshes[0].file, "/sub/solid.obj") != NULL);
+        kt_scene_free(&scene);
+    }
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, files[i][0]);
+        kt_check_equal_int("removed", unlink(path), 0);
+    }
+    for (int i = 0; i < 2; i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, folders[i]);
+        kt_check_equal_int("removed", rmdir(path), 0);
+    }
+    kt_check_equal_int("removed", rmdir(folder), 0);
 }

@@ -5,6 +5,7 @@
  * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, apart by
  * blanks, of which those that both read are compared. */
 #include "check.h"
+#include "match.h"
 
 #include "algebra/principal.h"
 
@@ -30,22 +31,6 @@ typedef struct pair {
     int *carrier;             /* our body of each of MuJoCo's joints */
     double *q, *v, *a, *tau, *matrix, *theirs;
 } pair;
-
-/* ---- names ------------------------------------------------------------------------------------------------------- */
-
-/* Ours have '_' for what names of scenes cannot have. */
-static bool same_name(const char *ours, const char *theirs) {
-    for (; *theirs != '\0' && (*theirs == *ours || *ours == '_'); theirs++)
-        ours++;
-    return *theirs == '\0' && *ours == '\0';
-}
-
-static int our_body(const kt_model *model, const char *theirs) {
-    for (int b = 1; b < kt_model_body_count(model); b++)
-        if (*theirs != '\0' && same_name(kt_body_name(model, b), theirs))
-            return b;
-    return -1;
-}
 
 /* The bodies of ours that have MuJoCo's joints: both are in the order of the file. What moves beyond them are lengths
  * of tendons. */

@@ -1,6 +1,7 @@
 /* A robot in URDF, read here and by MuJoCo, which has a reader of its own: the same mass matrix, bias force and places
  * of links. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
 #include "check.h"
+#include "match.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -21,16 +22,10 @@ typedef struct robots {
     int nv, at[NV]; /* MuJoCo's coordinate of each of ours */
 } robots;
 
-/* MuJoCo's names of links are those of the file; ours have '_' for what names of scenes cannot have. */
 static int body_of(const mjModel *m, const char *ours) {
-    for (int i = 1; i < m->nbody; i++) {
-        const char *theirs = m->names + m->name_bodyadr[i];
-        size_t k = 0;
-        while (theirs[k] != '\0' && (theirs[k] == ours[k] || ours[k] == '_'))
-            k++;
-        if (theirs[k] == '\0' && ours[k] == '\0')
+    for (int i = 1; i < m->nbody; i++)
+        if (same_name(ours, m->names + m->name_bodyadr[i]))
             return i;
-    }
     return -1;
 }
 

@@ -78,6 +78,49 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     (void)unlink(path);
 }
 
+/* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z, in a file that calls y up: lengths
+ * are metres then, and axes stay, as robots mean them. */
+static const char collada[] =
+    "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
+    "<asset><unit name=\"centimeter\" meter=\"0.01\"/><up_axis>Y_UP</up_axis></asset>"
+    "<library_geometries><geometry id=\"g\"><mesh>"
+    "<source id=\"p\"><float_array id=\"n\" count=\"12\">0 0 0 4 0 0 0 6 0 0 0 8</float_array><technique_common>"
+    "<accessor source=\"#n\" count=\"4\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" "
+    "type=\"float\"/>"
+    "<param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+    "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices>"
+    "<triangles count=\"4\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>0 2 1 0 1 3 0 3 2 1 2 "
+    "3</p></triangles>"
+    "</mesh></geometry></library_geometries><library_visual_scenes><visual_scene id=\"s\"><node>"
+    "<matrix>1 0 0 3 0 1 0 0 0 0 2 0 0 0 0 1</matrix><instance_geometry url=\"#g\"/></node></visual_scene>"
+    "</library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
+
+/* The box around it is (3..7, 0..6, 0..16) cm; single-precision numbers are read. */
+KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
+#ifdef KT_HAS_ASSIMP
+    char path[] = "/tmp/kinetree-tetrahedron-XXXXXX.dae";
+    const int number = mkstemps(path, 4);
+    FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
+    if (!kt_check_true("the file is there", file != NULL && fputs(collada, file) >= 0 && fclose(file) == 0))
+        return;
+    const kt_scene_mesh from = {.body = "a", .file = path, .scale = {1.0, 1.0, 1.0}};
+    kt_mesh mesh = {0};
+    kt_solid solid = {.body = 1};
+    kt_error error = {0};
+    kt_check_equal_int("status", kt_mesh_load(&from, 100, &mesh, &solid, &error), KT_OK);
+    kt_check_text("error", error.message, "");
+    kt_check_equal_int("triangles", mesh.triangle_count, 4);
+    const kt_vec3 half = kt_vec3_make(0.02, 0.03, 0.08), centre = kt_vec3_make(0.05, 0.03, 0.08);
+    kt_check_near("half edges", kt_vec3_norm(kt_vec3_sub(solid.half, half)), 0.0, 1e-7);
+    kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, centre)), 0.0, 1e-7);
+    kt_mesh_free(&mesh);
+    (void)unlink(path);
+#else
+    (void)collada;
+    kt_skip("COLLADA", "this build is without assimp");
+#endif
+}
+
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
 typedef struct shown {

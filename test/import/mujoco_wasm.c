@@ -1,0 +1,367 @@
+/* Models in MJCF and URDF, read here and by today's MuJoCo (mujoco_wasm.mjs, by npm's @mujoco/mujoco; KT_MUJOCO_WASM
+ * names its folder): the same mass matrix, bias force, places of bodies, forces of springs, dampers, motors and servos,
+ * and accelerations, at random states.
+ *
+ * Contacts, friction and equalities are left out in both: MuJoCo's are soft. KT_ROBOT_FILES names more files, apart by
+ * blanks; what one of both refuses is said. */
+#include "check.h"
+#include "match.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+#include "model/joint_name.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { STATES = 20, NAME = 200 };
+
+typedef struct body {
+    char name[NAME];
+    double mass;
+    int ours; /* -1: none */
+} body;
+
+typedef struct joint {
+    char name[NAME];
+    int type, q, v, carrier; /* carrier: our body that it moves */
+} joint;
+
+/* A model of theirs, and ours of the same file. Of vectors ours and theirs, theirs in their order. */
+typedef struct pair {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    int body_count, joint_count, nq, nv;
+    body *bodies;
+    joint *joints;
+    int *of; /* our velocity of each of theirs */
+    double *q, *v, *a, *tau, *matrix;
+    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat;
+} pair;
+
+typedef struct findings {
+    kt_worst weight, mass, bias, place, turn, force, acceleration;
+} findings;
+
+/* ---- reading ----------------------------------------------------------------------------------------------------- */
+
+static bool read_numbers(FILE *from, double *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (fscanf(from, "%lf", &values[i]) != 1)
+            return false;
+    return true;
+}
+
+static bool read_header(FILE *from, pair *p) {
+    if (fscanf(from, "%d %d %d %d", &p->body_count, &p->joint_count, &p->nq, &p->nv) != 4)
+        return false;
+    const size_t bodies = (size_t)p->body_count, nq = (size_t)p->nq, nv = (size_t)p->nv;
+    p->bodies = calloc(bodies + 1, sizeof *p->bodies);
+    p->joints = calloc((size_t)p->joint_count + 1, sizeof *p->joints);
+    p->qpos = calloc(nq + nv * nv + 4 * nv + 12 * bodies + 1, sizeof *p->qpos);
+    if (p->bodies == NULL || p->joints == NULL || p->qpos == NULL)
+        return false;
+    p->qvel = p->qpos + nq;
+    p->mass = p->qvel + nv;
+    p->bias = p->mass + nv * nv;
+    p->force = p->bias + nv;
+    p->qacc = p->force + nv;
+    p->xpos = p->qacc + nv;
+    p->xmat = p->xpos + 3 * bodies;
+    for (int i = 0; i < p->body_count; i++)
+        if (fscanf(from, "%199s %lf", p->bodies[i].name, &p->bodies[i].mass) != 2)
+            return false;
+    for (int i = 0; i < p->joint_count; i++) {
+        joint *j = &p->joints[i];
+        if (fscanf(from, "%199s %d %d %d", j->name, &j->type, &j->q, &j->v) != 4)
+            return false;
+    }
+    return true;
+}
+
+/* All of a state stands in the order of the array. */
+static bool read_state(FILE *from, pair *p) {
+    return read_numbers(from, p->qpos,
+                        (size_t)p->nq + (size_t)p->nv * (size_t)p->nv + 4 * (size_t)p->nv + 12 * (size_t)p->body_count);
+}
+
+/* Compiles the tree, without loops; what only loops move needs them. Dry friction is a constraint of MuJoCo's, and
+ * servos reach the limits of their forces by corners there, and smoothly here. */
+static kt_status compile(pair *p, kt_error *error) {
+    kt_description d = p->scene.description;
+    kt_effect *effects = calloc((size_t)d.effect_count + 1, sizeof *effects);
+    if (effects == NULL)
+        return KT_ERROR_MEMORY;
+    for (int i = 0; i < d.effect_count; i++) {
+        effects[i] = d.effects[i];
+        if (effects[i].type == KT_EFFECT_JOINT_FRICTION)
+            effects[i].coulomb = effects[i].breakaway = 0.0;
+        effects[i].limit = INFINITY;
+    }
+    d.effects = effects;
+    d.loop_count = 0;
+    kt_status status = kt_model_compile(&d, NULL, &p->model, error);
+    if (status != KT_OK) {
+        d.loop_count = p->scene.description.loop_count;
+        status = kt_model_compile(&d, NULL, &p->model, error);
+    }
+    free(effects);
+    return status;
+}
+
+static bool load(pair *p, const char *path) {
+    kt_error error = {0};
+    if (kt_robot_read(path, NULL, &p->scene, NULL, NULL, &error) != KT_OK || compile(p, &error) != KT_OK ||
+        kt_data_create(p->model, &p->data, &error) != KT_OK) {
+        kt_note("%s: %s", error.where, error.message);
+        return false;
+    }
+    const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model);
+    p->of = calloc((size_t)p->nv + 1, sizeof *p->of);
+    p->q = calloc(nq + 3 * nv + nv * nv + 1, sizeof *p->q);
+    if (p->of == NULL || p->q == NULL)
+        return kt_check_true("there is memory", false);
+    p->v = p->q + nq;
+    p->a = p->v + nv;
+    p->tau = p->a + nv;
+    p->matrix = p->tau + nv;
+    return true;
+}
+
+static void release(pair *p) {
+    kt_data_free(p->data);
+    kt_model_free(p->model);
+    kt_scene_free(&p->scene);
+    free(p->bodies);
+    free(p->joints);
+    free(p->qpos);
+    free(p->of);
+    free(p->q);
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* Our body that a joint of theirs moves: the one whose joint has its name, else the next one after `last`, since both
+ * are in the order of the file. */
+static int find_carrier(const pair *p, const joint *theirs, int last) {
+    const kt_description *d = &p->scene.description;
+    int next = -1;
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_body *b = &d->bodies[i];
+        if (b->joint.type == KT_JOINT_FIXED)
+            continue;
+        if (theirs->name[0] != '.' && same_name(kt_joint_name_of(b), theirs->name))
+            return i;
+        next = next < 0 && i > last ? i : next;
+    }
+    return next;
+}
+
+static bool find_names(pair *p) {
+    static const int dofs[] = {6, 3, 1, 1}; /* free, ball, slide, hinge */
+    int last = -1;
+    for (int i = 0; i < p->joint_count; i++) {
+        joint *j = &p->joints[i];
+        last = find_carrier(p, j, last);
+        j->carrier = last >= 0 ? our_body(p->model, p->scene.description.bodies[last].name) : -1;
+        const kt_coordinates c =
+            j->carrier >= 0 ? kt_body_coordinates(p->model, j->carrier) : (kt_coordinates){.nv = 0};
+        if (c.nv != dofs[j->type])
+            return kt_check_true(j->name, false);
+        for (int k = 0; k < c.nv; k++)
+            p->of[j->v + k] = c.v + k;
+    }
+    for (int i = 0; i < p->body_count; i++)
+        p->bodies[i].ours = i > 0 ? our_body(p->model, p->bodies[i].name) : 0;
+    return true;
+}
+
+/* ---- comparing --------------------------------------------------------------------------------------------------- */
+
+static void set_state(pair *p) {
+    for (int i = 0; i < p->joint_count; i++) {
+        const joint *j = &p->joints[i];
+        const kt_coordinates c = kt_body_coordinates(p->model, j->carrier);
+        memcpy(p->q + c.q, p->qpos + j->q, (size_t)c.nq * sizeof *p->q);
+        memcpy(p->v + c.v, p->qvel + j->v, (size_t)c.nv * sizeof *p->v);
+    }
+}
+
+static double largest(const double *values, size_t count) {
+    double most = 1e-9;
+    for (size_t i = 0; i < count; i++)
+        most = fmax(most, fabs(values[i]));
+    return most;
+}
+
+/* Ours may have more coordinates: the lengths of tendons, which have no mass and carry nothing. */
+static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double bound) {
+    const double scale = largest(theirs, (size_t)p->nv);
+    for (int i = 0; i < p->nv; i++)
+        kt_worst_near(worst, ours[p->of[i]], theirs[i], bound * scale, "%d", i);
+}
+
+static void compare_matrix(kt_worst *worst, const pair *p, double bound) {
+    const double scale = largest(p->mass, (size_t)p->nv * (size_t)p->nv);
+    const int nv = kt_model_nv(p->model);
+    for (int i = 0; i < p->nv; i++)
+        for (int k = 0; k < p->nv; k++)
+            kt_worst_near(worst, p->matrix[p->of[i] + nv * p->of[k]], p->mass[i * p->nv + k], bound * scale, "%d, %d",
+                          i, k);
+}
+
+static void compare_places(const pair *p, findings *f) {
+    for (int i = 1; i < p->body_count; i++) {
+        const int b = p->bodies[i].ours;
+        if (b < 0)
+            continue;
+        const kt_pose pose = kt_body_pose(p->model, p->data, b);
+        const kt_vec3 x = pose.rotation.x, y = pose.rotation.y, z = pose.rotation.z;
+        const double at[3] = {pose.position.x, pose.position.y, pose.position.z};
+        const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
+        const double scale = fmax(1.0, kt_vec3_norm(pose.position));
+        for (int k = 0; k < 3; k++)
+            kt_worst_near(&f->place, at[k], p->xpos[3 * i + k], 1e-14 * scale, "%s", p->bodies[i].name);
+        for (int k = 0; k < 9; k++)
+            kt_worst_near(&f->turn, rows[k], p->xmat[9 * i + k], 1e-14, "%s", p->bodies[i].name);
+    }
+}
+
+/* Masses stand in the file; of links of URDF that are fixed to each other MuJoCo makes one. */
+static void compare_masses(const pair *p, findings *f, double bound) {
+    for (int i = 1; i < p->body_count; i++)
+        if (p->bodies[i].ours >= 0) {
+            const kt_body *b = &p->scene.description.bodies[kt_body_source(p->model, p->bodies[i].ours)];
+            kt_worst_near(&f->weight, b->mass, p->bodies[i].mass, bound * p->bodies[i].mass, "%s", p->bodies[i].name);
+        }
+}
+
+static kt_status compute(pair *p) {
+    kt_error error = {0};
+    memset(p->a, 0, (size_t)kt_model_nv(p->model) * sizeof *p->a);
+    kt_status status = kt_kinematics_update(p->model, p->data, p->q, p->v, NULL, &error);
+    if (status == KT_OK)
+        status = kt_dynamics_mass(p->model, p->data, p->q, p->matrix, &error);
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(p->model, p->data, p->q, p->v, p->a, NULL, p->tau, &error);
+    return status;
+}
+
+static void compare_forces(pair *p, findings *f, double bound) {
+    kt_error error = {0};
+    if (kt_effect_forces(p->model, p->data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
+        kt_worst_below(&f->force, (double)NAN, 0.0, "%s", error.message);
+    compare_vector(&f->force, p, p->tau, p->force, bound);
+    if (kt_acceleration_evaluate(p->model, p->data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
+        kt_worst_below(&f->acceleration, (double)NAN, 0.0, "%s", error.message);
+    compare_vector(&f->acceleration, p, p->a, p->qacc, 100.0 * bound);
+}
+
+/* The bound is that of matrices, forces and places; accelerations have a hundred times it. */
+static void compare_states(FILE *from, pair *p, double bound) {
+    findings f = {kt_worst_make("masses"),       kt_worst_make("mass matrix"), kt_worst_make("bias force"),
+                  kt_worst_make("place, m"),     kt_worst_make("orientation"), kt_worst_make("forces"),
+                  kt_worst_make("accelerations")};
+    const bool has_forces = kt_model_nv(p->model) == p->nv;
+    for (int n = 0; n < STATES; n++) {
+        const bool is_read = read_state(from, p);
+        set_state(p);
+        if (!is_read || compute(p) != KT_OK) {
+            (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
+            return;
+        }
+        compare_matrix(&f.mass, p, bound);
+        compare_vector(&f.bias, p, p->tau, p->bias, bound);
+        compare_places(p, &f);
+        if (has_forces)
+            compare_forces(p, &f, bound);
+    }
+    compare_masses(p, &f, bound);
+    const kt_worst *all[] = {&f.weight, &f.mass, &f.bias, &f.place, &f.turn, &f.force, &f.acceleration};
+    for (int i = 0; i < 7; i++)
+        if (all[i]->count > 0)
+            kt_check_worst(all[i]);
+}
+
+/* Returns whether both read the next file. One that either refuses is told. */
+static bool compare_next(FILE *from, const char *path, double bound) {
+    pair p = {.q = NULL};
+    char said[1000], why[1000];
+    bool read = false;
+    kt_note("%s", path);
+    if (!kt_check_true("its file is asked", fscanf(from, "%999s", said) == 1 && strcmp(said, path) == 0) ||
+        !kt_check_true("it is answered", fscanf(from, "%999s", said) == 1))
+        return false;
+    if (strcmp(said, "read") != 0) {
+        kt_note("refused by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
+    } else if (kt_check_true("it is described", read_header(from, &p))) {
+        read = load(&p, path) && find_names(&p);
+        for (int n = 0; n < STATES && !read; n++)
+            (void)read_state(from, &p);
+        if (read)
+            compare_states(from, &p, bound);
+    }
+    release(&p);
+    return read;
+}
+
+/* A model and the bound of its mass matrix, bias and forces, as a part of their largest entry. */
+typedef struct model_file {
+    const char *path;
+    double bound;
+} model_file;
+
+/* All files are answered by one process. Returns how many both read; -1: nobody answers here. */
+static int compare_files(const model_file *files, int count) {
+    const char *package = getenv("KT_MUJOCO_WASM");
+    char command[100000];
+    int used = snprintf(command, sizeof command, "node '%s' '%s' %d", SCRIPT, package != NULL ? package : "", STATES);
+    int read = 0;
+    if (package == NULL) {
+        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+        return -1;
+    }
+    for (int i = 0; i < count && used < (int)sizeof command; i++)
+        used += snprintf(command + used, sizeof command - (size_t)used, " '%s'", files[i].path);
+    FILE *from = popen(command, "r");
+    if (!kt_check_true("node runs", from != NULL && used < (int)sizeof command))
+        return -1;
+    for (int i = 0; i < count; i++)
+        read += compare_next(from, files[i].path, files[i].bound);
+    kt_check_equal_int("node ends", pclose(from), 0);
+    return read;
+}
+
+/* Of meshes MuJoCo has the vertices as single-precision numbers: 6e-8 of their size, several of which make an inertia. */
+KT_TEST(models_are_those_that_mujoco_of_today_reads) {
+    static const model_file files[] = {
+        {MODELS "/mjcf/tree.xml", 4e-14},   {MODELS "/mjcf/masses.xml", 4e-14},  {MODELS "/mjcf/ties.xml", 4e-14},
+        {MODELS "/arm.urdf", 4e-14},        {MODELS "/mjcf/tendons.xml", 4e-14}, {MODELS "/mjcf/meshes.xml", 1e-6},
+        {MODELS "/mjcf/servos.xml", 4e-14},
+    };
+    const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
+    if (read >= 0)
+        kt_check_equal_int("files that both read", read, count);
+}
+
+KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {
+    enum { MOST = 1000 };
+    static model_file files[MOST];
+    const char *named = getenv("KT_ROBOT_FILES");
+    char list[100000];
+    int count = 0;
+    if (named == NULL) {
+        kt_skip("files that are named", "KT_ROBOT_FILES names none");
+        return;
+    }
+    (void)snprintf(list, sizeof list, "%s", named);
+    for (char *path = strtok(list, " \n"); path != NULL && count < MOST; path = strtok(NULL, " \n"))
+        files[count++] = (model_file){path, 1e-7}; /* vertices of meshes */
+    const int read = compare_files(files, count);
+    if (read >= 0)
+        kt_note("%d of %d files are read by both", read, count);
+}

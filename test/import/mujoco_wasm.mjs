@@ -1,0 +1,95 @@
+// What MuJoCo, as WebAssembly (npm's @mujoco/mujoco), computes of models, without contacts, constraints and limits of forces.
+//
+//     node mujoco_wasm.mjs PACKAGE STATES FILE...
+//
+// Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
+//     nbody njnt nq nv;  of each body its name (`.`: it has none) and mass;  of each joint its name, type and dofs;
+// and of each random state
+//     qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat.
+// Blanks in names are written as `_`.
+import fs from "node:fs";
+import path from "node:path";
+import { pathToFileURL } from "node:url";
+
+const [folder, states, ...files] = process.argv.slice(2);
+const load = (await import(pathToFileURL(path.join(folder, "mujoco.js")))).default;
+const mujoco = await load({ print() {}, printErr() {} });
+
+// The generator of Numerical Recipes for 32 bits: the states are the same in each run.
+let seed = 1;
+function uniform(size) {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    return size * (2 * (seed / 2 ** 32) - 1);
+}
+
+// MuJoCo reads from a file system of its own, in memory: it has one folder of models at a time.
+let copied = [];
+function copy(from) {
+    mujoco.FS.mkdirTree(from);
+    for (const entry of fs.readdirSync(from, { withFileTypes: true })) {
+        const name = path.join(from, entry.name);
+        if (entry.isDirectory())
+            copy(name);
+        else {
+            mujoco.FS.writeFile(name, fs.readFileSync(name));
+            copied.push(name);
+        }
+    }
+}
+
+let folder_of_models = "";
+function copy_folder_of(file) {
+    if (path.dirname(file) === folder_of_models)
+        return;
+    copied.forEach((name) => mujoco.FS.unlink(name));
+    copied = [];
+    folder_of_models = path.dirname(file);
+    copy(folder_of_models);
+}
+
+function say(...rows) {
+    process.stdout.write(rows.map((row) => Array.from(row ?? []).join(" ") + "\n").join(""));
+}
+
+const name_of = (thing) => thing.name.replace(/\s/g, "_") || ".";
+
+function set_random_state(model, data) {
+    for (let i = 0; i < model.nq; i++)
+        data.qpos[i] = uniform(1);
+    for (let i = 0; i < model.nv; i++)
+        data.qvel[i] = uniform(2);
+    mujoco.mj_normalizeQuat(model, data.qpos);
+}
+
+function describe(file) {
+    const model = mujoco.MjModel.from_xml_path(file);
+    const data = new mujoco.MjData(model), matrix = new mujoco.DoubleBuffer(model.nv ** 2 || 1);
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value;
+    for (const ranges of [model.actuator_forcerange, model.jnt_actfrcrange])
+        ranges?.forEach((_, i) => (ranges[i] = i % 2 ? Infinity : -Infinity));
+    say(["read", model.nbody, model.njnt, model.nq, model.nv]);
+    for (let i = 0; i < model.nbody; i++)
+        say([name_of(model.body(i)), model.body_mass[i]]);
+    for (let i = 0; i < model.njnt; i++)
+        say([name_of(model.jnt(i)), model.jnt_type[i], model.jnt_qposadr[i], model.jnt_dofadr[i]]);
+    for (let n = 0; n < states; n++) {
+        set_random_state(model, data);
+        mujoco.mj_forward(model, data);
+        if (model.nv > 0)
+            mujoco.mj_fullM(model, data, matrix);
+        say(data.qpos, data.qvel, matrix.GetView().subarray(0, model.nv ** 2), data.qfrc_bias,
+            data.qfrc_passive?.map((x, i) => x + data.qfrc_actuator[i]), data.qacc, data.xpos, data.xmat);
+    }
+    for (const thing of [matrix, data, model])
+        thing.delete();
+}
+
+for (const file of files) {
+    say([file]);
+    try {
+        copy_folder_of(file);
+        describe(file);
+    } catch (error) {
+        say(["refused", String(error.message ?? error).replace(/\s+/g, " ")]);
+    }
+}
