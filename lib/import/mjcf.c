@@ -106,6 +106,11 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
         "joints that are not at the origin of their body, on a body of their own, which has the joint's name: %d",
         m->offsets.count);
     kt_note_renamed_joints(n, &m->renamed_joints);
+    kt_note_put(
+        n, &m->attached,
+        "models that are attached to this one and left out with all their bodies (attach; MuJoCo writes a model "
+        "that has them by mj_saveLastXML): %d",
+        m->attached.count);
     kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
     if (m->source->options->keyframe == NULL)
         kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);

@@ -126,7 +126,7 @@ typedef struct kt_mjcf {
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
     kt_left limits, contacts, pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap, soft, inactive,
-        keys, tied, lost_limits, freed;
+        keys, tied, lost_limits, freed, attached;
     kt_appearance appearance;
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
         motors, fixed_bodies;

@@ -345,6 +345,7 @@ static const kt_known known[] = {
                "user "},
     {"general", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group "
                 "gaintype biastype dyntype gainprm biasprm user "},
+    {"attach", " model body prefix "},
     {"actuator", " "},
     {"asset", " "},
     {"mesh", " name class file scale refpos refquat vertex face inertia "},

@@ -98,6 +98,11 @@ static void add_site(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
 
+static void count_attached(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    (void)body, (void)frame;
+    kt_left_count(&m->attached, e);
+}
+
 /* What is directly in a body, then the bodies in it: MuJoCo numbers joints so. */
 static void collect_body(kt_mjcf *m, int body) {
     const kt_element *e = kt_mjcf_body_at(m, body)->element;
@@ -107,6 +112,7 @@ static void collect_body(kt_mjcf *m, int body) {
     check_joints(m, body);
     kt_mjcf_for_each(m, e, "site", body, add_site);
     kt_mjcf_for_each(m, e, "body", body, add_body);
+    kt_mjcf_for_each(m, e, "attach", body, count_attached);
 }
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame) {

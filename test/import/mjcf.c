@@ -209,13 +209,17 @@ KT_TEST(sites_are_markers_limits_are_stops_and_floating_frees) {
 KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
     static const char text[] =
         "<mujoco>\n<worldbody><camera/><camera/>\n<body name='a b'><joint name='j' range='0 1' dampin='1'/>" BALL
-        "</body>\n<body name='m' mocap='true'/></worldbody>\n<tendon><spatial/></tendon>\n<actuator><muscle joint='j'/>"
+        "</body>\n<body name='m' mocap='true'/><attach model='x' "
+        "body='y'/></worldbody>\n<tendon><spatial/></tendon>\n<actuator><muscle joint='j'/>"
         "<motor joint='j'/></actuator>\n<equality><joint joint1='j' "
         "polycoef='1'/></equality><keyframe><key/></keyframe>"
         "</mujoco>";
     static const char *const expected[][2] = {
         {"m.xml:3:1", "names of bodies that a scene cannot have, with '_' or a number: 1"},
         {"m.xml:4:1", "bodies that are fixed to the world (--floating lets them move): 1"},
+        {"m.xml:4:30",
+         "models that are attached to this one and left out with all their bodies (attach; MuJoCo writes a model "
+         "that has them by mj_saveLastXML): 1"},
         {"m.xml:4:1", "bodies that a program moves (mocap), fixed to the world: 1"},
         {"m.xml:7:64", "keyframes, of which none is the start (import --keyframe NAME): 1"},
         {"m.xml:3:1", "bodies whose mass and inertia are those of their geoms: 1"},

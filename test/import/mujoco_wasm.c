@@ -49,15 +49,33 @@ typedef struct findings {
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
+/* The next word, as a number. */
+static bool read_number(FILE *from, double *value) {
+    char word[64], *end = word;
+    if (fscanf(from, "%63s", word) == 1)
+        *value = strtod(word, &end);
+    return end != word && *end == '\0';
+}
+
 static bool read_numbers(FILE *from, double *values, size_t count) {
     for (size_t i = 0; i < count; i++)
-        if (fscanf(from, "%lf", &values[i]) != 1)
+        if (!read_number(from, &values[i]))
             return false;
     return true;
 }
 
+/* Counts and indices, up to four. */
+static bool read_integers(FILE *from, int count, int *const *values) {
+    double read[4];
+    if (!read_numbers(from, read, (size_t)count))
+        return false;
+    for (int i = 0; i < count; i++)
+        *values[i] = (int)read[i];
+    return true;
+}
+
 static bool read_header(FILE *from, pair *p) {
-    if (fscanf(from, "%d %d %d %d", &p->body_count, &p->joint_count, &p->nq, &p->nv) != 4)
+    if (!read_integers(from, 4, (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv}))
         return false;
     const size_t bodies = (size_t)p->body_count, nq = (size_t)p->nq, nv = (size_t)p->nv;
     p->bodies = calloc(bodies + 1, sizeof *p->bodies);
@@ -73,11 +91,11 @@ static bool read_header(FILE *from, pair *p) {
     p->xpos = p->qacc + nv;
     p->xmat = p->xpos + 3 * bodies;
     for (int i = 0; i < p->body_count; i++)
-        if (fscanf(from, "%199s %lf", p->bodies[i].name, &p->bodies[i].mass) != 2)
+        if (fscanf(from, "%199s", p->bodies[i].name) != 1 || !read_number(from, &p->bodies[i].mass))
             return false;
     for (int i = 0; i < p->joint_count; i++) {
         joint *j = &p->joints[i];
-        if (fscanf(from, "%199s %d %d %d", j->name, &j->type, &j->q, &j->v) != 4)
+        if (fscanf(from, "%199s", j->name) != 1 || !read_integers(from, 3, (int *const[]){&j->type, &j->q, &j->v}))
             return false;
     }
     return true;
