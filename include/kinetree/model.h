@@ -91,9 +91,11 @@ typedef struct kt_model_options {
     kt_plan plan;                         /* of trees that move in a plane */
     kt_structure structure;               /* of the reduction by QR; the others are dense */
     unsigned excluded_forms;              /* bits 1 << kt_group_form that are not chosen: to compare; DENSE stays */
+    bool settable;                        /* its parameters may be set, as those of a copy (kt_parameter_set): it then
+                                             serves one simulation, or data of one thread */
 } kt_model_options;
 
-/* auto, by QR decomposition, identity, auto, auto, none excluded. */
+/* auto, by QR decomposition, identity, auto, auto, none excluded, not settable. */
 KT_API kt_model_options kt_model_options_default(void);
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free. Of the core
@@ -296,7 +298,8 @@ KT_API double kt_data_difference_error(kt_data *data);
  * Numbers of a mechanism that may change while a program runs: payloads, gravity, springs, dampers, friction, rotors,
  * targets.
  *
- * A compiled model is immutable. What may change is a copy of it (kt_model_copy), in the caller's memory, one a thread:
+ * A compiled model is immutable, unless its options say that it is settable. What may change is a copy of it
+ * (kt_model_copy), in the caller's memory, one a thread:
  * a parameter is found by its name once, and set in a copy as often as wanted, without allocation. Data of the original
  * serve its copies. Nothing is computed for a parameter that is never set: a copy is a model like any other.
  *
@@ -369,7 +372,7 @@ KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char 
 KT_API KT_CHECKED kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values,
                                              kt_error *error);
 
-/* Sets the numbers of a parameter (parameter->count) in a copy of a model. Equal numbers give the bits of a model that
+/* Sets the numbers of a parameter (parameter->count) in a copy of a model, or in one that is settable. Equal numbers give the bits of a model that
  * was compiled with them, except that several bodies on one link may add up in another order. No data may be in use by
  * a call with the copy meanwhile; while a simulation runs on it, kt_simulation_set_parameter serves instead.
  * Checkpoints do not contain parameters: set them again before a run is resumed. Errors: KT_ERROR_ARGUMENT (the model

@@ -34,7 +34,7 @@
  *   number may stand, = and an expression (expression.h) of them may stand (`mass: =rho*area*L`), in quotes where it has a
  *   comma, a bracket or a brace. It counts as an angle by its units: `=2*tilt` is no length.
  * - An event's `when`, and `simulate.until`, are formulas without =. `then` is an action or a list of them: stop, record,
- *   {release: NAME} and {engage: NAME} of a loop or an effect, which then is switched (kt_switching), {call: NAME}.
+ *   {set: {NAME: VALUE, ...}} of parameters and states, each value a number or a formula, {release: NAME} and {engage: NAME} of a loop or an effect, which then is switched (kt_switching), {call: NAME}.
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -71,6 +71,13 @@ typedef struct kt_scene_switch {
     bool on;          /* engage; else release */
 } kt_scene_switch;
 
+/* What an event sets: a parameter, or an own state. A parameter that an event sets is an own state of its name, with the
+ * rate 0: formulas, records and checkpoints have it as one. */
+typedef struct kt_scene_set {
+    const char *name;  /* of the state */
+    const char *value; /* a formula, as `when`, of the state before the event */
+} kt_scene_set;
+
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
     const char *name;        /* for messages, records and kt_simulation_event_count */
@@ -82,6 +89,8 @@ typedef struct kt_scene_event {
     int call_count;          /* length of call */
     const kt_scene_switch *switches; /* take effect together, before the calls; NULL: none */
     int switch_count;                /* length of switches */
+    const kt_scene_set *sets;        /* take effect together, before the switches; NULL: none */
+    int set_count;                   /* length of sets */
     int limit;                       /* how often it happens at most; 0: any number */
 } kt_scene_event;
 
@@ -225,14 +234,23 @@ typedef struct kt_scene_call {
 /* How many events a simulation of this scene needs room for (kt_simulation_options.events). O(1). */
 KT_API int kt_scene_event_room(const kt_scene *scene);
 
+/* Whether events of the scene set parameters: its model is then to be settable (kt_model_options), or a copy. O(events). */
+KT_API bool kt_scene_sets(const kt_scene *scene);
+
 /* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and
  * allocate nothing; *watch holds what they need, must outlive the simulation, as must the model and `calls`, and is
  * released with kt_scene_watch_free; the scene may be released before. Errors: KT_ERROR_MODEL (a body is not in the
  * model), KT_ERROR_SCENE (a formula; a call that is not among `calls`, where call_count is not negative: -1 leaves
- * calls out), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. O(events * (variables + bodies)). */
+ * calls out), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT (kt_scene_sets, and the model is immutable). O(events * (variables +
+ * bodies)). */
 KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model,
                                                   kt_simulation *simulation, const kt_scene_call *calls, int call_count,
                                                   kt_scene_watch **watch, kt_error *error);
+/* Sets the parameters of the model to what the own states of the simulation say of them: after kt_simulation_restore and
+ * kt_simulation_set_state, where events of the scene set parameters; else nothing is to be done. Errors: those of
+ * kt_parameter_set. O(numbers that follow). */
+KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
+                                                kt_error *error);
 /* Releases it; NULL is allowed. */
 KT_API void kt_scene_watch_free(kt_scene_watch *watch);
 

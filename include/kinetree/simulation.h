@@ -300,6 +300,23 @@ KT_API KT_CHECKED kt_status kt_simulation_set_parameter(kt_simulation *simulatio
                                                         const kt_parameter *parameter, const double *values,
                                                         kt_error *error);
 
+/* A parameter, and the numbers that it is to have. */
+typedef struct kt_parameter_change {
+    kt_parameter parameter;          /* as kt_parameter_find returns it */
+    double values[KT_PARAMETER_MAX]; /* parameter.count numbers */
+} kt_parameter_change;
+
+/* Sets parameters of the model and own states x (kt_own_state_count; NULL: they stay) at the present time, all at once:
+ * loops are closed, velocities projected, hard contacts looked at, and slopes from before forgotten. With a balance,
+ * energy that is lost counts as dissipated, energy that is gained as supplied. On success changes[i].values are the
+ * numbers from before. For the actions of events, and between calls; checkpoints do not hold parameters. Errors: those of
+ * kt_simulation_set_parameter, kt_simulation_set_own_states and kt_simulation_jump; the simulation, the model and the
+ * changes are then as before; KT_ERROR_UNSUPPORTED (a library without Jacobians). Nothing is allocated. Cost: of a
+ * projection. */
+KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,
+                                                 kt_parameter_change *changes, int count, const double *x,
+                                                 kt_error *error);
+
 /* Sets the wrenches on the bodies (kt_model_body_count entries, entry 0 ignored; NULL: none): moment about the body
  * frame's origin and force, world axes; they are constant as the torques are. Errors: KT_ERROR_NOT_FINITE naming the
  * body. */

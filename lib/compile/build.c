@@ -389,6 +389,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
     m->metric = options->metric;
     m->structure = options->structure;
     m->excluded_forms = options->excluded_forms;
+    m->settable = options->settable;
     b->model = m;
     if (n.plane)
         memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);

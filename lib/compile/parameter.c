@@ -439,7 +439,7 @@ kt_status kt_parameter_check(const kt_model *model, const kt_parameter *paramete
     const kt_status status = kt_parameter_require(model, parameter, error);
     if (status != KT_OK)
         return status;
-    if (!model->placed)
+    if (!model->placed && !model->settable)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "kt_parameter_set",
             "a compiled model is immutable; make a copy in memory of your own (kt_model_copy) and set it there");

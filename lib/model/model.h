@@ -198,6 +198,7 @@ struct kt_model {
     bool has_delassus;   /* some group is solved by reduction/delassus.h */
     bool has_armature;   /* some joint has armature */
     bool placed;         /* in the caller's memory (kt_model_copy) */
+    bool settable;       /* as its options say */
     uint32_t name;       /* offset in text */
     kt_names
         names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope

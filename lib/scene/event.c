@@ -7,6 +7,7 @@
 
 #include "scene/expression.h"
 #include "scene/part.h"
+#include "scene/reset.h"
 
 #include "base/names.h"
 
@@ -96,15 +97,66 @@ static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, c
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no loop or effect %s", kt_name_quote(name).text);
 }
 
-/* What a `then` gathers: names of calls, and switches. */
+/* What a `then` gathers: names of calls, switches, and what is set. */
 typedef struct actions_read {
     const char **calls;
     kt_scene_switch *switches;
+    kt_scene_set *sets;
 } actions_read;
+
+/* The formula of a new value; a number and an expression are formulas, too. */
+static bool read_value(kt_reader *r, const kt_scope *scope, kt_node *node, const char **value) {
+    kt_node *inner = kt_pool_take(&r->scratch, 1, sizeof *inner);
+    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+    if (node->kind != KT_NODE_TEXT || node->count == 0)
+        return kt_fault_expected(r, scope, node, "a number or a formula (\"2*k\")");
+    if (inner == NULL)
+        return kt_reader_out_of_memory(r);
+    *inner = *node;
+    if (kt_is_expression(node)) {
+        inner->of.text++;
+        inner->column++;
+    }
+    const bool good = kt_read_formula(r, scope, inner, &symbols, true, value);
+    node->faulty = node->faulty || inner->faulty;
+    return good;
+}
+
+/* {set: {NAME: VALUE, ...}} of parameters and own states. */
+static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene_event *event, const actions_read *to) {
+    if (map->kind != KT_NODE_MAP || map->count == 0)
+        return kt_fault_expected(r, scope, map, "names of parameters or states and their values ('{k: 200}')");
+    for (kt_node *key = map->of.first; key != NULL; key = key->next->next) {
+        kt_scene_set *set = &to->sets[event->set_count];
+        kt_variable variable;
+        if (key->kind != KT_NODE_TEXT)
+            return kt_fault_expected(r, scope, key, "the name of a parameter or a state");
+        const kt_scope here = {.outer = scope, .key = key->of.text};
+        if (r->description == NULL)
+            return true;
+        if (!kt_variable_find(r->description, key->of.text, &variable) || variable.type != KT_VARIABLE_STATE)
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, key,
+                               "there is no parameter or state %s; what an event sets is a name of `parameters` or "
+                               "`states`",
+                               kt_name_quote(key->of.text).text);
+        set->name = kt_pool_text(&r->keep, key->of.text, key->count);
+        if (set->name == NULL)
+            return kt_reader_out_of_memory(r);
+        if (!read_value(r, &here, key->next, &set->value))
+            return false;
+        event->set_count++;
+    }
+    return true;
+}
 
 /* {call: NAME}, {release: NAME}, {engage: NAME} */
 static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
                        const actions_read *to) {
+    kt_node *set = node->count == 1 ? kt_node_find(node, "set") : NULL;
+    if (set != NULL) {
+        const kt_scope here = {.outer = scope, .key = "set"};
+        return read_set(r, &here, set, event, to);
+    }
     static const struct {
         const char *key, *expected;
     } kinds[] = {{"call", "the name of an action of the program"},
@@ -127,8 +179,8 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
         return true;
     }
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                       "expected an action: stop, record, {release: NAME} or {engage: NAME} of a loop or an effect, or "
-                       "{call: NAME} for one of the program's own");
+                       "expected an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or "
+                       "{engage: NAME} of a loop or an effect, or {call: NAME} for one of the program's own");
 }
 
 static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
@@ -146,14 +198,27 @@ static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_s
     *flag = true;
 }
 
+/* Room for all that a `then` sets. */
+static size_t count_sets(const kt_node *then) {
+    size_t count = 1;
+    if (then->kind == KT_NODE_MAP) {
+        const kt_node *set = kt_node_find(then, "set");
+        count += set != NULL && set->kind == KT_NODE_MAP ? set->count : 0;
+    }
+    for (const kt_node *one = then->kind == KT_NODE_LIST ? then->of.first : NULL; one != NULL; one = one->next)
+        count += one->kind == KT_NODE_MAP ? count_sets(one) : 0;
+    return count;
+}
+
 static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_scene_event *event = object;
     const bool is_list = node->kind == KT_NODE_LIST;
     const size_t room = is_list ? node->count + 1 : 1;
     const actions_read to = {.calls = kt_pool_take(&r->keep, room, sizeof *to.calls),
-                             .switches = kt_pool_take(&r->keep, room, sizeof *to.switches)};
-    if (to.calls == NULL || to.switches == NULL)
+                             .switches = kt_pool_take(&r->keep, room, sizeof *to.switches),
+                             .sets = kt_pool_take(&r->keep, count_sets(node), sizeof *to.sets)};
+    if (to.calls == NULL || to.switches == NULL || to.sets == NULL)
         return kt_reader_out_of_memory(r);
     if (is_list && node->count == 0)
         return kt_fault_expected(r, scope, node, "an action or a list of actions: stop, record, {call: NAME}");
@@ -166,6 +231,7 @@ static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     }
     event->call = event->call_count > 0 ? to.calls : NULL;
     event->switches = event->switch_count > 0 ? to.switches : NULL;
+    event->sets = event->set_count > 0 ? to.sets : NULL;
     return !kt_node_is_faulty(node);
 }
 
@@ -173,6 +239,18 @@ static void write_named(kt_emitter *e, const char *key, const char *name) {
     kt_emit_map(e, true);
     kt_emit_key(e, key);
     kt_emit_text(e, name);
+    kt_emit_end(e);
+}
+
+static void write_set(kt_emitter *e, const kt_scene_event *event) {
+    kt_emit_map(e, true);
+    kt_emit_key(e, "set");
+    kt_emit_map(e, true);
+    for (int i = 0; i < event->set_count; i++) {
+        kt_emit_key(e, event->sets[i].name);
+        kt_emit_text(e, event->sets[i].value);
+    }
+    kt_emit_end(e);
     kt_emit_end(e);
 }
 
@@ -185,6 +263,8 @@ static void write_then(kt_emitter *e, const kt_field *field, const void *object,
         kt_emit_word(e, "stop");
     if (event->record)
         kt_emit_word(e, "record");
+    if (event->set_count > 0)
+        write_set(e, event);
     for (int i = 0; i < event->switch_count; i++)
         write_named(e, event->switches[i].on ? "engage" : "release", event->switches[i].name);
     for (int i = 0; i < event->call_count; i++)
@@ -301,6 +381,14 @@ static void write_events(kt_emitter *e, const kt_field *field, const void *objec
     (void)standard;
     const kt_scene *scene = object;
     const kt_scene_event rest = {.name = NULL};
+    kt_reset_number number;
+    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
+        if (number.parameter < 0) {
+            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
+                           "events set parameters that numbers of the scene follow; a scene is written with numbers in "
+                           "place of parameters, which no event could set");
+            break;
+        }
     kt_emit_list(e, false);
     for (int i = 0; i < scene->event_count; i++)
         kt_table_write(e, &event_table, &scene->events[i], &rest);

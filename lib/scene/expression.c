@@ -11,6 +11,12 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+static void mark_used(kt_reader *r, const char *name) {
+    const int k = r->parameter_count > 0 ? kt_names_find(&r->parameter_names, 0, name) : -1;
+    if (k >= 0)
+        r->parameters[k].is_used = true;
+}
+
 static bool find_parameter(void *user, const char *name, kt_symbol *symbol) {
     kt_reader *r = user;
     const int k = r->parameter_count > 0 ? kt_names_find(&r->parameter_names, 0, name) : -1;
@@ -78,19 +84,23 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
 typedef struct kt_formula_names {
     kt_reader *r;
     const kt_symbols *variables;
-    bool waits;  /* a parameter has no value: that has been reported */
-    bool varies; /* a parameter depends on a variable */
+    bool waits;    /* a parameter has no value: that has been reported */
+    bool varies;   /* a parameter depends on a variable */
+    bool is_reset; /* or on one that an event sets, where there are no own states */
 } kt_formula_names;
 
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
-    if (names->variables->find(names->variables->user, name, symbol))
+    if (names->variables->find(names->variables->user, name, symbol)) {
+        mark_used(names->r, name); /* one that an event sets is an own state */
         return true;
+    }
     if (!find_parameter(names->r, name, symbol))
         return false;
     const kt_named_number *parameter = &names->r->parameters[symbol->index];
     names->waits = names->waits || !parameter->is_known;
     names->varies = names->varies || parameter->varies;
+    names->is_reset = names->is_reset || parameter->is_reset;
     symbol->is_fixed = true;
     symbol->number = parameter->value;
     return true;
@@ -161,8 +171,8 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
                                               "with numbers in place of parameters the formula has more than %d "
                                               "characters; compute a part of it as a parameter",
                                               KT_EXPRESSION_LENGTH_MAX);
-    if (names.varies)
-        kt_varying_note_fixed(r, node);
+    if (names.varies || names.is_reset)
+        kt_varying_note_fixed(r, node, names.is_reset);
     *text = filled;
     return true;
 }

@@ -15,8 +15,10 @@ struct kt_named_number {
     int use_count;
     int missing; /* parameters that its expression uses and whose values are not yet known */
     bool is_known, is_angle;
-    bool is_used; /* by anything */
-    bool varies;  /* it depends on a variable (vary.h) */
+    bool is_used;  /* by anything */
+    bool varies;   /* it depends on a variable (vary.h) */
+    bool is_set;   /* by an event */
+    bool is_reset; /* it is, or depends on one that is: formulas know it as an own state of its name (reset.h) */
 };
 
 /* Whether there is a parameter of this name. */

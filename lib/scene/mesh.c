@@ -164,7 +164,7 @@ static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sce
     kt_body *body = body_of(r, scene, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
         return true;
-    kt_varying_note_fixed(r, node); /* masses are not computed again */
+    kt_varying_note_fixed(r, node, false); /* masses are not computed again */
     if (give_mass(r, scope, node, meshes, k, body))
         return true;
     if (body->mass == 0.0) { /* that it has none is no second fault */

@@ -5,9 +5,11 @@
  */
 #include "scene/parameter.h"
 
+#include "expression/expression.h"
 #include "scene/expression.h"
 #include "scene/number.h"
 #include "scene/part.h"
+#include "scene/reset.h"
 #include "scene/vary.h"
 
 #include <math.h>
@@ -57,6 +59,7 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
         }
         r->parameters[r->parameter_count] =
             (kt_named_number){.name = key->of.text, .key = key, .node = key->next, .value = (double)NAN};
+        r->parameters[r->parameter_count].is_set = kt_reset_is_named(r, key->of.text);
         r->parameter_values[r->parameter_count] = (double)NAN;
         check_name(r, scope, r->parameter_count++);
     }
@@ -68,6 +71,12 @@ static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     parameter->is_known = true;
     r->parameter_values[parameter - r->parameters] = value;
     parameter->varies = parameter->node->follows;
+    parameter->is_reset = parameter->is_set;
+    for (size_t i = 0; parameter->expression != NULL && i < parameter->expression->count; i++) {
+        const kt_expression_term *term = &parameter->expression->term[i];
+        if (term->code == KT_OPERATOR_SYMBOL)
+            parameter->is_reset = parameter->is_reset || r->parameters[term->symbol].is_reset;
+    }
     (void)kt_number_follows(r, parameter->node, false, &r->parameter_values[parameter - r->parameters]);
 }
 

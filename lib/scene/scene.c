@@ -12,6 +12,7 @@
 #include "scene/number.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
+#include "scene/reset.h"
 #include "scene/vary.h"
 
 #include <locale.h>
@@ -208,11 +209,12 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
         kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
         return;
     }
-    kt_varying_start(r, options);
     kt_settings_apply(r, options, &table);
+    kt_varying_start(r, options);
     if (!check_version(r, r->root))
         return;
     kt_parameters_read(r);
+    kt_resets_add_states(r, &scene->description);
     kt_beams_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     check_interval(r, &scene->run);

@@ -2,6 +2,7 @@
  *
  *     states: {current: {initial: 0, rate: "(supply - R*current - k*velocity.rotor)/L"}}
  */
+#include "base/copy.h"
 #include "model/formula.h"
 #include "scene/expression.h"
 #include "scene/part.h"
@@ -39,7 +40,7 @@ static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_O
 
 /* All names, before any rate is read. */
 static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states) {
-    int k = 0;
+    int k = r->description->state_count;
     bool good = true;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
         states[k] = kt_state_default();
@@ -65,15 +66,20 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
         r->names_are_known = false;
         return kt_fault_expected(r, scope, node, "names and rates of states ('current: {rate: ...}')");
     }
-    kt_state *states = kt_pool_take(&r->keep, (size_t)node->count + 1, sizeof *states);
-    r->state_nodes = kt_pool_take(&r->scratch, (size_t)node->count + 1, sizeof *r->state_nodes);
-    if (states == NULL || r->state_nodes == NULL)
+    /* Behind those of parameters that events set (reset.h). */
+    const size_t before = (size_t)scene->description.state_count, count = before + node->count;
+    kt_state *states = kt_pool_take(&r->keep, count + 1, sizeof *states);
+    kt_node **nodes = kt_pool_take(&r->scratch, count + 1, sizeof(kt_node *));
+    if (states == NULL || nodes == NULL)
         return kt_reader_out_of_memory(r);
+    kt_copy(states, scene->description.states, before * sizeof *states);
+    kt_copy(nodes, r->state_nodes, before * sizeof *nodes);
+    r->state_nodes = nodes;
     r->names_are_known = read_names(r, scope, node, states) && r->names_are_known;
     scene->description.states = states;
-    scene->description.state_count = (int)node->count;
-    for (int k = 0; k < scene->description.state_count; k++) {
-        const kt_scope here = {.outer = scope, .key = states[k].name, .index = k};
+    scene->description.state_count = (int)count;
+    for (int k = (int)before; k < scene->description.state_count; k++) {
+        const kt_scope here = {.outer = scope, .key = states[k].name, .index = k - (int)before};
         (void)kt_table_read(r, &here, r->state_nodes[k], &state_table, &states[k]);
     }
     return !kt_node_is_faulty(node);

@@ -1,4 +1,5 @@
-/* Numbers that follow from variables: which there are (while a scene is read), and their new values (kt_scene_vary).
+/* Numbers that follow from variables, or from parameters that events set: which there are (while a scene is read), and
+ * their new values (kt_scene_vary; reset.c).
  *
  * Numbers are listed in the order in which they are read, parameters before all else and each after those that it uses, so
  * that a walk along the list finds everything evaluated that an expression needs.
@@ -9,6 +10,7 @@
 #include "expression/expression.h"
 #include "scene/expression.h" /* kt_named_number */
 #include "scene/parameter.h"
+#include "scene/reset.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -19,15 +21,18 @@ typedef struct kt_follower {
     const kt_expression *expression; /* of parameters; NULL: the value of a variable */
     int variable;
     bool positive;  /* others are refused */
+    bool is_reset;  /* it follows from a parameter that an event sets */
     bool is_offset; /* it lies in the struct kt_scene, which its owner may move */
     double *at;
     size_t offset;
+    kt_node *node; /* while the scene is read */
 } kt_follower;
 
 /* What has been read and depends on a variable, until a reader has said where it stays. */
 typedef struct kt_noted {
-    const kt_node *node;
+    kt_node *node;
     const kt_expression *expression; /* a copy, as long as the scene; NULL: the value of a variable, or no number */
+    bool is_reset;                   /* it depends on a parameter that an event sets */
 } kt_noted;
 
 struct kt_scene_variables {
@@ -36,7 +41,11 @@ struct kt_scene_variables {
     int variable_count, first_setting;
     double *values;     /* of the variables, now */
     double *parameters; /* values of all parameters, now */
-    kt_noted *noted;    /* while the scene is read */
+    int parameter_count;
+    int *reset_state; /* of each parameter that follows events: its own state, an index in the description; else -1 */
+    bool *is_set;     /* of each: an event sets it */
+    int reset_count;  /* how many follow events; the states are the first ones */
+    kt_noted *noted;  /* while the scene is read */
     size_t noted_count, noted_room;
     bool is_fixed;             /* something has been left there, which cannot be changed */
     char where[KT_WHERE_SIZE]; /* the first of it */
@@ -45,18 +54,20 @@ struct kt_scene_variables {
 /* ---- while a scene is read --------------------------------------------------------------------------------------- */
 
 void kt_varying_start(kt_reader *r, const kt_scene_options *options) {
-    if (options == NULL || options->variable_count == 0)
+    const int count = options != NULL ? options->variable_count : 0;
+    if (count == 0 && !kt_resets_are_named(r))
         return;
     kt_scene_variables *v = kt_pool_take(&r->keep, 1, sizeof *v);
-    double *values = kt_pool_take(&r->keep, (size_t)options->variable_count, sizeof *values);
+    double *values = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *values);
     if (v == NULL || values == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }
-    memcpy(values, options->values, (size_t)options->variable_count * sizeof *values);
+    if (count > 0)
+        memcpy(values, options->values, (size_t)count * sizeof *values);
     v->values = values;
-    v->variable_count = options->variable_count;
-    v->first_setting = options->setting_count;
+    v->variable_count = count;
+    v->first_setting = options != NULL ? options->setting_count : 0;
     r->varying = v;
 }
 
@@ -68,11 +79,16 @@ static int variable_of(const kt_scene_variables *v, const kt_node *node) {
     return k < v->variable_count ? k : -1;
 }
 
-static bool depends(const kt_reader *r, const kt_expression *expression) {
+/* Whether an expression depends on a variable; *is_reset: on a parameter that an event sets. */
+static bool depends(const kt_reader *r, const kt_expression *expression, bool *is_reset) {
+    bool varies = false;
+    *is_reset = false;
     for (size_t i = 0; i < expression->count; i++)
-        if (expression->term[i].code == KT_OPERATOR_SYMBOL && r->parameters[expression->term[i].symbol].varies)
-            return true;
-    return false;
+        if (expression->term[i].code == KT_OPERATOR_SYMBOL) {
+            varies = varies || r->parameters[expression->term[i].symbol].varies;
+            *is_reset = *is_reset || r->parameters[expression->term[i].symbol].is_reset;
+        }
+    return varies;
 }
 
 /* Room for one more in an array that is taken from a pool; NULL: out of memory. */
@@ -90,23 +106,25 @@ static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t
     return more;
 }
 
-static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expression) {
+static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_reset) {
     kt_scene_variables *v = r->varying;
     kt_noted *noted = grow(r, &r->scratch, v->noted, v->noted_count, &v->noted_room, sizeof *noted);
     if (noted == NULL)
         return;
-    noted[v->noted_count++] = (kt_noted){node, expression};
+    noted[v->noted_count++] = (kt_noted){node, expression, is_reset};
     v->noted = noted;
     node->follows = true;
 }
 
-void kt_varying_note_fixed(kt_reader *r, kt_node *node) {
+void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset) {
     if (r->varying != NULL)
-        add_noted(r, node, NULL);
+        add_noted(r, node, NULL, is_reset);
 }
 
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
-    if (r->varying == NULL || (expression != NULL ? !depends(r, expression) : variable_of(r->varying, node) < 0))
+    bool is_reset = false;
+    if (r->varying == NULL ||
+        !(expression != NULL ? depends(r, expression, &is_reset) || is_reset : variable_of(r->varying, node) >= 0))
         return;
     const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
     kt_expression *kept = expression != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
@@ -115,7 +133,7 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
     if (kept == NULL && expression != NULL)
         (void)kt_reader_out_of_memory(r);
     else
-        add_noted(r, node, kept);
+        add_noted(r, node, kept, is_reset);
 }
 
 static kt_follower *add_follower(kt_reader *r) {
@@ -147,7 +165,9 @@ bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
     const kt_noted noted = take_noted(r->varying, node);
     *follower = (kt_follower){.expression = noted.expression,
                               .variable = noted.expression == NULL ? variable_of(r->varying, node) : -1,
-                              .positive = positive};
+                              .positive = positive,
+                              .is_reset = noted.is_reset,
+                              .node = node};
     follower->at = at;
     node->follows = false;
     return true;
@@ -197,10 +217,36 @@ static void tell_where(const kt_reader *r, const char *path, const kt_node *node
         (void)snprintf(where, KT_WHERE_SIZE, "%s", path);
 }
 
+/* Reports what an event cannot change though it sets a parameter of it. */
+static void refuse_reset(kt_reader *r, kt_node *node) {
+    (void)kt_fault_at(r, KT_ERROR_SCENE, NULL, node,
+                      "an event sets a parameter of %s, which is no number that can change while a scene runs; those "
+                      "are masses, centres, inertias and armatures of bodies, gravity, numbers and constant functions "
+                      "of effects and loops, and formulas of forces, rates, events and columns; give this a parameter "
+                      "of its own",
+                      node->kind == KT_NODE_TEXT ? kt_name_quote(node->of.text).text : "this");
+}
+
+static void check_resets(kt_reader *r, const kt_scene *scene) {
+    kt_scene_variables *v = r->varying;
+    for (size_t i = 0; i < v->noted_count; i++)
+        if (v->noted[i].is_reset)
+            refuse_reset(r, v->noted[i].node);
+    for (size_t i = 0; i < v->count; i++) {
+        const double *at = v->followers[i].at;
+        kt_reset_target target;
+        const bool is_parameter = at >= r->parameter_values && at < r->parameter_values + r->parameter_count;
+        if (v->followers[i].is_reset && !is_parameter && !kt_reset_target_of(&scene->description, at, &target))
+            refuse_reset(r, v->followers[i].node);
+        v->followers[i].node = NULL;
+    }
+}
+
 void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     kt_scene_variables *v = r->varying;
     if (v == NULL)
         return;
+    check_resets(r, scene);
     bool follows = v->noted_count == 0;
     v->parameters = r->parameter_values;
     for (size_t i = 0; follows && i < v->count; i++)
@@ -209,6 +255,62 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     tell_where(r, path, v->noted_count > 0 ? v->noted[0].node : NULL, v->where);
     v->noted = NULL;
     scene->variables = v;
+}
+
+/* ---- parameters that events set ---------------------------------------------------------------------------------- */
+
+void kt_resets_add_states(kt_reader *r, kt_description *description) {
+    kt_scene_variables *v = r->varying;
+    if (v == NULL || r->parameter_count == 0)
+        return;
+    const size_t count = (size_t)r->parameter_count;
+    kt_state *states = kt_pool_take(&r->keep, count, sizeof *states);
+    v->reset_state = kt_pool_take(&r->keep, count, sizeof *v->reset_state);
+    v->is_set = kt_pool_take(&r->keep, count, sizeof *v->is_set);
+    r->state_nodes = kt_pool_take(&r->scratch, count, sizeof(kt_node *));
+    if (states == NULL || v->reset_state == NULL || v->is_set == NULL || r->state_nodes == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    v->parameter_count = r->parameter_count;
+    for (int k = 0; k < r->parameter_count; k++) {
+        const kt_named_number *parameter = &r->parameters[k];
+        v->reset_state[k] = parameter->is_reset ? v->reset_count : -1;
+        v->is_set[k] = parameter->is_set;
+        if (!parameter->is_reset)
+            continue;
+        r->state_nodes[v->reset_count] = parameter->node;
+        states[v->reset_count++] = (kt_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
+                                              .initial = parameter->is_known ? parameter->value : 0.0,
+                                              .rate = "0"};
+    }
+    description->states = v->reset_count > 0 ? states : NULL;
+    description->state_count = v->reset_count;
+}
+
+int kt_resets_parameters(const kt_scene *scene) {
+    return scene->variables != NULL && scene->variables->reset_count > 0 ? scene->variables->parameter_count : 0;
+}
+
+kt_reset_parameter kt_resets_parameter(const kt_scene *scene, int k) {
+    const kt_scene_variables *v = scene->variables;
+    return (kt_reset_parameter){.value = v->parameters[k], .state = v->reset_state[k], .is_set = v->is_set[k]};
+}
+
+bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number) {
+    const kt_scene_variables *v = scene->variables;
+    while (v != NULL && *k < v->count && !v->followers[*k].is_reset)
+        (*k)++;
+    if (v == NULL || *k >= v->count)
+        return false;
+    const kt_follower *follower = &v->followers[(*k)++];
+    /* The scene is not changed by who asks; where a number lies is compared, and never written through. */
+    const double *at =
+        follower->is_offset ? (const double *)(const void *)((const char *)scene + follower->offset) : follower->at;
+    const bool is_parameter = at >= v->parameters && at < v->parameters + v->parameter_count;
+    *number = (kt_reset_number){
+        .expression = follower->expression, .at = at, .parameter = is_parameter ? (int)(at - v->parameters) : -1};
+    return true;
 }
 
 /* ---- new values -------------------------------------------------------------------------------------------------- */
@@ -225,6 +327,10 @@ static const kt_follower *put(kt_scene *scene, const double *values) {
     }
     for (int k = 0; k < scene->parameter_count; k++)
         scene->parameters[k].value = v->parameters[k];
+    kt_state *states = (kt_state *)(uintptr_t)scene->description.states; /* the scene's own */
+    for (int k = 0; k < v->parameter_count && v->reset_count > 0; k++)
+        if (v->reset_state[k] >= 0)
+            states[v->reset_state[k]].initial = v->parameters[k];
     return NULL;
 }
 
@@ -232,7 +338,7 @@ kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error) 
     if (KT_IS_MISSING(error, scene, values))
         return KT_ERROR_ARGUMENT;
     kt_scene_variables *v = scene->variables;
-    if (v == NULL)
+    if (v == NULL || v->variable_count == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_vary",
                             "the scene was read without variables; name them in kt_scene_options");
     if (v->is_fixed)

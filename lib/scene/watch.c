@@ -9,6 +9,7 @@
 #include "kinetree/mechanism.h"
 #include "scene/event.h"
 #include "scene/pool.h"
+#include "scene/reset.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -37,11 +38,18 @@ typedef struct watched {
     const kt_scene_call **calls;
     int call_count;
     uint64_t on, off; /* the switches that it engages and releases */
+    formula *values;  /* of the own states that it sets */
+    int *states;      /* these */
+    int set_count;
+    const kt_scene_watch *watch;
 } watched;
 
 struct kt_scene_watch {
     kt_pool pool;
     watched *watched;
+    const kt_model *model;
+    kt_data *data;     /* of the model; NULL: no value that is set asks for markers */
+    kt_resets *resets; /* NULL: events set nothing */
 };
 
 /* Symbols of a formula: the k-th that it names. */
@@ -110,9 +118,9 @@ static kt_status bind(const kt_description *description, const kt_model *model, 
     return KT_OK;
 }
 
-/* Reads the formula of an event, and binds its variables to the model. */
+/* Reads the formula of an event, and binds its variables to the model; of a comparison that is watched its difference. */
 static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_model *model, const char *text,
-                              formula *to, kt_error *error) {
+                              bool is_watched, formula *to, kt_error *error) {
     const size_t size = kt_expression_size(text), room = strlen(text);
     names n = {.description = &scene->description,
                .variables = kt_pool_take(pool, room + 1, sizeof(kt_variable)),
@@ -125,7 +133,8 @@ static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_mod
     kt_status status = kt_expression_parse(text, &symbols, to->expression, size, &expression, NULL, error);
     if (status != KT_OK)
         return status;
-    if (is_comparison(expression, &to->sign))
+    to->sign = 1.0;
+    if (is_watched && is_comparison(expression, &to->sign))
         to->expression->term[to->expression->count - 1].code = KT_OPERATOR_SUBTRACT;
     to->count = n.count;
     to->variables = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->variables);
@@ -161,8 +170,7 @@ static double value_of(const kt_instant *at, const bound *variable) {
     return variable->component == 0 ? point.x : variable->component == 1 ? point.y : point.z;
 }
 
-static int evaluate(const kt_instant *at, double *value, kt_error *error, void *user) {
-    formula *f = &((watched *)user)->formula;
+static int evaluate_formula(formula *f, const kt_instant *at, double *value, kt_error *error) {
     if (f->moves && kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) != KT_OK)
         return 1;
     for (int k = 0; k < f->count; k++)
@@ -171,11 +179,33 @@ static int evaluate(const kt_instant *at, double *value, kt_error *error, void *
     return 0;
 }
 
+static int evaluate(const kt_instant *at, double *value, kt_error *error, void *user) {
+    return evaluate_formula(&((watched *)user)->formula, at, value, error);
+}
+
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
+
+/* Sets own states, all from the state before, and what follows from them. */
+static kt_status set_states(const watched *w, kt_simulation *simulation, kt_error *error) {
+    const kt_scene_watch *watch = w->watch;
+    const kt_instant at = {.model = watch->model,
+                           .data = watch->data,
+                           .t = kt_simulation_time(simulation),
+                           .q = kt_simulation_positions(simulation),
+                           .v = kt_simulation_velocities(simulation),
+                           .x = kt_simulation_own_states(simulation)};
+    double *x = kt_resets_states(watch->resets, simulation);
+    for (int i = 0; i < w->set_count; i++)
+        if (evaluate_formula(&w->values[i], &at, &x[w->states[i]], error) != 0)
+            return KT_ERROR_CALLBACK;
+    return kt_resets_apply(watch->resets, simulation, error);
+}
 
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const watched *w = user;
     int stops = 0;
+    if (w->set_count > 0 && set_states(w, simulation, error) != KT_OK)
+        return -1;
     const uint64_t set = (kt_switch_set(kt_simulation_model(simulation)) & ~w->off) | w->on;
     if ((w->on | w->off) != 0 && kt_simulation_switch(simulation, set, NULL, error) != KT_OK)
         return -1;
@@ -223,7 +253,39 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
     return KT_OK;
 }
 
+static kt_status find_sets(kt_scene_watch *watch, const kt_scene *scene, const kt_scene_event *event, watched *to,
+                           kt_error *error) {
+    const size_t count = (size_t)event->set_count;
+    bool moves = false;
+    to->watch = watch;
+    if (count == 0)
+        return KT_OK;
+    to->values = kt_pool_take(&watch->pool, count, sizeof *to->values);
+    to->states = kt_pool_take(&watch->pool, count, sizeof *to->states);
+    if (to->values == NULL || to->states == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    kt_status status = KT_OK;
+    for (size_t i = 0; status == KT_OK && i < count; i++) {
+        to->states[i] = kt_own_state_find(watch->model, event->sets[i].name);
+        if (to->states[i] < 0)
+            return kt_error_set(error, KT_ERROR_MODEL, event->name, "the model has no state '%s'", event->sets[i].name);
+        status = make_formula(&watch->pool, scene, watch->model, event->sets[i].value, false, &to->values[i], error);
+        moves = moves || to->values[i].moves;
+    }
+    to->set_count = event->set_count;
+    if (status == KT_OK && moves && watch->data == NULL)
+        status = kt_data_create(watch->model, &watch->data, error);
+    return status;
+}
+
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
+
+bool kt_scene_sets(const kt_scene *scene) {
+    bool any = false;
+    for (int i = 0; scene != NULL && i < scene->event_count; i++)
+        any = any || scene->events[i].set_count > 0;
+    return any;
+}
 
 int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
 
@@ -240,22 +302,25 @@ typedef struct target {
 static kt_status add_event(const target *in, const kt_scene_event *event, watched *to, kt_error *error) {
     kt_scene_watch *watch = in->watch;
     const kt_model *model = in->model;
-    kt_status status = make_formula(&watch->pool, in->scene, model, event->when, &to->formula, error);
+    kt_status status = make_formula(&watch->pool, in->scene, model, event->when, true, &to->formula, error);
     if (status == KT_OK)
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)
         status = find_switches(model, event, to, error);
+    if (status == KT_OK)
+        status = find_sets(watch, in->scene, event, to, error);
     const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
     if (status == KT_OK && name == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     if (status != KT_OK)
         return status;
+    const bool acts = event->switch_count > 0 || event->set_count > 0;
     const kt_event added = {.name = name,
                             .function = evaluate,
-                            .action = to->call_count > 0 || event->switch_count > 0 ? act : NULL,
+                            .action = to->call_count > 0 || acts ? act : NULL,
                             .user = to,
                             .direction = event->direction,
-                            .record = event->record || event->switch_count > 0,
+                            .record = event->record || acts,
                             .stop = event->stop,
                             .limit = (uint64_t)event->limit};
     return kt_simulation_event_add(in->simulation, &added, error);
@@ -272,11 +337,17 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         made->watched = kt_pool_take(&made->pool, (size_t)count + 1, sizeof *made->watched);
     if (made == NULL || made->watched == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    if (status == KT_OK) {
+        made->model = model;
+        status = kt_resets_create(&made->pool, scene, model, &made->resets, error);
+    }
     const target in = {made, scene, model, simulation, calls, call_count};
     for (int i = 0; status == KT_OK && i < count; i++) {
         const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
         status = add_event(&in, event, &made->watched[i], error);
     }
+    if (status == KT_OK)
+        status = kt_scene_watch_sync(made, simulation, error);
     if (status != KT_OK) {
         kt_scene_watch_free(made);
         return status;
@@ -285,9 +356,16 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
     return KT_OK;
 }
 
+kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation, kt_error *error) {
+    if (KT_IS_MISSING(error, watch, simulation))
+        return KT_ERROR_ARGUMENT;
+    return watch->resets != NULL ? kt_resets_sync(watch->resets, simulation, error) : KT_OK;
+}
+
 void kt_scene_watch_free(kt_scene_watch *watch) {
     if (watch == NULL)
         return;
+    kt_data_free(watch->data);
     kt_pool_free(watch->pool.chunks);
     free(watch);
 }

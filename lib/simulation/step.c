@@ -54,10 +54,8 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     return KT_OK;
 }
 
-kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
-                                      const double *values, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, copy, parameter, values))
-        return KT_ERROR_ARGUMENT;
+/* Whether a model is one whose parameters may change while the simulation runs. */
+static kt_status check_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
     if (simulation->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
@@ -66,7 +64,16 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
     if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
                             "the simulation runs on another model than this copy");
-    const kt_status status = kt_parameter_set(copy, parameter, values, error);
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
+                                      const double *values, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, copy, parameter, values))
+        return KT_ERROR_ARGUMENT;
+    kt_status status = check_model(simulation, copy, error);
+    if (status == KT_OK)
+        status = kt_parameter_set(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
     simulation->memory.pending = simulation->memory.changed = true;
@@ -430,8 +437,42 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double
     return KT_OK;
 }
 
-/* NULL: no change. */
-static kt_status jump(kt_simulation *simulation, const double *q, const double *v, const double *x, kt_error *error) {
+/* What changes at an instant; NULL: that does not. */
+typedef struct instant_change {
+    const double *q, *v, *x;
+    kt_model *model;
+    kt_parameter_change *parameters;
+    int count;
+} instant_change;
+
+/* Takes the first `count` parameters back, the last one first, as what holds between them was true before each. */
+static void take_back(kt_model *model, kt_parameter_change *changes, int count) {
+    for (int i = count - 1; i >= 0; i--) {
+        double values[KT_PARAMETER_MAX];
+        if (kt_parameter_get(model, &changes[i].parameter, values, NULL) == KT_OK)
+            (void)!kt_parameter_set(model, &changes[i].parameter, changes[i].values, NULL);
+        memcpy(changes[i].values, values, sizeof values);
+    }
+}
+
+/* Sets the parameters, and leaves their numbers from before in their places. */
+static kt_status exchange(const instant_change *change, kt_error *error) {
+    kt_status status = KT_OK;
+    for (int i = 0; status == KT_OK && i < change->count; i++) {
+        kt_parameter_change *one = &change->parameters[i];
+        double values[KT_PARAMETER_MAX] = {0.0};
+        status = kt_parameter_get(change->model, &one->parameter, values, error);
+        if (status == KT_OK)
+            status = kt_parameter_set(change->model, &one->parameter, one->values, error);
+        if (status == KT_OK)
+            memcpy(one->values, values, sizeof values);
+        else
+            take_back(change->model, change->parameters, i);
+    }
+    return status;
+}
+
+static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
     kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
     const bool balanced = kt_simulation_is_balanced(simulation);
     const bool accounts = balanced || simulation->watches_works;
@@ -440,17 +481,22 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
         kt_simulation_complete_powers(simulation);
     if (accounts)
         status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    if (KT_HAS_EVENTS && status == KT_OK)
+        status = exchange(change, error);
+    if (status != KT_OK)
+        return status;
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
 #endif
-    if (status == KT_OK)
-        status = close_state(simulation, q, v, error);
-    if (KT_HAS_FORMULAS && status == KT_OK && x != NULL)
-        memcpy(kt_simulation_own_states_of(simulation, simulation->y), x, simulation->size.x * sizeof(double));
+    status = close_state(simulation, change->q, change->v, error);
+    if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
+        memcpy(kt_simulation_own_states_of(simulation, simulation->y), change->x, simulation->size.x * sizeof(double));
     if (status == KT_OK && accounts)
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (KT_HAS_EVENTS && status != KT_OK)
+        take_back(change->model, change->parameters, change->count);
     if (status != KT_OK)
         return status;
     const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
@@ -462,19 +508,40 @@ static kt_status jump(kt_simulation *simulation, const double *q, const double *
 }
 
 kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
-    return KT_IS_MISSING(error, simulation) ? KT_ERROR_ARGUMENT : jump(simulation, q, v, NULL, error);
+    const instant_change change = {.q = q, .v = v};
+    return KT_IS_MISSING(error, simulation) ? KT_ERROR_ARGUMENT : jump(simulation, &change, error);
 }
 
-kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
-        return KT_ERROR_ARGUMENT;
+static kt_status check_own_states(const kt_simulation *simulation, const double *x, kt_error *error) {
     for (size_t i = 0; i < simulation->size.x; i++)
         if (!isfinite(x[i])) {
             char where[KT_WHERE_SIZE];
             snprintf(where, sizeof where, "state '%.100s'", kt_own_state_name(simulation->model, (int)i));
             return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "it is %g; give a finite number", x[i]);
         }
-    return simulation->size.x > 0 ? jump(simulation, NULL, NULL, x, error) : KT_OK;
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
+        return KT_ERROR_ARGUMENT;
+    const instant_change change = {.x = x};
+    const kt_status status = check_own_states(simulation, x, error);
+    return status == KT_OK && simulation->size.x > 0 ? jump(simulation, &change, error) : status;
+}
+
+kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_parameter_change *changes, int count,
+                               const double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, model, changes || count <= 0))
+        return KT_ERROR_ARGUMENT;
+    if (!KT_HAS_EVENTS)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_change",
+                            "a small library (-Djacobian=disabled) has no events; set parameters one by one");
+    const instant_change change = {.x = x, .model = model, .parameters = changes, .count = count};
+    kt_status status = check_model(simulation, model, error);
+    if (status == KT_OK && x != NULL)
+        status = check_own_states(simulation, x, error);
+    return status == KT_OK ? jump(simulation, &change, error) : status;
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {

@@ -643,6 +643,10 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
         code = kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options,
                                   modes);
+    if (code < 0 && events != NULL && kt_scene_watch_sync(events, outcome->simulation, &error) != KT_OK) {
+        kt_say_error(&error);
+        code = KT_EXIT_INTEGRATION;
+    }
     if (code < 0)
         code = run_simulation(arguments, outcome, names, kt_run_record(outcome->run, outcome->model) | options.record,
                               &checkpoint, modes);

@@ -1,0 +1,355 @@
+/* Parameters that events set (reset.h): which numbers of a model follow from them, and their new values. */
+#include "scene/reset.h"
+
+#include "effect/effect.h"
+#include "expression/expression.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+#include "model/model.h"
+
+#include <stdint.h>
+#include <string.h>
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* Whether a mapping {set: {NAME: VALUE, ...}} has this name; NULL: any. */
+static bool sets(const kt_node *action, const char *name) {
+    kt_node *map = action->kind == KT_NODE_MAP ? kt_node_find(action, "set") : NULL;
+    if (map == NULL || map->kind != KT_NODE_MAP)
+        return false;
+    for (const kt_node *key = map->of.first; key != NULL; key = key->next->next)
+        if (name == NULL || (key->kind == KT_NODE_TEXT && strcmp(key->of.text, name) == 0))
+            return true;
+    return false;
+}
+
+static bool is_named(const kt_reader *r, const char *name) {
+    kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;
+    if (events == NULL || events->kind != KT_NODE_LIST)
+        return false;
+    for (const kt_node *event = events->of.first; event != NULL; event = event->next) {
+        const kt_node *then = event->kind == KT_NODE_MAP ? kt_node_find(event, "then") : NULL;
+        if (then == NULL)
+            continue;
+        if (sets(then, name))
+            return true;
+        for (const kt_node *one = then->kind == KT_NODE_LIST ? then->of.first : NULL; one != NULL; one = one->next)
+            if (sets(one, name))
+                return true;
+    }
+    return false;
+}
+
+bool kt_resets_are_named(const kt_reader *r) { return is_named(r, NULL); }
+bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->varying != NULL && is_named(r, name); }
+
+/* ---- numbers of a description -------------------------------------------------------------------------------------- */
+
+/* The index of the number at `at` among `count` from `first` on; -1: it is none of them. */
+static int index_in(const double *first, int count, const double *at) {
+    for (int k = 0; k < count; k++)
+        if (at == first + k)
+            return k;
+    return -1;
+}
+
+static bool find_in_body(const kt_body *body, const double *at, kt_reset_target *target) {
+    const struct {
+        kt_parameter_kind kind;
+        const double *first;
+        int count;
+    } parts[] = {{KT_PARAMETER_MASS, &body->mass, 1},
+                 {KT_PARAMETER_COM, &body->com.x, body->com_of_shape ? 0 : 3},
+                 {KT_PARAMETER_INERTIA, &body->inertia.xx, body->inertia_of_shape ? 0 : 6},
+                 {KT_PARAMETER_ARMATURE, body->joint.armature, (int)(sizeof body->joint.armature / sizeof(double))}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && body->variable_mass == NULL; i++) {
+        const int k = index_in(parts[i].first, parts[i].count, at);
+        if (k < 0)
+            continue;
+        target->kind = parts[i].kind;
+        target->component = k;
+        return true;
+    }
+    return false;
+}
+
+/* Numbers of loops and effects are those of their keys. */
+static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
+                         kt_reset_target *target) {
+    for (int i = 0; i < d->key_count; i++) {
+        const kt_key *key = &d->keys[i];
+        const void *member = (const char *)object + key->offset;
+        const bool is_number = key->kind == KT_KEY_NUMBER || key->kind == KT_KEY_DISTANCE;
+        int k = -1;
+        if (!of_loop && (is_number || key->kind == KT_KEY_SIX))
+            k = index_in(member, is_number ? 1 : 6, at);
+        target->kind = KT_PARAMETER_EFFECT;
+        const kt_function *functions = member;
+        for (int j = 0; k < 0 && j < (key->kind == KT_KEY_FUNCTION ? 1 : key->kind == KT_KEY_FUNCTIONS ? 3 : 0); j++)
+            if (at == &functions[j].value) {
+                k = j;
+                target->kind = of_loop                        ? KT_PARAMETER_LOOP_CURVE
+                               : key->kind == KT_KEY_FUNCTION ? KT_PARAMETER_EFFECT_CURVE
+                                                              : KT_PARAMETER_EFFECT_VALUE;
+            }
+        if (k < 0)
+            continue;
+        target->key = key;
+        target->component = k;
+        return true;
+    }
+    return false;
+}
+
+/* Whether `at` lies in one of the items of an array, and in which. */
+static bool lies_in(const void *items, int count, size_t size, const double *at, int *item) {
+    const uintptr_t begin = (uintptr_t)items, here = (uintptr_t)at;
+    if (count == 0 || here < begin || here >= begin + (size_t)count * size)
+        return false;
+    *item = (int)((here - begin) / size);
+    return true;
+}
+
+bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target) {
+    const kt_description *d = description;
+    *target = (kt_reset_target){.kind = KT_PARAMETER_GRAVITY, .component = index_in(&d->gravity.x, 3, at)};
+    if (target->component >= 0)
+        return true;
+    if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, &target->item))
+        return find_in_body(&d->bodies[target->item], at, target);
+    if (lies_in(d->loops, d->loop_count, sizeof *d->loops, at, &target->item)) {
+        const kt_loop *loop = &d->loops[target->item];
+        return find_in_keys(kt_loop_descriptor(loop->type), loop, true, at, target);
+    }
+    if (lies_in(d->effects, d->effect_count, sizeof *d->effects, at, &target->item)) {
+        const kt_effect *effect = &d->effects[target->item];
+        return !kt_effect_is_hard(effect) && !kt_effect_sticks(effect) &&
+               find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);
+    }
+    return false;
+}
+
+/* ---- in a model ---------------------------------------------------------------------------------------------------- */
+
+/* A number that follows. */
+typedef struct follower {
+    const kt_expression *expression; /* of parameters */
+    int parameter;                   /* it is this one, */
+    int change, component;           /* or that number of this parameter of the model */
+} follower;
+
+struct kt_resets {
+    kt_model *model;
+    double *parameters; /* values */
+    int *state;         /* of each, its own state in the model; -1: none */
+    bool *is_set;       /* of each */
+    int parameter_count;
+    follower *followers;
+    int follower_count;
+    kt_parameter_change *changes, *news; /* of all that follow, and of those that differ from the model's */
+    double *inertia; /* six of each change of a mass whose body has the inertia of its shape: a kg's */
+    int change_count;
+    double *x; /* own states */
+    int x_count;
+};
+
+/* The parameter of the model that a number of the description is one of. */
+static bool find_parameter(const kt_scene *scene, const kt_model *model, const kt_reset_target *target,
+                           kt_parameter *parameter) {
+    static const int counts[] = {3, 1, 3, 6, 0, 1, 1, 4, 3, 4};
+    const kt_description *d = &scene->description;
+    *parameter = (kt_parameter){.kind = target->kind, .count = counts[target->kind], .key = target->key, .item = -1};
+    switch (target->kind) {
+    case KT_PARAMETER_GRAVITY:
+        parameter->item = 0;
+        break;
+    case KT_PARAMETER_LOOP_CURVE:
+        parameter->item = kt_loop_find(model, d->loops[target->item].name);
+        break;
+    case KT_PARAMETER_EFFECT:
+    case KT_PARAMETER_EFFECT_CURVE:
+    case KT_PARAMETER_EFFECT_VALUE:
+        for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
+            if (model->effect[i].source == target->item)
+                parameter->item = (int)i;
+        if (target->key->kind == KT_KEY_SIX)
+            parameter->count = 6;
+        break;
+    default:
+        parameter->item = kt_body_find(model, d->bodies[target->item].name);
+        if (target->kind == KT_PARAMETER_ARMATURE && parameter->item > 0)
+            parameter->count = kt_body_coordinates(model, parameter->item).nv;
+    }
+    return parameter->item >= 0;
+}
+
+static bool is_same(const kt_parameter *a, const kt_parameter *b) {
+    return a->kind == b->kind && a->item == b->item && a->key == b->key;
+}
+
+/* The index of the change of this parameter, a new one if need be. */
+static kt_status find_change(kt_resets *to, const kt_model *model, const kt_parameter *parameter, int *index,
+                             kt_error *error) {
+    for (*index = 0; *index < to->change_count; (*index)++)
+        if (is_same(&to->changes[*index].parameter, parameter))
+            return KT_OK;
+    kt_parameter_change *change = &to->changes[to->change_count++];
+    change->parameter = *parameter;
+    return kt_parameter_get(model, parameter, change->values, error);
+}
+
+/* A mass with the inertia of a shape has that for each kg. */
+static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_error *error) {
+    const kt_parameter parameter = {.kind = KT_PARAMETER_INERTIA, .item = to->changes[mass].parameter.item, .count = 6};
+    double *a_kg = to->inertia + 6 * (size_t)to->change_count;
+    int index;
+    const kt_status status = find_change(to, model, &parameter, &index, error);
+    for (int k = 0; status == KT_OK && k < 6; k++)
+        a_kg[k] = to->changes[index].values[k] / to->changes[mass].values[0];
+    return status;
+}
+
+static kt_status add_number(kt_resets *to, const kt_scene *scene, const kt_model *model, const kt_reset_number *number,
+                            kt_error *error) {
+    kt_reset_target target;
+    kt_parameter parameter;
+    if (!kt_reset_target_of(&scene->description, number->at, &target) ||
+        !find_parameter(scene, model, &target, &parameter))
+        return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create",
+                            "a number that follows from a parameter which an event sets is not in the model");
+    follower *f = &to->followers[to->follower_count++];
+    *f = (follower){.expression = number->expression, .parameter = -1, .component = target.component};
+    const int before = to->change_count;
+    kt_status status = find_change(to, model, &parameter, &f->change, error);
+    if (status == KT_OK && to->change_count > before && target.kind == KT_PARAMETER_MASS &&
+        scene->description.bodies[target.item].inertia_of_shape)
+        status = add_inertia(to, model, f->change, error);
+    return status;
+}
+
+static bool take_memory(kt_pool *pool, kt_resets *to, size_t numbers) {
+    const size_t parameters = (size_t)to->parameter_count + 1, changes = 2 * numbers + 1;
+    to->parameters = kt_pool_take(pool, parameters, sizeof *to->parameters);
+    to->state = kt_pool_take(pool, parameters, sizeof *to->state);
+    to->is_set = kt_pool_take(pool, parameters, sizeof *to->is_set);
+    to->followers = kt_pool_take(pool, numbers + 1, sizeof *to->followers);
+    to->changes = kt_pool_take(pool, changes, sizeof *to->changes);
+    to->news = kt_pool_take(pool, changes, sizeof *to->news);
+    to->inertia = kt_pool_take(pool, 6 * changes, sizeof *to->inertia);
+    to->x = kt_pool_take(pool, (size_t)to->x_count + 1, sizeof *to->x);
+    return to->parameters != NULL && to->state != NULL && to->is_set != NULL && to->followers != NULL &&
+           to->changes != NULL && to->news != NULL && to->inertia != NULL && to->x != NULL;
+}
+
+/* A copy of an expression that the scene has, which may be released before. */
+static const kt_expression *keep_expression(kt_pool *pool, const kt_expression *expression) {
+    const size_t size = sizeof *expression + expression->count * sizeof expression->term[0];
+    kt_expression *kept = kt_pool_take(pool, 1, size);
+    if (kept != NULL)
+        memcpy(kept, expression, size);
+    return kept;
+}
+
+static void bind_parameters(kt_resets *to, const kt_scene *scene, const kt_model *model) {
+    for (int k = 0; k < to->parameter_count; k++) {
+        const kt_reset_parameter parameter = kt_resets_parameter(scene, k);
+        to->parameters[k] = parameter.value;
+        to->is_set[k] = parameter.is_set;
+        to->state[k] =
+            parameter.state < 0 ? -1 : kt_own_state_find(model, scene->description.states[parameter.state].name);
+    }
+}
+
+kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
+                           kt_error *error) {
+    kt_reset_number number;
+    size_t count = 0;
+    *resets = NULL;
+    if (!kt_scene_sets(scene))
+        return KT_OK;
+    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
+        count++;
+    kt_resets *to = kt_pool_take(pool, 1, sizeof *to);
+    if (to != NULL) {
+        to->parameter_count = kt_resets_parameters(scene);
+        to->x_count = kt_own_state_count(model);
+    }
+    if (to == NULL || !take_memory(pool, to, count))
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
+    bind_parameters(to, scene, model);
+    kt_status status = KT_OK;
+    for (size_t k = 0; status == KT_OK && kt_resets_next(scene, &k, &number);) {
+        number.expression = keep_expression(pool, number.expression);
+        if (number.expression == NULL)
+            return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+        if (number.parameter >= 0 && !to->is_set[number.parameter])
+            to->followers[to->follower_count++] =
+                (follower){.expression = number.expression, .parameter = number.parameter};
+        else if (number.parameter < 0)
+            status = add_number(to, scene, model, &number, error);
+    }
+    if (status == KT_OK && to->change_count > 0 && !model->placed && !model->settable)
+        status = kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_create",
+                              "events of the scene set parameters of its model, which is immutable: compile it with "
+                              "kt_model_options.settable (kt_scene_sets), or make a copy (kt_model_copy)");
+    *resets = to;
+    return status;
+}
+
+/* ---- new values ---------------------------------------------------------------------------------------------------- */
+
+double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation) {
+    memcpy(resets->x, kt_simulation_own_states(simulation), (size_t)resets->x_count * sizeof *resets->x);
+    return resets->x;
+}
+
+/* Evaluates all that follows from the states, and lists what differs from the model. */
+static kt_status evaluate(kt_resets *r, int *count, kt_error *error) {
+    for (int k = 0; k < r->parameter_count; k++)
+        if (r->is_set[k] && r->state[k] >= 0)
+            r->parameters[k] = r->x[r->state[k]];
+    for (int i = 0; i < r->follower_count; i++) {
+        const follower *f = &r->followers[i];
+        const double value = kt_expression_evaluate(f->expression, r->parameters);
+        if (f->parameter < 0) {
+            r->changes[f->change].values[f->component] = value;
+        } else {
+            r->parameters[f->parameter] = value;
+            r->x[r->state[f->parameter]] = value;
+        }
+    }
+    *count = 0;
+    for (int i = 0; i < r->change_count; i++) {
+        double now[KT_PARAMETER_MAX], mass = 0.0;
+        kt_parameter_change *change = &r->changes[i];
+        const double *a_kg = r->inertia + 6 * (size_t)i;
+        for (int k = 0; change->parameter.kind == KT_PARAMETER_INERTIA && k < 3; k++)
+            mass = a_kg[k] != 0.0 ? r->changes[i - 1].values[0] : mass;
+        for (int k = 0; mass != 0.0 && k < 6; k++)
+            change->values[k] = mass * a_kg[k];
+        const kt_status status = kt_parameter_get(r->model, &change->parameter, now, error);
+        if (status != KT_OK)
+            return status;
+        if (memcmp(now, change->values, (size_t)change->parameter.count * sizeof *now) != 0)
+            r->news[(*count)++] = *change;
+    }
+    return KT_OK;
+}
+
+kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error *error) {
+    int count = 0;
+    kt_status status = evaluate(resets, &count, error);
+    if (status == KT_OK)
+        status = kt_simulation_change(simulation, resets->model, resets->news, count, resets->x, error);
+    return status;
+}
+
+kt_status kt_resets_sync(kt_resets *resets, const kt_simulation *simulation, kt_error *error) {
+    int count = 0;
+    (void)kt_resets_states(resets, simulation);
+    kt_status status = evaluate(resets, &count, error);
+    for (int i = 0; status == KT_OK && i < count; i++)
+        status = kt_parameter_set(resets->model, &resets->news[i].parameter, resets->news[i].values, error);
+    return status;
+}

@@ -1,0 +1,301 @@
+/* Parameters that events set: a run against its closed form, the equations behind an event against those of a scene that
+ * is read with the new numbers, checkpoints, files, and what is refused. */
+#include "kinetree/dynamics.h"
+#include "kinetree/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+
+static kt_collected faults;
+
+static bool parse(const char *text, const kt_scene_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    memset(&faults, 0, sizeof faults);
+    return kt_scene_parse_with("x", text, strlen(text), options, scene, kt_collect, &faults, &error) == KT_OK;
+}
+
+/* A simulation of a scene, with its events. */
+typedef struct running {
+    kt_scene scene;
+    kt_model *model;
+    kt_simulation *simulation;
+    kt_scene_watch *watch;
+} running;
+
+static bool start(const char *text, const kt_scene_options *options, running *to) {
+    kt_error error = {0};
+    *to = (running){.model = NULL};
+    if (!kt_check_true("the scene is read", parse(text, options, &to->scene))) {
+        fprintf(stderr, "%s: %s\n", faults.first.where, faults.first.message);
+        return false;
+    }
+    kt_model_options compiled = kt_model_options_default();
+    kt_simulation_options made = kt_simulation_options_default();
+    compiled.settable = kt_scene_sets(&to->scene);
+    made.events = kt_scene_event_room(&to->scene);
+    kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&to->scene, to->model, to->simulation, NULL, 0, &to->watch, &error);
+    return kt_check_text("begins", status == KT_OK ? "" : error.message, "");
+}
+
+static void stop(running *of) {
+    kt_scene_watch_free(of->watch);
+    kt_simulation_free(of->simulation);
+    kt_model_free(of->model);
+    kt_scene_free(&of->scene);
+}
+
+/* ---- a closed form ----------------------------------------------------------------------------------------------- */
+
+/* m x'' = pull - k x, from x = 1 at rest; where x falls through 0.2 the stiffness becomes four times what it is, and the pull
+ * grows by x. */
+static const char hardens[] =
+    "kinetree: 1\n"
+    "parameters: {k: 100, m: 2, pull: 3, twice: =2*k}\n"
+    "bodies: [{name: block, joint: {type: prismatic, axis: x, position: 1}, mass: =m}]\n"
+    "effects:\n"
+    "  - {type: joint_spring, joint: block, stiffness: =twice/2, rest: 0}\n"
+    "  - {type: expression, joint: block, force: \"pull + 0*twice\"}\n"
+    "events: [{name: harden, when: \"position.block - k/500\", direction: falling, limit: 1,\n"
+    "          then: [{set: {k: 4*k, pull: pull + position.block}}]}]\n"
+    "simulate: {duration: 2, integrator: dop853, tolerance: 1e-12}\n"
+    "output: {record: [position, velocity, balance]}\n";
+
+/* x and v after t seconds of m x'' = pull - k x. */
+static void swing(double m, double k, double pull, double t, double *x, double *v) {
+    const double w = sqrt(k / m), a = *x - pull / k, b = *v / w;
+    *x = pull / k + a * cos(w * t) + b * sin(w * t);
+    *v = w * (b * cos(w * t) - a * sin(w * t));
+}
+
+typedef struct events_seen {
+    int count;
+    double time, x[2][2], k[2]; /* positions and velocities, and k, before and behind */
+} events_seen;
+
+static int see(const kt_record *record, void *user) {
+    events_seen *seen = user;
+    if (record->event == NULL || seen->count == 2)
+        return 0;
+    seen->time = record->time;
+    seen->x[seen->count][0] = record->q[0];
+    seen->x[seen->count][1] = record->v[0];
+    seen->k[seen->count++] = record->x[0];
+    return 0;
+}
+
+KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
+    running r;
+    events_seen seen = {0};
+    kt_error error = {0};
+    if (!start(hardens, NULL, &r)) {
+        stop(&r);
+        return;
+    }
+    const kt_status status = kt_simulation_run(r.simulation, see, &seen, &error);
+    kt_check_text("runs", status == KT_OK ? "" : error.message, "");
+    const double at = acos((0.2 - 0.03) / 0.97) / sqrt(50.0);
+    double x = 1.0, v = 0.0;
+    swing(2.0, 100.0, 3.0, at, &x, &v);
+    kt_check_near("the event, s", seen.time, at, 1e-12);
+    kt_check_equal_int("a record before it and one behind", seen.count, 2);
+    kt_check_near("k before", seen.k[0], 100.0, 0.0);
+    kt_check_near("k behind", seen.k[1], 400.0, 0.0);
+    const double gained = 0.5 * 300.0 * x * x;
+    swing(2.0, 400.0, 3.2, 2.0 - at, &x, &v);
+    kt_check_near("x", kt_simulation_positions(r.simulation)[0], x, 1e-10);
+    kt_check_near("v", kt_simulation_velocities(r.simulation)[0], v, 1e-9);
+    /* The pulls supply their work, the event what the spring holds more. */
+    const kt_work work = kt_simulation_work(r.simulation);
+    kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 1e-8);
+    kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
+    stop(&r);
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+KT_TEST(checkpoints_hold_what_events_have_set) {
+    running a, b;
+    kt_error error = {0};
+    if (!start(hardens, NULL, &a) || !start(hardens, NULL, &b))
+        return;
+    kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
+    void *block = malloc(kt_simulation_state_size(a.simulation));
+    if (block != NULL) {
+        kt_simulation_save(a.simulation, block);
+        kt_check_equal_int("to 2 s", kt_simulation_advance(a.simulation, 2.0, &error), KT_OK);
+        kt_check_equal_int("restores", kt_simulation_restore(b.simulation, block, &error), KT_OK);
+        kt_check_equal_int("sets", kt_scene_watch_sync(b.watch, b.simulation, &error), KT_OK);
+        kt_check_equal_int("on to 2 s", kt_simulation_advance(b.simulation, 2.0, &error), KT_OK);
+        kt_check_equal_int(
+            "the same bits",
+            memcmp(kt_simulation_positions(a.simulation), kt_simulation_positions(b.simulation), sizeof(double)), 0);
+    }
+    free(block);
+    stop(&a);
+    stop(&b);
+}
+
+/* ---- all that can be set ----------------------------------------------------------------------------------------- */
+
+/* Whatever an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias, an armature,
+ * numbers and functions of effects, a loop's length, a formula. */
+static const char all_of_it[] =
+    "kinetree: 1\n"
+    "parameters: {p: 1, q: =p + 1}\n"
+    "gravity: [0, =-9*p, 0.5]\n"
+    "bodies:\n"
+    "  - {name: a, joint: {type: revolute, axis: z, armature: =0.1*p, position: 0.3}, mass: =2*q,\n"
+    "     shape: {type: rod, from: [0.1, 0, 0], to: [1, 0.2, 0]}, markers: {tip: [1, 0.2, 0]}}\n"
+    "  - {name: b, parent: a, joint: {type: spherical, at: [1, 0.2, 0]}, mass: 1, com: [0.2, =0.1*p, 0],\n"
+    "     inertia: [=0.3*p, =0.4*p, =0.5*p], markers: {tip: [0, 0.5, 0]}}\n"
+    "  - {name: c, joint: {type: revolute, axis: z, at: [3, 0, 0], position: 2}, mass: 1, com: [0.5, 0, 0],\n"
+    "     inertia: [0.1, 0.1, 0.1], markers: {tip: [1, 0, 0]}}\n"
+    "loops:\n"
+    "  - {name: rod, type: distance, between: [b.tip, c.tip], length: =1.5 + 0.01*p}\n"
+    "effects:\n"
+    "  - {type: spring, between: [b.tip, world], stiffness: =30*p, length: 0.5, damping: =q}\n"
+    "  - {type: motor, joint: a, torque: =p*q}\n"
+    "  - {type: force, at: c.tip, value: [1, =-p, 0.5]}\n"
+    "  - {type: bushing, between: [world, c], stiffness: [0, 0, 0, 0, 0, =p], damping: [0, 0, 0, 0, 0, =q]}\n"
+    "  - {type: expression, joint: a, force: \"-p*position.a - q*velocity.c\"}\n"
+    "events: [{name: change, when: t - 0.05, limit: 1, then: [{set: {p: =0.5 + 1}}]}]\n"
+    "simulate: {duration: 0.05, until: \"t > 0.05\", integrator: dop853}\n";
+
+KT_TEST(behind_an_event_the_equations_are_those_of_the_new_numbers) {
+    static const char *const settings[] = {"p=1.5"};
+    const kt_scene_options options = {.settings = settings, .setting_count = 1};
+    running r, anew;
+    kt_error error = {0};
+    if (!start(all_of_it, NULL, &r) || !start(all_of_it, &options, &anew))
+        return;
+    double before[8], a[8], expected[8];
+    const int nv = kt_model_nv(r.model);
+    kt_check_equal_int("velocities", nv, 5);
+    const double *q = kt_simulation_positions(r.simulation), *v = kt_simulation_velocities(r.simulation);
+    kt_check_equal_int("accelerates", kt_simulation_acceleration(r.simulation, before, &error), KT_OK);
+    kt_check_equal_int("to the event", kt_simulation_advance(r.simulation, 0.06, &error), KT_OK);
+    kt_check_text("it has happened", error.message, "");
+    kt_check_equal_int("accelerates", kt_simulation_acceleration(r.simulation, a, &error), KT_OK);
+    kt_status status = kt_simulation_set_state(anew.simulation, kt_simulation_time(r.simulation), q, v, &error);
+    kt_check_text("the same state", status == KT_OK ? "" : error.message, "");
+    kt_check_equal_int("accelerates", kt_simulation_acceleration(anew.simulation, expected, &error), KT_OK);
+    for (int i = 0; i < nv; i++) {
+        kt_check_near("closed alike", v[i], kt_simulation_velocities(anew.simulation)[i], 1e-12);
+        kt_check_near("acceleration", a[i], expected[i], 1e-10);
+    }
+    /* And every one of them counts. */
+    kt_check_true("it matters", fabs(before[0] - a[0]) > 0.1);
+    stop(&r);
+    stop(&anew);
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+KT_TEST(what_is_set_is_written_unless_numbers_follow) {
+    static const char formulas[] =
+        "kinetree: 1\n"
+        "parameters: {n: 0, f: 2}\n"
+        "states: {charge: {initial: 1, rate: -f*charge}}\n"
+        "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+        "effects: [{type: expression, joint: a, force: \"n + charge\"}]\n"
+        "events: [{name: e, when: \"sin(5*t)\", then: [{set: {n: n + 1, charge: 30 deg}}]}]\n";
+    kt_scene scene, again;
+    kt_error error = {0};
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL || !kt_check_true("reads", parse(formulas, NULL, &scene)))
+        return;
+    kt_check_equal_int("states", scene.description.state_count, 2);
+    kt_check_equal_int("writes", kt_scene_write(&scene, stream, &error), KT_OK);
+    fclose(stream);
+    kt_check_contains("the set", text, "set: {n:");
+    if (kt_check_true("reads again", parse(text, NULL, &again))) {
+        kt_check_equal_int("sets", again.event_count > 0 ? again.events[0].set_count : 0, 2);
+        kt_check_equal_int("states", again.description.state_count, 2);
+        kt_scene_free(&again);
+    }
+    free(text);
+    kt_scene_free(&scene);
+    if (!kt_check_true("reads", parse(hardens, NULL, &scene)))
+        return;
+    stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return;
+    kt_check_equal_int("refuses", kt_scene_write(&scene, stream, &error), KT_ERROR_UNSUPPORTED);
+    kt_check_contains("words", error.message, "numbers of the scene follow");
+    fclose(stream);
+    free(text);
+    kt_scene_free(&scene);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(what_cannot_change_is_refused_at_its_place) {
+    static const struct {
+        const char *line, *set, *place, *words;
+    } wrong[] = {
+        {"bodies: [{name: a, joint: {type: revolute, at: [=k, 0, 0]}, mass: 1, inertia: [1, 1, 1]}]", "k: 2", "x:3:49",
+         "no number that can change"},
+        {"bodies: [{name: a, joint: {type: revolute, position: =2*k}, mass: 1, inertia: [1, 1, 1]}]", "k: 2", "x:3:54",
+         "no number that can change"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: 1, shape: {type: sphere, radius: =k}}]", "k: 2", "x:3:84",
+         "no number that can change"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+         "effects: [{type: motor, joint: a, torque: \"k*t\"}]",
+         "k: 2", "x:4:43", "no number that can change"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+         "effects: [{type: joint_limit, joint: a, lower: =-k, restitution: 0.5}]",
+         "k: 2", "x:4:48", "no number that can change"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "b: 2", "x:4:46",
+         "no parameter or state 'b'"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "k: velocty.a", "x:4:49",
+         "did you mean 'velocity.a'"},
+        {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "k: [1, 2]", "x:4:49",
+         "a number or a formula"},
+    };
+    char text[512];
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        kt_scene scene;
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nparameters: {k: 1}\n%s\nevents: [{name: e, when: t - 1, then: {set: {%s}}}]\n",
+                 wrong[i].line, wrong[i].set);
+        if (!kt_check_true(wrong[i].line, !parse(text, NULL, &scene)))
+            continue;
+        kt_check_equal_int("faults", (long long)faults.count, 1);
+        kt_check_text("place", faults.first.where, wrong[i].place);
+        kt_check_contains("words", faults.first.message, wrong[i].words);
+    }
+}
+
+/* A value that cannot be ends the run with the event, the time and the number; the model stays what it was. */
+KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
+    static const char negative[] = "kinetree: 1\n"
+                                   "parameters: {k: 5, m: 1}\n"
+                                   "bodies: [{name: a, joint: {type: prismatic, position: 1}, mass: =m}]\n"
+                                   "effects: [{type: joint_spring, joint: a, stiffness: =k}]\n"
+                                   "events: [{name: soften, when: t - 0.5, then: {set: {k: k + 1, m: m - 2}}}]\n"
+                                   "simulate: {duration: 1}\n";
+    running r;
+    kt_error error = {0};
+    double mass = 0.0;
+    if (!start(negative, NULL, &r))
+        return;
+    kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
+    kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
+    kt_check_contains("words", error.message, "mass");
+    const kt_parameter parameter = {.kind = KT_PARAMETER_MASS, .item = 1, .count = 1};
+    kt_check_equal_int("reads", kt_parameter_get(r.model, &parameter, &mass, &error), KT_OK);
+    kt_check_near("the mass", mass, 1.0, 0.0);
+    kt_check_near("the state", kt_simulation_own_states(r.simulation)[0], 5.0, 0.0);
+    stop(&r);
+}
