@@ -20,7 +20,7 @@ static inline bool kt_has_variable_mass(const kt_description *description) {
     return false;
 }
 
-/* Whether absolute coordinates, batches and other formulations refuse a scene: of own states or variable masses. */
+/* Whether absolute coordinates and other formulations refuse a scene: of own states or variable masses. */
 static inline bool kt_is_for_trees_alone(const kt_description *description) {
     return description->state_count > 0 || kt_has_variable_mass(description);
 }

@@ -105,7 +105,7 @@ static bool move(task *t, const task *from, double length) {
     t->cost = 0.0;
     for (int k = 0; k <= STEPS; k++) {
         double *tau = k < STEPS ? t->tau + k * t->n : NULL;
-        const kt_cost_point at = {k, k * t->h, t->q[k], t->v[k], tau};
+        const kt_cost_point at = {.step = k, .t = k * t->h, .q = t->q[k], .v = t->v[k], .tau = tau};
         for (int a = 0; a < t->m && tau && length >= 0.0; a++) {
             double *u = &tau[t->input[a]];
             *u = from->tau[k * t->n + t->input[a]] + length * feed[k][a];
@@ -133,7 +133,7 @@ static double dot(const double *a, const double *b, int n) {
 static bool backward(const task *t, double mu) {
     const int X = 2 * t->n, m = t->m;
     double P[X_MAX + 1][X_MAX] = {{0.0}}, PD[X_MAX], H[X_MAX + M_MAX][X_MAX + M_MAX + 1], value = 0.0;
-    const kt_cost_point end = {STEPS, 0.0, t->q[STEPS], t->v[STEPS], NULL};
+    const kt_cost_point end = {.step = STEPS, .q = t->q[STEPS], .v = t->v[STEPS]};
     (void)cost_at(&end, &value, P[X], NULL, (void *)t);
     for (int i = 0; i < X; i++)
         P[i][i] = i < t->n ? t->w[i] : t->s[i - t->n];

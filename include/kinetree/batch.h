@@ -23,7 +23,7 @@
  *
  * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature;
  * effects, of which bushings, thrusts and a caller's own are evaluated lane by lane within a group (those by formulas make
- * all effects be evaluated state by state, and their forces enter the lanes); the stages of explicit methods, the rates of
+ * all effects be evaluated state by state, as are the rates of own states, and their forces enter the lanes); the stages of explicit methods, the rates of
  * quaternions and their norms. Models with loops are computed state by state, as are the states that a lane cannot
  * compute; kt_batch_report counts both.
  *
@@ -79,6 +79,11 @@ KT_API size_t kt_batch_count(const kt_batch *batch);
 KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
                                                const double *v, kt_error *error);
 
+/* Sets, and copies, the own states of a state (kt_own_state_count numbers, kt_state of description.h), which are the
+ * model's initial ones at first; kt_batch_set_state leaves them. Errors as above. */
+KT_API KT_CHECKED kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error);
+
 /* Gives a state parameters of its own: those of `model`, a copy of the batch's model in which some have been set
  * (kt_parameter_set of model.h: masses, inertias, gravity, springs, dampers ...), or the batch's model again. The copy
  * must outlive the batch, and is read whenever the state is computed. States in a block (kt_batch_report.width
@@ -122,7 +127,8 @@ KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, 
 /* Takes `steps` semi-implicit (symplectic) Euler steps of h seconds, for long rollouts at the price of one evaluation a
  * step: v += h a(t, q, v), then q = kt_position_add(q, h v), with quaternions made units and loops closed as in the other
  * steps; of first order (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1). The bits of
- * kt_acceleration_evaluate, these sums and kt_position_add of each state. Errors as above. */
+ * kt_acceleration_evaluate, these sums and kt_position_add of each state. Own states take an explicit Euler step, x += h f(t, q, v,
+ * x). Errors as above. */
 KT_API KT_CHECKED kt_status kt_batch_step_semi_implicit(kt_batch *batch, double h, int steps, kt_error *error);
 
 /* ---- all states, by several threads ------------------------------------------------------------------------------- */

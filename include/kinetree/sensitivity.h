@@ -48,10 +48,10 @@
  * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their
  * right sides.
  *
- * Own states (kt_state) of a model are part of the state of explicit steps: the data hold them (kt_own_states), those at
- * the start when kt_step_evaluate or kt_step_derivatives is called and those after the step when it has succeeded. With m of them a change is (xi,
- * dv, dx), 2 nv + m numbers: A is (2 nv + m) x (2 nv + m), B (2 nv + m) x nv. Implicit steps, parameters and adjoints
- * refuse such a model with KT_ERROR_UNSUPPORTED.
+ * Own states (kt_state) of a model are part of the state of a step: the data hold them (kt_own_states), those at the
+ * start when a function is called, and those after the step when kt_step_evaluate or kt_step_derivatives has succeeded;
+ * the others leave them as they are. With m of them a change is (xi, dv, dx), 2 nv + m numbers, and so are the gradients
+ * by a state: A is (2 nv + m) x (2 nv + m), B (2 nv + m) x nv, C (2 nv + m) x count. Adjoints then form A and B.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
@@ -152,10 +152,11 @@ typedef struct kt_cost_point {
     double t;            /* s */
     const double *q, *v; /* state */
     const double *tau;   /* nv, held during this step; NULL: none, and at the last state */
+    const double *x;     /* own states (kt_own_state_count); NULL: none */
 } kt_cost_point;
 
 /* Computes the cost of a point: writes it to *value, which is 0 on entry, and where they are not NULL its gradients
- * with respect to the state (by_state: 2 nv, xi and dv) and to tau (by_tau: nv), all 0 on entry. The scalar is the sum
+ * with respect to the state (by_state: 2 nv, xi and dv, and then those of own states) and to tau (by_tau: nv), all 0 on entry. The scalar is the sum
  * of the values of the points 0 .. steps. Returns 0, or another number to stop. It may be called more than once for a
  * point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
@@ -164,7 +165,7 @@ typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, do
  * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
-/* Computes a sum of costs over a motion from q, v, its gradient by_start (2 nv) with respect to the state at the start,
+/* Computes a sum of costs over a motion from q, v and the own states in the data, its gradient by_start (2 nv) with respect to the state at the start,
  * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the
  * start of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the
  * end; what is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r

@@ -30,6 +30,8 @@ static const kt_lane_kernels *kernels_of(const kt_model *model) {
 }
 
 static bool has_formulas(const kt_model *model) {
+    if (KT_OWN_STATES(&model->n) > 0)
+        return true;
     for (size_t i = 0; i < model->n.batch; i++)
         if (model->batch[i].type == KT_EFFECT_EXPRESSION)
             return true;
@@ -50,6 +52,8 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
     n.stages = method ? (size_t)(method->stages - (method->fsal ? 1 : 0)) : 0;
     n.nq = model->n.q;
     n.nv = model->n.v;
+    n.nx = KT_OWN_STATES(&model->n);
+    n.N = n.nq + n.nv + n.nx;
     n.body = kt_where(model->n.force_link, model->n.body);
     n.lane_bytes = kernels ? kernels->layout(model, NULL) : 0;
     n.data_bytes = kt_data_size(model);
@@ -92,9 +96,6 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     kt_status status = check_options(options, error);
     if (status == KT_OK)
         status =
-            kt_own_states_refuse(model, "kt_batch_init", "a batch carries none; take a simulation for each", error);
-    if (status == KT_OK)
-        status =
             kt_masses_refuse(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
     if (status == KT_OK)
         status = kt_massless_refuse(model, "kt_batch_init", "a batch does not balance forces", error);
@@ -117,9 +118,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         return status;
     for (size_t i = 0; i < n.groups * n.width; i++) { /* those that fill up the last group, too */
         made->own[i] = model;
-        double *y = made->y + i / n.width * n.width * (n.nq + n.nv);
+        double *y = made->y + i / n.width * n.width * n.N;
         kt_lane_put(model->q0, n.width, i % n.width, n.nq, y);
-        kt_lane_put(model->v0, n.width, i % n.width, n.nv, y + n.width * n.nq);
+        kt_lane_put(model->v0, n.width, i % n.width, n.nv + n.nx, y + n.width * n.nq); /* own states follow */
     }
     *batch = made;
     return KT_OK;
@@ -161,7 +162,7 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
     if (KT_IS_MISSING(error, batch, q || !batch->n.nq) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
-    double *y = group_in(batch, batch->y, state, nq + nv);
+    double *y = group_in(batch, batch->y, state, batch->n.N);
     kt_lane_put(q, width, state % width, nq, y);
     kt_lane_put(v, width, state % width, nv, y + width * nq);
     batch->t[state] = t;
@@ -198,13 +199,32 @@ kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, dou
     if (KT_IS_MISSING(error, batch) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
-    const double *y = group_in(batch, batch->y, state, nq + nv);
+    const double *y = group_in(batch, batch->y, state, batch->n.N);
     if (t)
         *t = batch->t[state];
     if (q)
         kt_lane_take(y, width, state % width, nq, q);
     if (v)
         kt_lane_take(y + width * nq, width, state % width, nv, v);
+    return KT_OK;
+}
+
+/* The own states of a state's group. */
+static double *own_states_in(const kt_batch *batch, size_t state) {
+    return group_in(batch, batch->y, state, batch->n.N) + batch->n.width * (batch->n.nq + batch->n.nv);
+}
+
+kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    kt_lane_put(x, batch->n.width, state % batch->n.width, batch->n.nx, own_states_in(batch, state));
+    return KT_OK;
+}
+
+kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error) {
+    if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
+        return KT_ERROR_ARGUMENT;
+    kt_lane_take(own_states_in(batch, state), batch->n.width, state % batch->n.width, batch->n.nx, x);
     return KT_OK;
 }
 

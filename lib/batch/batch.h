@@ -7,10 +7,10 @@
 #include "kinetree/batch.h"
 #include "model/model.h"
 
-/* Numbers that the groups and a workspace take: N = nq + nv of a state, s the stages of the method. */
+/* Numbers that the groups and a workspace take; nx own states, N = nq + nv + nx. */
 typedef struct kt_batch_counts {
     size_t states, groups, width, stages, threads;
-    size_t nq, nv, body;
+    size_t nq, nv, nx, N, body;
     size_t lane_bytes, data_bytes, work_bytes;
 } kt_batch_counts;
 
@@ -19,8 +19,8 @@ typedef struct kt_batch_counts {
     X(double, result, n->width * n->nv, "accelerations or forces of a group")                                          \
     X(double, total, n->width * n->nv, "joint forces of a group with those of effects")                                \
     X(double, wrench, n->width * 6 * n->body, "wrenches on bodies of a group")                                         \
-    X(double, stage, n->width *(n->nq + n->nv), "the state of a stage")                                                \
-    X(double, slope, n->width *(n->nq + n->nv) * n->stages, "slopes of the stages")                                    \
+    X(double, stage, n->width * n->N, "the state of a stage")                                                          \
+    X(double, slope, n->width * n->N * n->stages, "slopes of the stages")                                              \
     X(kt_stage_term, term, n->stages, "a row of the method's table without zeros")                                     \
     X(double, one_q, kt_lanes8(n->nq), "positions of one state")                                                       \
     X(double, one_v, kt_lanes8(n->nv), "velocities of one state")                                                      \
@@ -39,7 +39,7 @@ typedef struct kt_batch_work {
 /* Every array of a batch: those of all groups, group by group, and the workspaces. */
 #define KT_BATCH_FIELDS(X)                                                                                             \
     X(double, t, n->groups * n->width, "time of each state")                                                           \
-    X(double, y, n->groups * n->width * (n->nq + n->nv), "positions, then velocities")                                 \
+    X(double, y, n->groups * n->width * n->N, "positions, then velocities, then own states")                           \
     X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
     X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
     X(const kt_model *, own, n->groups * n->width,                                                                     \
@@ -68,7 +68,7 @@ typedef struct kt_batch_group {
     size_t used;
     kt_lane_mask live;     /* lanes that are computed: those that have not failed */
     const kt_model *model; /* of all lanes; NULL: they have different ones, and are computed one by one */
-    const double *q, *v, *tau;
+    const double *q, *v, *x, *tau;
 } kt_batch_group;
 
 /* The error of a call: that of the state with the least number. */
@@ -96,6 +96,9 @@ kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group);
 
 /* Notes that the computation of a state has failed, with the error; `made` is that of the call for one state. */
 void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault);
+
+/* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its own states to the data. */
+void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane);
 
 /* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Those
  * that fail leave group->live. */

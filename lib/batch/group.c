@@ -9,7 +9,7 @@
 kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
     const kt_batch_counts *n = &batch->n;
     const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
-    const double *y = batch->y + first * (n->nq + n->nv);
+    const double *y = batch->y + first * n->N;
     const kt_model *model = batch->own[first];
     for (size_t i = first; i < first + used; i++)
         model = batch->own[i] == model ? model : NULL;
@@ -19,6 +19,7 @@ kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
                             .live = kt_lanes_first(used),
                             .q = y,
                             .v = y + n->width * n->nq,
+                            .x = y + n->width * (n->nq + n->nv),
                             .tau = batch->tau + first * n->nv};
 }
 
@@ -34,18 +35,20 @@ void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batc
     fault->status = kt_error_set(fault->error, made->code, where, "%s", made->message);
 }
 
-static void take_state(kt_batch_work *w, const kt_batch_group *group, size_t lane) {
+void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane) {
     const kt_batch_counts *n = &w->batch->n;
     kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
     kt_lane_take(group->v, n->width, lane, n->nv, w->one_v);
     kt_lane_take(group->tau, n->width, lane, n->nv, w->one_tau);
+    if (n->nx > 0)
+        kt_lane_take(group->x, n->width, lane, n->nx, w->data->x);
 }
 
 /* The lane by the call for one state. */
 static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double t, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     kt_error made;
-    take_state(w, group, lane);
+    kt_batch_take(w, group, lane);
     w->alone_count++;
     const kt_status status = kt_acceleration_evaluate(w->batch->own[group->first + lane], w->data, t, w->one_q,
                                                       w->one_v, w->one_tau, NULL, w->one_a, &made);
@@ -66,7 +69,7 @@ static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *
         kt_dynamic_state one = {.t = t[lane], .q = w->one_q, .v = w->one_v, .tau = w->one_tau};
         if (!kt_lane_is_in(group->live, lane))
             continue;
-        take_state(w, group, lane);
+        kt_batch_take(w, group, lane);
         if (kt_effects_apply(group->model, w->data, &one, NULL) != KT_OK)
             continue;
         kt_lane_put(one.tau, n->width, lane, n->nv, w->total);
@@ -106,7 +109,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
 static void invert_alone(kt_batch_work *w, kt_batch_group *group, const double *a, size_t lane, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     kt_error made;
-    take_state(w, group, lane);
+    kt_batch_take(w, group, lane);
     kt_lane_take(a, n->width, lane, n->nv, w->one_a);
     w->alone_count++;
     const kt_status status = kt_dynamics_inverse(w->batch->own[group->first + lane], w->data, w->one_q, w->one_v,

@@ -2,7 +2,7 @@
  * step, of all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. And by the
  * semi-implicit Euler method, of first order and symplectic where forces do not depend on velocities (Hairer, Lubich and
  * Wanner, Geometric Numerical Integration, I.1):
- *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1
+ *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of own states x1 = x0 + h f(t0, q0, v0, x0)
  */
 #include "batch/batch.h"
 
@@ -10,6 +10,7 @@
 #include "joint/joint.h"
 #include "kinetree/closure.h"
 #include "kinetree/joint.h"
+#include "mechanism/evaluate.h"
 
 #include <string.h>
 
@@ -37,7 +38,7 @@ static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
 
 /* out = y + h sum_j weight_j k_j */
 static void combine(kt_batch_work *w, const double *y, double h, const double *weights, size_t count, double *out) {
-    const size_t N = w->batch->n.width * (w->batch->n.nq + w->batch->n.nv);
+    const size_t N = w->batch->n.width * w->batch->n.N;
     double *rows[KT_METHOD_STAGES_MAX];
     size_t used = 0;
     for (size_t j = 0; j < count; j++) {
@@ -48,17 +49,39 @@ static void combine(kt_batch_work *w, const double *y, double h, const double *w
     kt_combine(out, y, h, w->term, used, rows, N);
 }
 
+/* The rates of own states, state by state, as kt_batch_accelerate accelerations. */
+static void rate_own_states(kt_batch_work *w, kt_batch_group *group, const double *t, double *out,
+                            kt_batch_fault *fault) {
+    const kt_batch_counts *n = &w->batch->n;
+    double *rates = w->data->x + n->nx;
+    kt_error made;
+    for (size_t lane = 0; lane < n->width; lane++) {
+        const size_t state = group->first + lane;
+        if (!kt_lane_is_in(group->live, lane))
+            continue;
+        kt_batch_take(w, group, lane);
+        if (kt_own_state_rates_trusted(w->batch->own[state], w->data, t[lane], w->one_q, w->one_v, rates, &made) ==
+            KT_OK) {
+            kt_lane_put(rates, n->width, lane, n->nx, out);
+            continue;
+        }
+        kt_batch_fail(w, state, &made, fault);
+        group->live &= ~bit(lane);
+    }
+}
+
 /* All stages of the live lanes; the state after the step, before it is closed, is left in w->stage. */
 static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const kt_method *m = batch->method;
-    const size_t nq = n->width * n->nq, N = nq + n->width * n->nv;
+    const size_t nq = n->width * n->nq, moving = nq + n->width * n->nv, N = n->width * n->N;
     const double *y = group->q;
     _Alignas(KT_ALIGNMENT) double t[KT_LANES_MOST];
     kt_batch_group at = *group;
     at.q = w->stage;
     at.v = w->stage + nq;
+    at.x = w->stage + moving;
     for (size_t i = 0; i < n->stages && at.live; i++) {
         double *k = w->slope + i * N;
         for (size_t lane = 0; lane < n->width; lane++) {
@@ -68,7 +91,9 @@ static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_ba
         combine(w, y, h, m->a + i * (i - (i > 0)) / 2, i, w->stage);
         rate(w, &at, k);
         kt_batch_accelerate(w, &at, t, fault);
-        kt_copy(k + nq, w->result, (N - nq) * sizeof *k);
+        kt_copy(k + nq, w->result, (moving - nq) * sizeof *k);
+        if (KT_HAS_FORMULAS && n->nx > 0)
+            rate_own_states(w, &at, t, k + moving, fault);
     }
     combine(w, y, h, m->b, n->stages, w->stage);
     group->live = at.live;
@@ -81,6 +106,10 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
     const size_t nq = n->width * n->nq, nv = n->width * n->nv;
     double *q = w->stage, *v = w->stage + nq;
     kt_batch_accelerate(w, group, batch->t + group->first, fault);
+    if (KT_HAS_FORMULAS && n->nx > 0)
+        rate_own_states(w, group, batch->t + group->first, v + nv, fault);
+    for (size_t i = 0; i < n->width * n->nx; i++)
+        v[nv + i] = group->x[i] + h * v[nv + i];
     for (size_t i = 0; i < nv; i++)
         v[i] = group->v[i] + h * w->result[i];
     if (n->nq == n->nv) {
@@ -126,7 +155,7 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
 static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
-    const size_t N = n->nq + n->nv;
+    const size_t N = n->N;
     double *y = batch->y + group->first * N;
     kt_lane_mask closed = group->live;
     if (batch->model->n.group > 0)

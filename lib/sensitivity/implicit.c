@@ -75,7 +75,10 @@ size_t kt_coupled_most(const kt_method *method) {
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
-static size_t numbers_of(const kt_step_work *w) { return w->model->n.q + w->model->n.v; }
+static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
+
+/* Where accelerations stand among the unknowns of a stage. */
+static size_t rates_of(const kt_step_work *w) { return kt_is_reduced(w->model) ? 0 : w->model->n.q; }
 
 /* y + h sum_{j < end} a_ij k_j, of `count` numbers from the `from`-th on. */
 static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
@@ -90,30 +93,31 @@ static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, si
 }
 
 void kt_coupled_form(kt_step_work *w, kt_coupled c) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
-    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
+    for (size_t i = c.first; i < c.end && kt_is_reduced(w->model); i++) {
         combine(w, i, c.end, nq, n, w->stage + i * N + nq);
         memcpy(w->slope + i * N, w->stage + i * N + nq, n * sizeof *w->slope);
     }
-    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++)
+    for (size_t i = c.first; i < c.end && kt_is_reduced(w->model); i++)
         combine(w, i, c.end, 0, nq, w->stage + i * N);
-    for (size_t i = c.first; i < c.end && !kt_is_plain(w->model); i++)
+    for (size_t i = c.first; i < c.end && !kt_is_reduced(w->model); i++)
         combine(w, i, c.end, 0, N, w->stage + i * N);
 }
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-bool kt_coupled_has_mass(const kt_step_work *w) { return !w->model->n.group && !w->parameter; }
+bool kt_coupled_has_mass(const kt_step_work *w) {
+    return !w->model->n.group && !w->parameter && !kt_has_own_states(w->model);
+}
 
-/* to += factor F_i e of all unit vectors e, with quaternions. */
-static void add_whole(const kt_step_work *w, size_t i, const double *by_q, const double *by_v, double factor, size_t m,
-                      double *to) {
+/* to += factor F_i e of all unit vectors e, with quaternions or own states. */
+static void add_whole(const kt_step_work *w, size_t i, size_t place, double factor, size_t m, double *to) {
     const size_t N = numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
         unit[j] = 1.0;
-        kt_slope_change(w->model, w->stage + i * N, by_q, by_v, unit, xi, change);
+        kt_slope_change(w, place, w->stage + i * N, unit, xi, change);
         for (size_t l = 0; l < N; l++)
             to[j * m + l] += factor * change[l];
         unit[j] = 0.0;
@@ -133,15 +137,15 @@ static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, s
     const size_t n = w->model->n.v, at = w->one_derivative ? 0 : i - c.first;
     const double h = w->step->h, a = h * entry(w->step->method, i, j);
     const double *by_q = w->by_q + at * n * n, *by_v = w->by_v + at * n * n;
-    const size_t rates = w->unknowns - n;
+    const size_t rates = rates_of(w);
     for (size_t l = 0; l < w->unknowns && i == j; l++)
         to[l * m + l] += l < rates || !kt_coupled_has_mass(w) ? 1.0 : 0.0;
     for (size_t k = 0; k < n && i == j && kt_coupled_has_mass(w); k++)
         for (size_t l = 0; l < n; l++)
             to[(rates + k) * m + rates + l] += w->mass[(at * n + k) * n + l];
-    if (!kt_is_plain(w->model)) {
+    if (!kt_is_reduced(w->model)) {
         if (a != 0.0)
-            add_whole(w, w->one_derivative ? w->derivative_at : i, by_q, by_v, -a, m, to);
+            add_whole(w, w->one_derivative ? w->derivative_at : i, at, -a, m, to);
         return;
     }
     const double twice = h * h * squared(w->step->method, c, i, j);
@@ -189,8 +193,8 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const size_t n = model->n.v;
-    double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
     if (kt_coupled_has_mass(w)) {
+        double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
         const double *q = w->stage + stage * numbers_of(w);
         const kt_status status = kt_stiffness_evaluate(
             model, w->data, w->derivative, kt_acceleration_work_size(model), kt_step_time(step, stage), q,
@@ -201,8 +205,8 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
         }
         return status;
     }
-    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, by_q, by_v,
-                                    inputs ? w->by_tau : NULL, error);
+    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, place, inputs,
+                                    error);
 }
 
 kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error) {
@@ -228,22 +232,19 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
 /* r_i = f(Y_i) - K_i at the present slopes; accelerations into w->reached. */
 static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n, rates = w->unknowns - n;
+    const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
+    const bool reduced = kt_is_reduced(model);
     kt_coupled_form(w, c);
     for (size_t i = c.first; i < c.end; i++) {
-        const double *y = w->stage + i * N, *k = w->slope + i * N;
-        double *a = w->reached + (i - c.first) * n, *r = w->correction + (i - c.first) * w->unknowns;
-        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(step, i), y, y + nq, step->tau,
-                                                          step->external, a, error);
+        const double *y = w->stage + i * N, *k = w->slope + i * N + (reduced ? model->n.q : 0);
+        const double t = kt_step_time(w->step, i);
+        double *r = w->correction + (i - c.first) * m;
+        const kt_status status = reduced ? kt_step_rates(w, t, y, r, error) : kt_step_slope(w, t, y, r, error);
         if (status != KT_OK)
             return status;
-        if (rates)
-            kt_position_rate(model, y, y + nq, r);
-        for (size_t l = 0; l < rates; l++)
+        kt_copy(w->reached + (i - c.first) * n, r + rates_of(w), n * sizeof *r);
+        for (size_t l = 0; l < m; l++)
             r[l] -= k[l];
-        for (size_t l = 0; l < n; l++)
-            r[rates + l] = a[l] - k[nq + l];
     }
     return KT_OK;
 }
@@ -341,14 +342,14 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
  * small against the accelerations that are guessed. */
 static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
+    const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns, rates = rates_of(w);
     const bool dear = model->n.group ? model->sweep == KT_SWEEP_PLANAR : n > 4;
     double size = 0.0, change = 0.0;
     if (!dear)
         return false;
     for (size_t i = c.first; i < c.end; i++)
         for (size_t l = 0; l < n; l++) {
-            const double a = w->slope[i * N + N - n + l], r = w->correction[(i - c.first + 1) * m - n + l];
+            const double a = w->slope[i * N + model->n.q + l], r = w->correction[(i - c.first) * m + rates + l];
             size += a * a;
             change += r * r;
         }
@@ -357,12 +358,12 @@ static bool is_gentle(const kt_step_work *w, kt_coupled c) {
 
 /* Back to the guess and its residual. */
 static void take_guess(kt_step_work *w, kt_coupled c) {
-    const size_t n = w->model->n.v, m = w->unknowns, count = c.end - c.first;
+    const size_t n = w->model->n.v, m = w->unknowns, count = c.end - c.first, rates = rates_of(w);
     move(w, c, 0.0, w->guess, w->guess);
     memcpy(w->correction, w->taken, count * m * sizeof *w->taken);
     for (size_t i = 0; i < count; i++)
         for (size_t l = 0; l < n; l++)
-            w->reached[i * n + l] = w->guess[(i + 1) * m - n + l] + w->taken[(i + 1) * m - n + l];
+            w->reached[i * n + l] = w->guess[i * m + rates + l] + w->taken[i * m + rates + l];
     kt_coupled_form(w, c);
 }
 
@@ -435,13 +436,8 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
 
 /* Stage 0 is the start itself; its slope is the guess of all. */
 static kt_status begin(kt_step_work *w, kt_error *error) {
-    const kt_model *model = w->model;
-    const kt_step *step = w->step;
-    const size_t nq = model->n.q, N = nq + model->n.v;
-    memcpy(w->stage, w->y, N * sizeof *w->stage);
-    kt_position_rate(model, w->y, w->y + nq, w->slope);
-    return kt_acceleration_evaluate(model, w->data, step->t, w->y, w->y + nq, step->tau, step->external, w->slope + nq,
-                                    error);
+    memcpy(w->stage, w->y, numbers_of(w) * sizeof *w->stage);
+    return kt_step_slope(w, w->step->t, w->y, w->slope, error);
 }
 
 static kt_status solve(kt_step_work *w, kt_coupled c, kt_error *error) {

@@ -24,7 +24,7 @@
     X(bool, taken, c, "whether they have been taken")                                                                  \
     X(int, index, c, "of which steps")                                                                                 \
     X(double, here, N, "a state between checkpoints")                                                                  \
-    X(double, gradient, 2 * n, "with respect to a state")                                                              \
+    X(double, gradient, changes, "with respect to a state")                                                            \
     X(double, by_tau, n, "with respect to the input of a step")                                                        \
     X(double, inputs, steps *n, "result")                                                                              \
     X(char, step_work, kt_step_work_size(model, rollout->method), "of a step")
@@ -42,14 +42,14 @@ typedef struct rollout_work {
 } rollout_work;
 
 KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
-                size_t N, size_t n, size_t kept, size_t s, size_t c, size_t steps)
+                size_t N, size_t n, size_t changes, size_t kept, size_t s, size_t c, size_t steps)
 
 static int checkpoints_of(const kt_rollout *rollout) {
     return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
 }
 
 static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
-    return place_arrays(w, memory, model, rollout, model->n.q + model->n.v, model->n.v,
+    return place_arrays(w, memory, model, rollout, kt_state_numbers(model), model->n.v, kt_tangent_numbers(model),
                         kt_step_kept(model, rollout->method), kt_step_stages_of(rollout->method),
                         (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
 }
@@ -79,6 +79,7 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
                               .t = r->t + k * r->h,
                               .q = state,
                               .v = state + w->model->n.q,
+                              .x = kt_has_own_states(w->model) ? state + w->model->n.q + w->model->n.v : NULL,
                               .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * w->model->n.v : NULL};
     *value = 0.0;
     const int result = w->cost(&at, value, by_state, by_tau, w->user);
@@ -92,7 +93,7 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
 /* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. The
  * last checkpoint receives what its own step has computed. */
 static kt_status advance(rollout_work *w, int k, double *state, kt_error *error) {
-    const size_t nq = w->model->n.q, N = nq + w->model->n.v, last = (size_t)w->kept - 1;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->kept - 1;
     const kt_step step = step_at(w, k);
     kt_step_work s;
     kt_status status = KT_OK;
@@ -102,6 +103,7 @@ static kt_status advance(rollout_work *w, int k, double *state, kt_error *error)
         w->value += value;
         w->reached += status == KT_OK;
     }
+    kt_own_states_put(w->model, w->data, state);
     if (status == KT_OK)
         status =
             kt_step_begin(&s, w->model, w->data, w->step_work, kt_step_work_size(w->model, step.method), &step, error);
@@ -122,15 +124,17 @@ static kt_status advance(rollout_work *w, int k, double *state, kt_error *error)
  * of the step, or -1. */
 static kt_status reverse(rollout_work *w, int k, int kept, const double *state, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, at = kept < 0 ? 0 : (size_t)kept;
+    const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model), N = kt_state_numbers(model);
+    const size_t at = kept < 0 ? 0 : (size_t)kept;
     const kt_step step = step_at(w, k);
     double value;
     kt_step_work s;
+    kt_own_states_put(model, w->data, state);
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
     if (status == KT_OK && kept >= 0 && w->taken[at])
         status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * kt_step_kept(model, step.method),
-                                   w->next + at * (nq + n), w->iterations[at], error);
+                                   w->next + at * N, w->iterations[at], error);
     else if (status == KT_OK)
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status == KT_OK && k == w->rollout->steps - 1) {
@@ -139,14 +143,14 @@ static kt_status reverse(rollout_work *w, int k, int kept, const double *state, 
     }
     if (status != KT_OK)
         return status;
-    memcpy(s.by_next, w->gradient, 2 * n * sizeof *w->gradient);
+    memcpy(s.by_next, w->gradient, changes * sizeof *w->gradient);
     status = kt_adjoint_sweep(&s, error);
     if (status != KT_OK)
         return status;
-    memset(w->gradient, 0, 2 * n * sizeof *w->gradient);
+    memset(w->gradient, 0, changes * sizeof *w->gradient);
     memset(w->by_tau, 0, n * sizeof *w->by_tau);
     status = call_cost(w, k, state, &value, w->gradient, w->by_tau, error);
-    for (size_t i = 0; i < 2 * n; i++)
+    for (size_t i = 0; i < changes; i++)
         w->gradient[i] += s.by_next[i];
     for (size_t i = 0; i < n; i++)
         w->inputs[(size_t)k * n + i] = w->by_tau[i] + s.by_force[i];
@@ -177,7 +181,7 @@ static int distance(int n, int c) {
 }
 
 static kt_status run(rollout_work *w, kt_error *error) {
-    const size_t N = w->model->n.q + w->model->n.v;
+    const size_t N = kt_state_numbers(w->model);
     const int most = checkpoints_of(w->rollout);
     kt_status status = KT_OK;
     for (int target = w->rollout->steps - 1; target >= 0 && status == KT_OK;) {
@@ -210,35 +214,34 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, rollout, q || !model->n.q, value, cost))
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
-    const size_t nq = model->n.q, n = model->n.v;
+    const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model);
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
     if (rollout->steps <= 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d steps", rollout->steps);
-    kt_status status = kt_own_states_refuse(
-        model, "rollout", "its adjoint would leave them out; multiply by A and B of kt_step_derivatives", error);
-    if (status != KT_OK)
-        return status;
     if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
         const kt_step step = {.method = rollout->method, .h = rollout->h};
         kt_step_work s;
         return kt_step_begin(&s, model, data, NULL, 0, &step, error);
     }
-    status =
+    kt_status status =
         kt_arena_check("work", "kt_rollout_work_size", work, work_size, kt_rollout_work_size(model, rollout), error);
     if (status != KT_OK)
         return status;
     (void)lay_out(&w, work, model, rollout);
     kt_copy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
-    memset(w.gradient, 0, 2 * n * sizeof *w.gradient);
+    if (kt_has_own_states(model))
+        kt_copy(w.state + nq + n, data->x, model->n.x * sizeof *v);
+    memset(w.gradient, 0, changes * sizeof *w.gradient);
     w.index[0] = 0;
     w.taken[0] = false;
     status = run(&w, error);
+    kt_own_states_put(model, data, w.state);
     if (status != KT_OK)
         return status;
     *value = w.value;
     if (by_start)
-        memcpy(by_start, w.gradient, 2 * n * sizeof *by_start);
+        memcpy(by_start, w.gradient, changes * sizeof *by_start);
     if (by_inputs)
         memcpy(by_inputs, w.inputs, (size_t)rollout->steps * n * sizeof *by_inputs);
     return KT_OK;

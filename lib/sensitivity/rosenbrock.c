@@ -31,7 +31,7 @@ static const kt_rosenbrock *table_of(const kt_step_work *w) { return w->step->me
 
 static double g_of(const kt_step_work *w) { return w->step->h * w->step->method->gamma[0]; }
 
-static size_t numbers_of(const kt_step_work *w) { return w->model->n.q + w->model->n.v; }
+static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
 /* y += factor x */
 static void add(double *y, double factor, const double *x, size_t n) {
@@ -47,7 +47,7 @@ static void form_whole(kt_step_work *w) {
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
         unit[j] = 1.0;
-        kt_slope_change(w->model, w->y, w->by_q, w->by_v, unit, xi, change);
+        kt_slope_change(w, 0, w->y, unit, xi, change);
         for (size_t l = 0; l < N; l++)
             w->matrix[j * N + l] = unit[l] - g_of(w) * change[l];
         unit[j] = 0.0;
@@ -62,7 +62,7 @@ static void form_plain(kt_step_work *w) {
 }
 
 static kt_status factor(kt_step_work *w, kt_error *error) {
-    if (kt_is_plain(w->model))
+    if (kt_is_reduced(w->model))
         form_plain(w);
     else
         form_whole(w);
@@ -79,10 +79,10 @@ static void solve(const kt_step_work *w, double *r) {
     const double g = g_of(w);
     for (size_t l = 0; l < N; l++)
         r[l] *= g;
-    for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
+    for (size_t l = 0; l < n && kt_is_reduced(w->model); l++)
         add(r + n, g * r[l], w->by_q + l * n, n);
     kt_lu_solve(w->matrix, w->unknowns, w->pivot, r + N - w->unknowns);
-    for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
+    for (size_t l = 0; l < n && kt_is_reduced(w->model); l++)
         r[l] += g * r[n + l];
 }
 
@@ -92,31 +92,31 @@ static double time_of(const kt_step *step, double part) {
     return part == 1.0 ? step->t + step->h : step->t + part * step->h;
 }
 
-static kt_status evaluate(kt_step_work *w, double t, const double *y, double *slope, kt_error *error) {
+/* The derivatives by time of the rates of own states; true where a law refuses them, which is then done by differences. */
+static bool differs_in_time(kt_step_work *w, double *rates) {
     const size_t nq = w->model->n.q;
-    kt_position_rate(w->model, y, y + nq, slope);
-    return kt_acceleration_evaluate(w->model, w->data, t, y, y + nq, w->step->tau, w->step->external, slope + nq,
-                                    error);
+    return kt_has_own_states(w->model) &&
+           kt_own_state_time_derivatives(w->model, w->data, w->step->t, w->y, w->y + nq, rates) != 0;
 }
 
 /* h f_t, as a simulation computes it: exact, or by differences where loops or a caller's own effects depend on time. */
 static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = nq + n;
+    const size_t nq = model->n.q, n = model->n.v, N = numbers_of(w);
     double *slope = w->time_derivative, *other = w->neighbour, *f = w->slope;
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
-    if (!model->driven && !kt_model_is_differenced(model)) {
+    if (!model->driven && !kt_model_is_differenced(model) && !(KT_HAS_FORMULAS && differs_in_time(w, slope + nq + n))) {
         const kt_dynamic_state at = {step->t, w->y, w->y + nq, step->tau, step->external};
         status = kt_acceleration_time_derivative(model, w->data, &at, f + nq, slope + nq, error);
-        for (size_t l = 0; l < n; l++)
-            slope[nq + l] *= step->h;
+        for (size_t l = nq; l < N; l++)
+            slope[l] *= step->h;
         return status;
     }
     for (int k = 1; k <= 2 && status == KT_OK; k++) {
         const double weight = k == 1 ? 2048.0 : -512.0;
-        status = evaluate(w, time_of(step, (double)k / 1024.0), w->y, other, error);
+        status = kt_step_slope(w, time_of(step, (double)k / 1024.0), w->y, other, error);
         for (size_t l = nq; l < N; l++)
             slope[l] += weight * (other[l] - f[l]);
     }
@@ -136,8 +136,8 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     const size_t N = numbers_of(w);
     double *y = w->stage + i * N, *f = w->slope + i * N, *u = w->increment + i * N;
     combine(w, table->a[i], i, y);
-    const kt_status status =
-        i ? evaluate(w, time_of(w->step, w->step->method->c[i]), y, f, error) : KT_OK; /* of the start it is known */
+    const kt_status status = i ? kt_step_slope(w, time_of(w->step, w->step->method->c[i]), y, f, error)
+                               : KT_OK; /* of the start it is known */
     if (status != KT_OK)
         return status;
     memcpy(u, f, N * sizeof *u);
@@ -151,9 +151,7 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
 /* f_y at a state into a place of by_q and by_v, 0 being that of J; and f_p. */
 static kt_status differentiate(kt_step_work *w, size_t place, double t, const double *y, const double *a, size_t held,
                                kt_error *error) {
-    const size_t all = place * w->model->n.v * w->model->n.v;
-    kt_status status =
-        kt_step_differentiate_at(w, t, y, a, w->by_q + all, w->by_v + all, held ? w->by_tau : NULL, error);
+    kt_status status = kt_step_differentiate_at(w, t, y, a, place, held > 0, error);
     if (status == KT_OK && held && w->parameter)
         status = kt_parameter_stage(w, t, y, a, error);
     return status;
@@ -162,7 +160,7 @@ static kt_status differentiate(kt_step_work *w, size_t place, double t, const do
 /* The stages; with `held` columns f_p of the start is left in its place. */
 static kt_status run(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     kt_step_start(w, q, v);
-    kt_status status = evaluate(w, w->step->t, w->y, w->slope, error);
+    kt_status status = kt_step_slope(w, w->step->t, w->y, w->slope, error);
     if (status == KT_OK)
         status = find_time_derivative(w, error);
     if (status == KT_OK)
@@ -183,7 +181,11 @@ kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v
 /* ---- its tangents ------------------------------------------------------------------------------------------------ */
 
 static void start_of(const kt_step_work *w, size_t k, double *dy) {
-    const size_t nq = w->model->n.q, n = w->model->n.v;
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
+    if (kt_has_own_states(w->model)) {
+        memcpy(dy, w->own.first + k * N, N * sizeof *dy);
+        return;
+    }
     memcpy(dy, w->start_q + k * kt_padded(nq), nq * sizeof *dy);
     memcpy(dy + nq, w->start_v + k * kt_padded(n), n * sizeof *dy);
 }
@@ -192,12 +194,12 @@ static void start_of(const kt_step_work *w, size_t k, double *dy) {
  * at dy + k N, or the changes at the start if dy is NULL; less may be NULL, too. */
 static void add_changes(kt_step_work *w, double factor, size_t place, const double *y, const double *dy,
                         const double *less, size_t held, double *to) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n, all = place * n * n;
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
     const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
     double *start = w->unit_state, *change = start + N, *xi = change + N;
     for (size_t k = 0; k < w->states + held; k++) {
         start_of(w, k, start);
-        kt_slope_change(w->model, y, w->by_q + all, w->by_v + all, dy ? dy + k * N : start, xi, change);
+        kt_slope_change(w, place, y, dy ? dy + k * N : start, xi, change);
         if (k >= w->states)
             add(change + nq, 1.0, by_held + (k - w->states) * n, n);
         if (less)
@@ -217,7 +219,7 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
         double *y = w->neighbour, *slope = w->neighbour_slope;
         memcpy(y, w->y, N * sizeof *y);
         add(y, k * e, w->increment + i * N, N);
-        status = evaluate(w, t, y, slope, error);
+        status = kt_step_slope(w, t, y, slope, error);
         if (status == KT_OK)
             status = differentiate(w, 1, t, y, slope + nq, held, error);
         if (status == KT_OK)
@@ -271,7 +273,7 @@ static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *
 }
 
 kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, nq = w->model->n.q, n = w->model->n.v, N = nq + n;
+    const size_t columns = w->states + held, nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
     kt_status status = run(w, q, v, held, error);
     if (status != KT_OK)
         return status;

@@ -3,7 +3,8 @@
  *     stage.c              its start, sums over stages, and derivatives of accelerations at one
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   its tangents, column by column: A and B
- *     step_states.c        steps and tangents of models with own states
+ *     stage_states.c       what own states add to the slope of a stage
+ *     step_states.c        tangents of steps of models with own states
  *     step_parameter.c     the same by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
  *     difference.c         those of the equations of motion and of the loops, by differences
@@ -24,6 +25,7 @@
 #define KT_SENSITIVITY_SENSITIVITY_H
 
 #include "base/arena.h"
+#include "base/copy.h"
 #include "base/isa.h"
 #include "constraint/dual_rows.h"
 #include "derivative/jacobian_qr.h"
@@ -229,8 +231,8 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
-/* Every array: type, name, count, meaning; N numbers of a state, n velocities, s stages that count, c columns, of which
- * at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all; r is 1
+/* Every array: type, name, count, meaning; N numbers of a state y = (q, v, x), n velocities, m own states, s stages that
+ * count, c columns, of which at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all; r is 1
  * of linearly implicit methods, else 0. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
@@ -274,11 +276,11 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
     X(double, by_end, N, "gradient by it, of dq and dv")                                                               \
-    X(double, by_start, N, "gradient by x, likewise")                                                                  \
+    X(double, by_start, N, "gradient by y, likewise")                                                                  \
     X(double, by_slope, N, "by K_i")                                                                                   \
-    X(double, by_next, 2 * n, "by x+, tangent")                                                                        \
+    X(double, by_next, 2 * n + m, "by y+, tangent")                                                                    \
     X(double, by_force, n, "by tau")                                                                                   \
-    X(double, tangent, 3 * n, "gradients of a stage by xi and v, and w = M^-1 mu")                                     \
+    X(double, tangent, 3 * n + m, "gradients of a stage by xi and v, and w = M^-1 mu")                                 \
     X(double, inverse_force, n, "of kt_gradient_evaluate")                                                             \
     X(double, momentum, n, "likewise")                                                                                 \
     X(kt_gradient_link, links, model->n.link, "likewise")                                                              \
@@ -286,20 +288,17 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 
-/* Of models with own states, m of them: E numbers of y = (q, v, x). */
+/* Of models with own states besides. */
 #define KT_OWN_STEP_FIELDS(X)                                                                                          \
-    X(double, start, E, "y at the start")                                                                              \
-    X(double, stage, s *E, "of the stages")                                                                            \
-    X(double, slope, s *E, "their slopes K_i")                                                                         \
-    X(double, next, E, "at the end")                                                                                   \
-    X(double, first, E *c, "dy of all columns, at the start")                                                          \
-    X(double, rate, s *E *c, "dK_i")                                                                                   \
-    X(double, change, E *c, "dY_i")                                                                                    \
+    X(double, first, N *c, "dy of all columns, at the start")                                                          \
+    X(double, rate, s *N *c, "dK_i")                                                                                   \
+    X(double, change, N *c, "dY_i, and at last dy+")                                                                   \
+    X(double, outside, N, "dP_i of a column")                                                                          \
     X(double, xi, n, "rotations of a column")                                                                          \
-    X(double, force, n *m, "a_x of a stage")                                                                           \
-    X(double, rate_q, n *m, "-f_q")                                                                                    \
-    X(double, rate_v, n *m, "-f_v")                                                                                    \
-    X(double, rate_x, m *m, "-f_x")
+    X(double, force, g *n *m, "a_x, of each stage")                                                                    \
+    X(double, rate_q, g *n *m, "-f_q")                                                                                 \
+    X(double, rate_v, g *n *m, "-f_v")                                                                                 \
+    X(double, rate_x, g *m *m, "-f_x")
 typedef struct kt_own_step {
     KT_ARENA_DECLARE(KT_OWN_STEP_FIELDS)
 } kt_own_step;
@@ -309,10 +308,10 @@ typedef struct kt_step_work {
     kt_data *data;
     const kt_step *step;
     size_t stages;                /* that count: without the last one of an explicit fsal method */
-    size_t states;                /* columns of the state: 2 n, or none */
+    size_t states;                /* columns of the state: 2 n + m, or none */
     bool coupled;                 /* the method is implicit */
     bool linear;                  /* or linearly implicit */
-    size_t unknowns;              /* of each stage: n, or with quaternions N; 0 of explicit methods */
+    size_t unknowns;              /* of each stage: n, or with quaternions or own states N; 0 of explicit methods */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v are those of one stage, for all */
     size_t derivative_at;         /* of this one */
@@ -323,30 +322,49 @@ typedef struct kt_step_work {
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;
 
-/* Of models with own states (step_states.c): memory; kt_step_stages; kt_step_tangents as far as the projection, columns
- * of (xi, dv, dx) and then `held` ones; the states after the step into the data; and the changes at the end, 2 nv + m
- * numbers a column. */
-size_t kt_own_step_place(kt_own_step *own, void *memory, const kt_model *model, size_t stages);
-KT_CHECKED kt_status kt_own_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+/* Whether a model has own states; the numbers of y = (q, v, x), and of a change (xi, dv, dx). */
+static inline bool kt_has_own_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
+static inline size_t kt_state_numbers(const kt_model *model) {
+    return model->n.q + model->n.v + KT_OWN_STATES(&model->n);
+}
+static inline size_t kt_tangent_numbers(const kt_model *model) { return 2 * model->n.v + KT_OWN_STATES(&model->n); }
+
+/* The own states of y become those in the data, which all that is evaluated reads. */
+static inline void kt_own_states_put(const kt_model *model, kt_data *data, const double *y) {
+    if (kt_has_own_states(model))
+        kt_copy(data->x, y + model->n.q + model->n.v, model->n.x * sizeof *y);
+}
+
+/* Whether stages are solved for accelerations alone: positions are plain numbers, and there are no own states. */
+static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
+
+/* Of models with own states: memory for so many columns, stages, and stages that are solved together; a_q .. f_x at a
+ * state, into the blocks of a place; what own states add to the change of a slope, rotations xi being known
+ * (stage_states.c). kt_step_tangents as far as the projection; and the changes at the end, kt_tangent_numbers a column
+ * (step_states.c). */
+size_t kt_own_step_place(kt_own_step *own, void *memory, const kt_model *model, size_t columns, size_t stages,
+                         size_t together);
+KT_CHECKED kt_status kt_own_differentiate(kt_step_work *w, size_t place, const kt_dynamic_state *at, const double *a,
+                                          const kt_forward_matrices *by, kt_error *error);
+void kt_own_slope_change(const kt_step_work *w, size_t place, const double *xi, const double *dy, double *out);
 KT_CHECKED kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
                                           kt_error *error);
-void kt_own_step_commit(kt_step_work *w);
 void kt_own_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);
-
-/* Whether a model has own states. */
-static inline bool kt_has_own_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
 
 /* Checks the step and the memory, and initialises w in it. */
 KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                                    const kt_step *step, kt_error *error);
 
-/* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. */
+/* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. Whatever
+ * becomes of it, data hold the own states at the start afterwards. */
 KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 
-/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations, which the
- * caller computes into *a; sums up. */
+/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations and the rates of
+ * own states, which the caller computes into *a; these at a state y (kt_step_rates), or the whole slope; sums up. */
 void kt_step_start(kt_step_work *w, const double *q, const double *v);
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a);
+KT_CHECKED kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double *a, kt_error *error);
+KT_CHECKED kt_status kt_step_slope(const kt_step_work *w, double t, const double *y, double *slope, kt_error *error);
 void kt_step_finish(kt_step_work *w);
 
 /* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
@@ -356,7 +374,7 @@ void kt_step_combine(double *out, const double *y, double h, const double *weigh
 size_t kt_step_stages_of(const kt_method *method);
 
 /* Numbers of the slope of a stage from which all stages follow again: those of the accelerations, or of implicit methods
- * all. */
+ * all, and none where the adjoint takes the step again. */
 size_t kt_step_kept(const kt_model *model, const kt_method *method);
 
 /* Whether a method is implicit and its steps are functions of a state that have derivatives; the most stages that it
@@ -395,14 +413,15 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
 }
 
 /* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. And the
- * same at any time and state y where the accelerations are known; by_tau may be NULL. */
+ * same, with those of own states, at any time and state y where the accelerations are known, into the blocks of a place
+ * among stages that are solved together. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
-KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, double *by_q,
-                                              double *by_v, double *by_tau, kt_error *error);
+KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
+                                              bool inputs, kt_error *error);
 
-/* The change of the slope (E(q) v, a) at y by dx, both of N numbers; xi: n numbers for the rotations of dx. */
-void kt_slope_change(const kt_model *model, const double *y, const double *by_q, const double *by_v, const double *dx,
-                     double *xi, double *out);
+/* The change of the slope (E(q) v, a, f) at y by dy, both of N numbers, by the derivatives of a place; xi: n numbers for
+ * the rotations of dy. */
+void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out);
 
 /* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);

@@ -3,6 +3,8 @@
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "kinetree/joint.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -10,6 +12,25 @@
 void kt_step_start(kt_step_work *w, const double *q, const double *v) {
     kt_copy(w->y, q, w->model->n.q * sizeof *q);
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
+    if (kt_has_own_states(w->model))
+        kt_copy(w->y + w->model->n.q + w->model->n.v, w->data->x, w->model->n.x * sizeof *v);
+}
+
+kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double *a, kt_error *error) {
+    const kt_model *model = w->model;
+    const double *q = y, *v = y + model->n.q;
+    kt_own_states_put(model, w->data, y);
+    const kt_status status =
+        kt_acceleration_evaluate(model, w->data, t, q, v, w->step->tau, w->step->external, a, error);
+    return status == KT_OK && KT_HAS_FORMULAS && kt_has_own_states(model)
+               ? kt_own_state_rates_trusted(model, w->data, t, q, v, a + model->n.v, error)
+               : status;
+}
+
+kt_status kt_step_slope(const kt_step_work *w, double t, const double *y, double *slope, kt_error *error) {
+    const size_t nq = w->model->n.q;
+    kt_position_rate(w->model, y, y + nq, slope);
+    return kt_step_rates(w, t, y, slope + nq, error);
 }
 
 void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
@@ -34,10 +55,15 @@ static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, doub
                                           &(kt_acceleration_matrices){.by = *by}, error);
 }
 
-kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, double *by_q,
-                                   double *by_v, double *by_tau, kt_error *error) {
+kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
+                                   bool inputs, kt_error *error) {
+    const size_t all = place * w->model->n.v * w->model->n.v;
     const kt_dynamic_state at = {t, y, y + w->model->n.q, w->step->tau, w->step->external};
-    return differentiate(w, &at, NULL, a, &(kt_forward_matrices){by_q, by_v, by_tau}, error);
+    const kt_forward_matrices by = {w->by_q + all, w->by_v + all, inputs ? w->by_tau : NULL};
+    if (!(KT_HAS_FORMULAS && kt_has_own_states(w->model)))
+        return differentiate(w, &at, NULL, a, &by, error);
+    kt_own_states_put(w->model, w->data, y);
+    return kt_own_differentiate(w, place, &at, a, &by, error);
 }
 
 /* y += factor x */
@@ -46,21 +72,24 @@ static void add(double *y, double factor, const double *x, size_t n) {
         y[l] += factor * x[l];
 }
 
-void kt_slope_change(const kt_model *model, const double *y, const double *by_q, const double *by_v, const double *dx,
-                     double *xi, double *out) {
+void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out) {
+    const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v;
-    kt_tangent_rate(model, y, y + nq, dx, dx + nq, out);
-    kt_tangent_drop(model, y, dx, xi);
+    const double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
+    kt_tangent_rate(model, y, y + nq, dy, dy + nq, out);
+    kt_tangent_drop(model, y, dy, xi);
     memset(out + nq, 0, n * sizeof *out);
     for (size_t l = 0; l < n; l++) { /* most changes are unit vectors */
         add(out + nq, xi[l], by_q + l * n, n);
-        add(out + nq, dx[nq + l], by_v + l * n, n);
+        add(out + nq, dy[nq + l], by_v + l * n, n);
     }
+    if (KT_HAS_FORMULAS && kt_has_own_states(model))
+        kt_own_slope_change(w, place, xi, dy, out);
 }
 
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t n = model->n.q + model->n.v;
+    const size_t n = kt_state_numbers(model);
     const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q;
     const kt_dynamic_state at = {kt_step_time(w->step, i), y, y + model->n.q, w->step->tau, w->step->external};
     if (a && (model->n.group || model->n.effect)) {

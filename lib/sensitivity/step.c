@@ -18,7 +18,7 @@ size_t kt_step_stages_of(const kt_method *method) {
 }
 
 size_t kt_step_kept(const kt_model *model, const kt_method *method) {
-    if (kt_method_is_linear(method)) /* the step is taken again */
+    if (kt_method_is_linear(method) || kt_has_own_states(model)) /* the step is taken again */
         return 0;
     return model->n.v + (kt_method_is_coupled(method) ? model->n.q : 0);
 }
@@ -32,24 +32,24 @@ static bool is_function(const kt_method *method) {
 static size_t unknowns_of(const kt_model *model, const kt_method *method) {
     if (!kt_method_is_coupled(method) && !kt_method_is_linear(method))
         return 0;
-    return model->n.v + (kt_is_plain(model) ? 0 : model->n.q);
+    return kt_is_reduced(model) ? model->n.v : kt_state_numbers(model);
 }
 
 static size_t held_most(const kt_model *model) { return model->n.v > KT_PARAMETER_MAX ? model->n.v : KT_PARAMETER_MAX; }
 
 KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t s,
-                size_t c, size_t p, size_t g, size_t u, size_t r)
+                size_t m, size_t c, size_t p, size_t g, size_t u, size_t r)
 
 static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
     const bool linear = kt_method_is_linear(method);
-    const size_t n = model->n.v, unknowns = unknowns_of(model, method);
+    const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), unknowns = unknowns_of(model, method);
     const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
-    const size_t columns = (n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX) + KT_OWN_STATES(&model->n);
-    size_t used = place_arrays(w, memory, model, model->n.q + n, n, kt_step_stages_of(method), columns,
+    const size_t columns = (n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX) + m;
+    size_t used = place_arrays(w, memory, model, kt_state_numbers(model), n, kt_step_stages_of(method), m, columns,
                                held_most(model), g, most * unknowns, linear);
-    if (KT_HAS_FORMULAS && kt_has_own_states(model))
-        used += kt_own_step_place(w ? &w->own : NULL, memory ? (char *)memory + used : NULL, model,
-                                  kt_step_stages_of(method));
+    if (KT_HAS_FORMULAS && m > 0)
+        used += kt_own_step_place(w ? &w->own : NULL, memory ? (char *)memory + used : NULL, model, columns,
+                                  kt_step_stages_of(method), g);
     if (!KT_HAS_LOOPS)
         return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
@@ -82,13 +82,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
-    kt_status status = KT_OK;
-    if (kt_method_is_coupled(step->method) || kt_method_is_linear(step->method))
-        status = kt_own_states_refuse(
-            model, "step", "steps of implicit methods would leave them out; take an explicit one (rk4, dopri5)", error);
-    if (status == KT_OK)
-        status = kt_masses_refuse(
-            model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
+    kt_status status = kt_masses_refuse(
+        model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
         status = kt_massless_refuse(
             model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
@@ -105,7 +100,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .data = data,
                         .step = step,
                         .stages = kt_step_stages_of(step->method),
-                        .states = 2 * model->n.v,
+                        .states = kt_tangent_numbers(model),
                         .coupled = kt_method_is_coupled(step->method),
                         .linear = kt_method_is_linear(step->method),
                         .unknowns = unknowns_of(model, step->method),
@@ -120,7 +115,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
-    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     double *y = w->stage + i * N, *k = w->slope + i * N;
     kt_step_combine(y, w->y, w->step->h, kt_step_row(w->step->method, i), i, w->slope, N);
     kt_position_rate(w->model, y, y + nq, k);
@@ -129,28 +124,28 @@ const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
 }
 
 void kt_step_finish(kt_step_work *w) {
-    kt_step_combine(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, w->model->n.q + w->model->n.v);
+    kt_step_combine(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, kt_state_numbers(w->model));
 }
 
-kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
-    const kt_model *model = w->model;
-    if (KT_HAS_FORMULAS && kt_has_own_states(model))
-        return kt_own_step_stages(w, q, v, error);
-    if (w->coupled)
-        return kt_coupled_stages(w, q, v, error);
-    if (KT_HAS_ROSENBROCK && w->linear)
-        return kt_rosenbrock_stages(w, q, v, error);
+static kt_status explicit_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     kt_step_start(w, q, v);
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         const double *y = kt_step_stage(w, i, &a);
-        const kt_status status = kt_acceleration_evaluate(model, w->data, kt_step_time(w->step, i), y, y + model->n.q,
-                                                          w->step->tau, w->step->external, a, error);
+        const kt_status status = kt_step_rates(w, kt_step_time(w->step, i), y, a, error);
         if (status != KT_OK)
             return status;
     }
     kt_step_finish(w);
     return KT_OK;
+}
+
+kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
+    const kt_status status = w->coupled                       ? kt_coupled_stages(w, q, v, error)
+                             : KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_stages(w, q, v, error)
+                                                              : explicit_stages(w, q, v, error);
+    kt_own_states_put(w->model, w->data, w->y);
+    return status;
 }
 
 /* ---- after the step ---------------------------------------------------------------------------------------------- */
@@ -183,7 +178,6 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         return status;
     kt_copy(next_q, w.next, nq * sizeof *next_q);
     kt_copy(next_v, w.next + nq, model->n.v * sizeof *next_v);
-    if (KT_HAS_FORMULAS && kt_has_own_states(model))
-        kt_own_step_commit(&w);
+    kt_own_states_put(model, data, w.next);
     return KT_OK;
 }

@@ -10,10 +10,14 @@
 
 #include <string.h>
 
+/* Whether A and B are formed: of linearly implicit methods they cost more than what would be saved without, and with own
+ * states nothing else is there. */
+static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_own_states(w->model); }
+
 static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
 
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
-    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     const kt_status status = kt_step_stages(w, q, v, error);
     if (status != KT_OK)
         return status;
@@ -26,7 +30,7 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
 }
 
 void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations) {
-    const size_t N = w->model->n.q + w->model->n.v, kept = kt_step_kept(w->model, w->step->method);
+    const size_t N = kt_state_numbers(w->model), kept = kt_step_kept(w->model, w->step->method);
     for (size_t i = 0; i < w->stages; i++)
         memcpy(slopes + i * kept, w->slope + (i + 1) * N - kept, kept * sizeof *slopes);
     memcpy(next, w->next, N * sizeof *next);
@@ -46,9 +50,9 @@ static void recall_stages(kt_step_work *w, const double *slopes) {
 
 kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *slopes, const double *next,
                             uint32_t iterations, kt_error *error) {
-    const size_t nq = w->model->n.q, N = nq + w->model->n.v;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_step_start(w, q, v);
-    if (w->linear) { /* nothing of it is needed */
+    if (is_formed(w)) { /* nothing of it is needed */
         memcpy(w->next, next, N * sizeof *next);
         return KT_OK;
     }
@@ -97,24 +101,27 @@ static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
     return KT_OK;
 }
 
-/* Of linearly implicit methods A and B are formed: they cost more than what would be saved without. */
+/* By A and B. */
 static kt_status multiply(kt_step_work *w, kt_error *error) {
-    const size_t nq = w->model->n.q, n = w->model->n.v;
-    memcpy(w->raw, w->y, (nq + n) * sizeof *w->raw);
+    const size_t nq = w->model->n.q, n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), N = kt_state_numbers(w->model);
+    memcpy(w->raw, w->y, N * sizeof *w->raw);
     const kt_status status = kt_step_tangents(w, w->raw, w->raw + nq, n, error);
-    for (size_t k = 0; k < 3 * n && status == KT_OK; k++)
+    for (size_t k = 0; k < 3 * n + m && status == KT_OK; k++) {
         w->tangent[k] = kt_dense_dot(w->end + 2 * n * k, w->by_next, (int)(2 * n));
+        if (m > 0)
+            w->tangent[k] += kt_dense_dot(w->own.change + N * k + nq + n, w->by_next + 2 * n, (int)m);
+    }
     if (status != KT_OK)
         return status;
-    memcpy(w->by_next, w->tangent, 2 * n * sizeof *w->by_next);
-    memcpy(w->by_force, w->tangent + 2 * n, n * sizeof *w->by_force);
+    kt_copy(w->by_next, w->tangent, (2 * n + m) * sizeof *w->by_next);
+    kt_copy(w->by_force, w->tangent + 2 * n + m, n * sizeof *w->by_force);
     return KT_OK;
 }
 
 kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
-    if (KT_HAS_ROSENBROCK && w->linear)
+    if (is_formed(w))
         return multiply(w, error);
     kt_status status =
         closes(w) ? kt_projection_transposed(&w->projection, w->next, w->next + nq, w->by_next, error) : KT_OK;
@@ -148,26 +155,24 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
 kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                           const double *q, const double *v, const double *by_next, double *by_state, double *by_tau,
                           kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, step, q || !model->n.q, by_next || !model->n.v))
+    if (KT_IS_OTHER_DATA(error, model, data) ||
+        KT_IS_MISSING(error, step, q || !model->n.q, by_next || !kt_tangent_numbers(model)))
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
-    const size_t n = model->n.v;
+    const size_t n = model->n.v, changes = kt_tangent_numbers(model);
     kt_step_work w;
-    kt_status status = kt_own_states_refuse(
-        model, "step", "its adjoint would leave them out; multiply by A and B of kt_step_derivatives", error);
-    if (status == KT_OK)
-        status = kt_step_begin(&w, model, data, work, work_size, step, error);
+    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
         status = kt_adjoint_run(&w, q, v, error);
     if (status != KT_OK)
         return status;
-    kt_copy(w.by_next, by_next, 2 * n * sizeof *by_next);
+    kt_copy(w.by_next, by_next, changes * sizeof *by_next);
     status = kt_adjoint_sweep(&w, error);
     if (status != KT_OK)
         return status;
     if (by_state)
-        memcpy(by_state, w.by_next, 2 * n * sizeof *by_state);
+        kt_copy(by_state, w.by_next, changes * sizeof *by_state);
     if (by_tau)
-        memcpy(by_tau, w.by_force, n * sizeof *by_tau);
+        kt_copy(by_tau, w.by_force, n * sizeof *by_tau);
     return KT_OK;
 }

@@ -114,14 +114,14 @@ static kt_status refuse_overflow(kt_error *error) {
                         "they overflow: look for a step that is far too long, or for a force that is huge");
 }
 
-/* Of a model with own states, whose columns stand between those of the state and those that are held. */
+/* Of a model with own states. */
 static kt_status find_own_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t n = w->model->n.v, columns = w->states + w->model->n.x + held;
+    const size_t n = w->model->n.v, columns = w->states + held;
     kt_status status = kt_own_step_tangents(w, q, v, held, error);
     if (status == KT_OK)
         status = close(w, w->rate_v, columns, error);
-    if (status == KT_OK && !(kt_all_finite(w->end, 2 * n * columns) &&
-                             kt_all_finite(w->own.change, columns * (w->model->n.q + n + w->model->n.x))))
+    if (status == KT_OK &&
+        !(kt_all_finite(w->end, 2 * n * columns) && kt_all_finite(w->own.change, columns * kt_state_numbers(w->model))))
         return refuse_overflow(error);
     return status;
 }
@@ -165,12 +165,11 @@ kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, 
     if (next_v)
         kt_copy(next_v, w.next + nq, n * sizeof *next_v);
     if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
-        const size_t states = 2 * n + model->n.x;
         if (A)
-            kt_own_step_copy(&w, 0, states, A);
+            kt_own_step_copy(&w, 0, w.states, A);
         if (B)
-            kt_own_step_copy(&w, states, n, B);
-        kt_own_step_commit(&w);
+            kt_own_step_copy(&w, w.states, n, B);
+        kt_own_states_put(model, data, w.next);
         return KT_OK;
     }
     if (A)

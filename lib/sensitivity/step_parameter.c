@@ -24,10 +24,6 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     kt_status status =
         size ? kt_arena_check("work", "kt_step_parameter_work_size", work, work_size, size, error) : KT_OK;
     if (status == KT_OK)
-        status = kt_own_states_refuse(
-            model, "step", "derivatives by parameters would leave them out; take differences of kt_step_evaluate",
-            error);
-    if (status == KT_OK)
         status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
         status = kt_parameter_begin(
@@ -37,7 +33,9 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     w.parameter = &own;
     w.states = 0;
     status = kt_step_tangents(&w, q, v, own.count, error);
-    if (status == KT_OK)
+    if (status == KT_OK && KT_HAS_FORMULAS && kt_has_own_states(model))
+        kt_own_step_copy(&w, 0, own.count, C);
+    else if (status == KT_OK)
         kt_copy(C, w.end, 2 * own.n * own.count * sizeof *C);
     return status;
 }

@@ -165,7 +165,7 @@ static void multiply(const rollout_case *c, double *value, double *gradient) {
     for (int k = STEPS; k >= 0; k--) {
         const double *tau = k < STEPS ? c->rollout.inputs + k * n : NULL;
         double own[2 * KT_TREE_NV] = {0.0}, own_tau[KT_TREE_NV] = {0.0}, one = 0.0;
-        const kt_cost_point point = {k, 0.0, q + k * nq, v + k * n, tau};
+        const kt_cost_point point = {.step = k, .q = q + k * nq, .v = v + k * n, .tau = tau};
         (void)cost_of(&point, &one, own, own_tau, &costs);
         *value += one;
         memcpy(at, by, sizeof at);

@@ -3,10 +3,8 @@
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
-#include "kinetree/batch.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
-#include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 
 #include <float.h>
@@ -319,18 +317,5 @@ KT_TEST(what_does_not_know_own_states_says_so) {
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     refuses("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
-    const kt_step step = {.method = kt_method_find("radau5"), .h = 0.1};
-    const size_t size = kt_step_parameter_work_size(m.model, step.method);
-    void *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
-    const double q = 0.0, v = 0.0;
-    double next_q, next_v, by[2] = {0.0, 0.0};
-    refuses("an implicit step", kt_step_evaluate(m.model, m.data, work, size, &step, &q, &v, &next_q, &next_v, &error),
-            &error);
-    refuses("an adjoint", kt_step_adjoint(m.model, m.data, work, size, &step, &q, &v, by, NULL, NULL, &error), &error);
-    free(work);
-    kt_batch_options states = kt_batch_options_default();
-    kt_batch *batch = NULL;
-    states.method = kt_method_find("rk4");
-    refuses("batch", kt_batch_create(m.model, &states, &batch, &error), &error);
     end(&m);
 }

@@ -1,8 +1,9 @@
-/* Derivatives of steps with own states: the step against a simulation's bits, A and B against differences of the step,
- * through a loop, quaternions and markers; Floquet multipliers against the exponentials of the modes. */
+/* Derivatives of steps with own states: the step against a simulation's, A, B and C against differences of the step, and
+ * gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the exponentials of the modes. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
+#include "kinetree/batch.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 #include "kinetree/sensitivity.h"
@@ -13,7 +14,7 @@
 #include <string.h>
 
 /* A four-bar and a free ball; states read both, and act on both. */
-#define MACHINE                                                                                                        \
+#define BODIES                                                                                                         \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
     "  - {name: crank, joint: {type: revolute, axis: z, position: 60 deg, velocity: 2}, mass: 1,\n"                    \
     "     shape: {type: rod, to: [1, 0, 0]}}\n"                                                                        \
@@ -23,17 +24,20 @@
     "     shape: {type: rod, to: [1.5, 0, 0]}, markers: {tip: [1.5, 0, 0]}}\n"                                         \
     "  - {name: ball, joint: {type: free, position: {position: [0, 1, 1]}, velocity: {linear: [1, 2, 3], angular: "    \
     "[1, -2, 3]}},\n"                                                                                                  \
-    "     mass: 1, shape: {type: box, size: [0.3, 0.2, 0.1]}, markers: {eye: [0.1, 0.2, 0]}}\n"                        \
-    "loops:\n  - {name: close, type: revolute, between: [rod.tip, rocker.tip]}\n"                                      \
+    "     mass: 1, shape: {type: box, size: [0.3, 0.2, 0.1]}, markers: {eye: [0.1, 0.2, 0]}}\n"
+#define LOOP "loops:\n  - {name: close, type: revolute, between: [rod.tip, rocker.tip]}\n"
+#define STATES                                                                                                         \
     "initial: {hold: [crank]}\n"                                                                                       \
     "states:\n"                                                                                                        \
     "  lag: {initial: 0.5, rate: \"3*(marker.rod.mid.y - lag)\"}\n"                                                    \
     "  seen: {initial: -0.2, rate: \"marker.ball.eye.vx*lag - seen + sin(t)\"}\n"                                      \
     "effects:\n"                                                                                                       \
+    "  - {name: pull, type: joint_spring, joint: crank, stiffness: 5}\n"                                               \
     "  - {type: expression, joint: crank, force: \"-4*lag - 0.3*seen*velocity.crank\"}\n"                              \
     "  - {type: expression, at: ball.eye, force: [\"seen\", \"-lag*lag\", 0], frame: body}\n"
+#define MACHINE BODIES LOOP STATES
 
-enum { NQ = 10, NV = 9, STATES = 2, ALL = 2 * NV + STATES };
+enum { NQ = 10, NV = 9, COUNT = 2, ALL = 2 * NV + COUNT };
 
 typedef struct machine {
     kt_scene scene;
@@ -42,13 +46,13 @@ typedef struct machine {
     void *work;
     size_t size;
     kt_step step;
-    double q[NQ], v[NV], x[STATES], tau[NV];
+    double q[NQ], v[NV], x[COUNT], tau[NV];
 } machine;
 
-static bool make(machine *m, const char *method) {
+static bool make_of(machine *m, const char *text, const char *method) {
     kt_error error = {0};
     memset(m, 0, sizeof *m);
-    if (!kt_fine("scene", kt_scene_parse("x", MACHINE, strlen(MACHINE), &m->scene, NULL, NULL, &error), &error) ||
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) ||
         !kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) ||
         !kt_fine("data", kt_data_create(m->model, &m->data, &error), &error))
         return false;
@@ -63,6 +67,8 @@ static bool make(machine *m, const char *method) {
     return kt_fine("closed", kt_state_assemble(m->model, m->data, 0.3, m->q, m->v, &error), &error);
 }
 
+static bool make(machine *m, const char *method) { return make_of(m, MACHINE, method); }
+
 static void end(machine *m) {
     free(m->work);
     kt_data_free(m->data);
@@ -70,10 +76,11 @@ static void end(machine *m) {
     kt_scene_free(&m->scene);
 }
 
-static const char *const methods[] = {"rk4", "dopri5", "heun"};
-enum { METHODS = sizeof methods / sizeof *methods };
+static const char *const methods[] = {"rk4",    "dopri5", "heun",   "implicit-euler", "crank-nicolson",
+                                      "radau5", "bdf2",   "rodas5p"};
+enum { METHODS = sizeof methods / sizeof *methods, EXPLICIT = 3 };
 
-KT_TEST(step_has_the_bits_of_a_simulation) {
+KT_TEST(step_is_that_of_a_simulation) {
     for (int k = 0; k < METHODS; k++) {
         static machine m;
         kt_error error;
@@ -93,9 +100,21 @@ KT_TEST(step_has_the_bits_of_a_simulation) {
         (void)kt_fine("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, &error),
                       &error);
         kt_note("%s", methods[k]);
-        kt_check_equal_bits("positions", q, kt_simulation_positions(s), NQ);
-        kt_check_equal_bits("velocities", v, kt_simulation_velocities(s), NV);
-        kt_check_equal_bits("own states", kt_own_states(m.model, m.data), kt_simulation_own_states(s), STATES);
+        const double *x = kt_own_states(m.model, m.data);
+        if (k < EXPLICIT) {
+            kt_check_equal_bits("positions", q, kt_simulation_positions(s), NQ);
+            kt_check_equal_bits("velocities", v, kt_simulation_velocities(s), NV);
+            kt_check_equal_bits("own states", x, kt_simulation_own_states(s), COUNT);
+        } else { /* iterated otherwise, to the rounding of either */
+            kt_worst worst = {.what = "difference"};
+            for (int i = 0; i < NQ; i++)
+                kt_worst_near(&worst, q[i], kt_simulation_positions(s)[i], 1e-12, "position %d", i);
+            for (int i = 0; i < NV; i++)
+                kt_worst_near(&worst, v[i], kt_simulation_velocities(s)[i], 1e-12, "velocity %d", i);
+            for (int i = 0; i < COUNT; i++)
+                kt_worst_near(&worst, x[i], kt_simulation_own_states(s)[i], 1e-12, "own state %d", i);
+            kt_check_worst(&worst);
+        }
         kt_simulation_free(s);
         end(&m);
     }
@@ -109,7 +128,7 @@ static void take(machine *m, const double z[ALL], int input, double change, doub
     for (int i = 0; i < NV; i++)
         v[i] = m->v[i] + z[NV + i];
     double *x = kt_own_states(m->model, m->data);
-    for (int i = 0; i < STATES; i++)
+    for (int i = 0; i < COUNT; i++)
         x[i] = m->x[i] + z[2 * NV + i];
     if (input >= 0)
         m->tau[input] += change;
@@ -119,7 +138,7 @@ static void take(machine *m, const double z[ALL], int input, double change, doub
         m->tau[input] -= change;
     kt_position_subtract(m->model, next_q, from, out);
     memcpy(out + NV, next_v, sizeof next_v);
-    memcpy(out + 2 * NV, x, STATES * sizeof *x);
+    memcpy(out + 2 * NV, x, COUNT * sizeof *x);
 }
 
 /* Differences of order eight over h = 0.002, whose error is h^8 / 630 of the ninth derivative, and rounding. */
@@ -139,8 +158,10 @@ static void difference(machine *m, int column, double out[ALL], const double *fr
     }
 }
 
+/* Those of rodas5p are differences of a Jacobian over 1/512: 4400 roundings of entries of some 20. */
 KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
     for (int k = 0; k < METHODS; k++) {
+        const double bound = strcmp(methods[k], "rodas5p") == 0 ? 1e-10 : 1e-11;
         static machine m;
         static double all[(ALL + NV) * ALL];
         kt_error error;
@@ -154,20 +175,304 @@ KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
                     kt_step_derivatives(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, all, all + ALL * ALL,
                                         &error),
                     &error)) {
-            const double after[STATES] = {x[0], x[1]};
+            const double after[COUNT] = {x[0], x[1]};
             double column[ALL];
             for (int j = 0; j < ALL + NV; j++) {
                 difference(&m, j, column, q);
                 for (int i = 0; i < ALL; i++)
-                    kt_worst_near(&worst, all[j * ALL + i], column[i], 1e-11, "%d %d", i, j);
+                    kt_worst_near(&worst, all[j * ALL + i], column[i], bound, "%d %d", i, j);
             }
             memcpy(x, m.x, sizeof m.x);
             (void)kt_fine("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, &error),
                           &error);
-            kt_check_equal_bits("states after it", after, x, STATES);
+            kt_check_equal_bits("states after it", after, x, COUNT);
         }
         kt_check_worst(&worst);
         end(&m);
+    }
+}
+
+/* The state after the step whose gravity, or whose mass of the rod, is changed. */
+static void take_changed(machine *m, kt_model *copy, const kt_parameter *parameter, int number, double change,
+                         double out[ALL], const double *from) {
+    kt_error error;
+    double values[KT_PARAMETER_MAX], q[NQ], v[NV];
+    (void)kt_fine("get", kt_parameter_get(m->model, parameter, values, &error), &error);
+    values[number] += change;
+    (void)kt_fine("set", kt_parameter_set(copy, parameter, values, &error), &error);
+    memcpy(kt_own_states(m->model, m->data), m->x, sizeof m->x);
+    (void)kt_fine("step", kt_step_evaluate(copy, m->data, m->work, m->size, &m->step, m->q, m->v, q, v, &error),
+                  &error);
+    kt_position_subtract(m->model, q, from, out);
+    memcpy(out + NV, v, sizeof v);
+    memcpy(out + 2 * NV, kt_own_states(m->model, m->data), COUNT * sizeof *out);
+    values[number] -= change;
+    (void)kt_fine("set back", kt_parameter_set(copy, parameter, values, &error), &error);
+}
+
+/* Central differences over d, whose error is d^2 / 6 of the third derivative, after Richardson's extrapolation d^4. By
+ * rodas5p a stiffness is differenced twice, over 1/1024 and over 1/512. */
+KT_TEST(derivatives_by_parameters_are_those_of_differences) {
+    static const char *const names[] = {"gravity", "rod.mass", "effect pull.stiffness"};
+    for (int k = 0; k < METHODS; k++) {
+        const double bound = strcmp(methods[k], "rodas5p") == 0 ? 1e-9 : 1e-11;
+        static machine m;
+        kt_error error;
+        kt_worst worst = {.what = methods[k]};
+        double q[NQ], v[NV], C[ALL * KT_PARAMETER_MAX], far[2][ALL], near[2][ALL];
+        kt_model *copy = NULL;
+        if (!make(&m, methods[k]))
+            return;
+        void *room = aligned_alloc(KT_ALIGNMENT, kt_model_size(m.model));
+        const size_t size = kt_step_parameter_work_size(m.model, m.step.method);
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        (void)kt_fine("copy", kt_model_copy(m.model, room, kt_model_size(m.model), &copy, &error), &error);
+        (void)kt_fine("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, &error),
+                      &error);
+        memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        for (size_t p = 0; p < sizeof names / sizeof *names; p++) {
+            kt_parameter parameter;
+            const double d = 1e-2;
+            if (!kt_fine("find", kt_parameter_find(m.model, names[p], &parameter, &error), &error) ||
+                !kt_fine("C",
+                         kt_step_parameter_derivatives(m.model, m.data, work, size, &m.step, &parameter, m.q, m.v, C,
+                                                       &error),
+                         &error))
+                continue;
+            kt_check_equal_bits("states stay", kt_own_states(m.model, m.data), m.x, COUNT);
+            for (int j = 0; j < parameter.count; j++) {
+                for (int sign = 0; sign < 2; sign++) {
+                    take_changed(&m, copy, &parameter, j, sign ? d : -d, far[sign], q);
+                    take_changed(&m, copy, &parameter, j, sign ? d / 2.0 : -d / 2.0, near[sign], q);
+                }
+                for (int i = 0; i < ALL; i++)
+                    kt_worst_near(&worst, C[j * ALL + i],
+                                  (8.0 * (near[1][i] - near[0][i]) - (far[1][i] - far[0][i])) / (6.0 * d), bound,
+                                  "%s %d: %d", names[p], j, i);
+            }
+            memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        }
+        kt_check_worst(&worst);
+        free(work);
+        free(room);
+        end(&m);
+    }
+}
+
+/* A smooth cost of a state, its own states and inputs. */
+static int cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
+    const machine *m = user;
+    double xi[NV], sum = 0.0;
+    kt_position_subtract(m->model, at->q, m->q, xi); /* of the coordinates in the plane alone, whose changes add up */
+    for (int i = 0; i < 3; i++)
+        sum += sin(xi[i]);
+    for (int i = 0; i < NV; i++)
+        sum += 0.01 * at->v[i] * at->v[i];
+    *value = sum + at->x[0] * at->x[0] + 3.0 * at->x[1];
+    for (int i = 0; i < NV && at->tau; i++)
+        *value += at->tau[i] * at->tau[i];
+    for (int i = 0; i < ALL && by_state; i++)
+        by_state[i] = i < 3         ? cos(xi[i])
+                      : i < NV      ? 0.0
+                      : i < 2 * NV  ? 0.02 * at->v[i - NV]
+                      : i == 2 * NV ? 2.0 * at->x[0]
+                                    : 3.0;
+    for (int i = 0; i < NV && by_tau; i++)
+        by_tau[i] = 2.0 * at->tau[i];
+    return 0;
+}
+
+enum { STEPS = 5 };
+
+static double value_of(machine *m, void *work, size_t size, const kt_rollout *rollout, const double z[ALL]) {
+    kt_error error;
+    double q[NQ], v[NV], value = 0.0;
+    double *x = kt_own_states(m->model, m->data);
+    kt_position_add(m->model, m->q, z, q);
+    for (int i = 0; i < NV; i++)
+        v[i] = m->v[i] + z[NV + i];
+    for (int i = 0; i < COUNT; i++)
+        x[i] = m->x[i] + z[2 * NV + i];
+    (void)kt_fine(
+        "value", kt_rollout_gradient(m->model, m->data, work, size, rollout, q, v, &value, NULL, NULL, cost, m, &error),
+        &error);
+    return value;
+}
+
+/* Against differences of the value, and with few checkpoints to the bit. */
+KT_TEST(gradient_of_many_steps_is_that_of_its_differences) {
+    static const char *const by[] = {"rk4", "radau5", "rodas5p"};
+    for (size_t k = 0; k < sizeof by / sizeof *by; k++) {
+        static machine m;
+        static double inputs[STEPS * NV], start[ALL], by_inputs[STEPS * NV], few[ALL + STEPS * NV];
+        static const double zero[ALL];
+        kt_error error;
+        kt_worst worst = {.what = by[k]};
+        double value, other;
+        if (!make(&m, by[k]))
+            return;
+        for (int i = 0; i < STEPS * NV; i++)
+            inputs[i] = 0.1 * (i % 7) - 0.2;
+        kt_rollout rollout = {.method = m.step.method, .t = 0.3, .h = 0.02, .steps = STEPS, .inputs = inputs};
+        const size_t size = kt_rollout_work_size(m.model, &rollout);
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        (void)kt_fine("gradient",
+                      kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value, start, by_inputs,
+                                          cost, &m, &error),
+                      &error);
+        kt_check_equal_bits("states stay", kt_own_states(m.model, m.data), m.x, COUNT);
+        rollout.checkpoints = 2;
+        (void)kt_fine("few checkpoints",
+                      kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &other, few, few + ALL, cost,
+                                          &m, &error),
+                      &error);
+        kt_check_equal_bits("value", &other, &value, 1);
+        kt_check_equal_bits("by the start", few, start, ALL);
+        kt_check_equal_bits("by inputs", few + ALL, by_inputs, STEPS * NV);
+        const double d = 4e-3;
+        for (int j = 0; j < ALL + NV; j++) { /* the inputs of the second step */
+            static const double weight[] = {0.75, -0.15, 1.0 / 60.0};
+            double sum = 0.0;
+            for (int i = -3; i <= 3; i++) {
+                double z[ALL] = {0.0};
+                if (i == 0)
+                    continue;
+                if (j < ALL)
+                    z[j] = i * d;
+                else
+                    inputs[NV + j - ALL] += i * d;
+                sum += (i < 0 ? -weight[-i - 1] : weight[i - 1]) * value_of(&m, work, size, &rollout, z) / d;
+                if (j >= ALL)
+                    inputs[NV + j - ALL] = 0.1 * ((NV + j - ALL) % 7) - 0.2;
+            }
+            kt_worst_near(&worst, j < ALL ? start[j] : by_inputs[NV + j - ALL], sum, 1e-10, "%d", j);
+        }
+        kt_check_near("the value is the same", value_of(&m, work, size, &rollout, zero), value, 0.0);
+        kt_check_worst(&worst);
+        free(work);
+        end(&m);
+    }
+}
+
+/* by_state = A' y and by_tau = B' y, with the matrices that differences have confirmed. */
+KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
+    for (int k = 0; k < METHODS; k++) {
+        static machine m;
+        static double all[(ALL + NV) * ALL];
+        kt_error error;
+        kt_worst worst = {.what = methods[k]};
+        double by[ALL], out[ALL + NV];
+        if (!make(&m, methods[k]))
+            return;
+        double *x = kt_own_states(m.model, m.data);
+        for (int i = 0; i < ALL; i++)
+            by[i] = cos(3.0 * i);
+        memcpy(x, m.x, sizeof m.x);
+        (void)kt_fine("adjoint",
+                      kt_step_adjoint(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, by, out, out + ALL, &error),
+                      &error);
+        kt_check_equal_bits("states stay", x, m.x, COUNT);
+        (void)kt_fine("matrices",
+                      kt_step_derivatives(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, NULL, NULL, all,
+                                          all + ALL * ALL, &error),
+                      &error);
+        for (int j = 0; j < ALL + NV; j++) {
+            double sum = 0.0;
+            for (int i = 0; i < ALL; i++)
+                sum += all[j * ALL + i] * by[i];
+            kt_worst_near(&worst, out[j], sum, 1e-13, "%d", j);
+        }
+        kt_check_worst(&worst);
+        end(&m);
+    }
+}
+
+/* ---- many at once ------------------------------------------------------------------------------------------------ */
+
+enum { MANY = 11, ONES = 4 /* steps */ };
+
+/* State i of a batch. */
+static void vary(const machine *m, size_t i, double q[NQ], double v[NV], double x[COUNT]) {
+    double z[NV];
+    for (int j = 0; j < NV; j++) {
+        z[j] = 0.02 * cos((double)i + 3.0 * j);
+        v[j] = m->v[j] + 0.1 * sin(2.0 * (double)i + j);
+    }
+    kt_position_add(m->model, m->q, z, q);
+    x[0] = 0.5 - 0.1 * (double)i;
+    x[1] = i == 7 ? (double)NAN : 0.2 * (double)i;
+}
+
+/* x += h f(t, q, v, x), v += h a, q = q (+) h v, and back onto the loops. */
+static kt_status take_semi_implicit(machine *m, double t, double h, double q[NQ], double v[NV]) {
+    kt_error error;
+    double a[NV], rates[COUNT], moved[NQ], *x = kt_own_states(m->model, m->data);
+    kt_status status = kt_acceleration_evaluate(m->model, m->data, t, q, v, m->tau, NULL, a, &error);
+    if (status == KT_OK)
+        status = kt_own_state_rates(m->model, m->data, t, q, v, rates, &error);
+    for (int i = 0; i < COUNT; i++)
+        x[i] += h * rates[i];
+    for (int i = 0; i < NV; i++) {
+        v[i] += h * a[i];
+        a[i] = h * v[i];
+    }
+    kt_position_add(m->model, q, a, moved);
+    memcpy(q, moved, sizeof moved);
+    return status == KT_OK ? kt_state_project(m->model, m->data, t + h, q, v, NULL, &error) : status;
+}
+
+static void compare_batch(const char *text, bool semi_implicit) {
+    static machine m;
+    kt_batch_options options = kt_batch_options_default();
+    kt_batch *batch = NULL;
+    kt_error error;
+    int different = 0;
+    double q[NQ], v[NV], x[COUNT], got_q[NQ], got_v[NV], got_x[COUNT], t;
+    if (!make_of(&m, text, "rk4"))
+        return;
+    options.states = MANY;
+    options.method = m.step.method;
+    if (!kt_fine("batch", kt_batch_create(m.model, &options, &batch, &error), &error))
+        return;
+    (void)kt_fine("get", kt_batch_get_own_states(batch, 3, got_x, &error), &error);
+    kt_check_equal_bits("initial", got_x, m.x, COUNT);
+    for (size_t i = 0; i < MANY; i++) {
+        vary(&m, i, q, v, x);
+        (void)kt_fine("torque", kt_batch_set_torque(batch, i, m.tau, &error), &error);
+        (void)kt_fine("own states", kt_batch_set_own_states(batch, i, x, &error), &error);
+        (void)kt_fine("state", kt_batch_set_state(batch, i, 0.3, q, v, &error), &error);
+    }
+    const kt_status status = semi_implicit ? kt_batch_step_semi_implicit(batch, m.step.h, ONES, &error)
+                                           : kt_batch_step(batch, m.step.h, ONES, &error);
+    kt_check_true("the seventh fails", status != KT_OK && kt_batch_status(batch, 7) == status);
+    kt_check_contains("named", error.where, "state 7");
+    for (size_t i = 0; i < MANY; i++) {
+        kt_step step = m.step;
+        vary(&m, i, q, v, x);
+        memcpy(kt_own_states(m.model, m.data), x, sizeof x);
+        for (int k = 0; k < ONES && i != 7; k++, step.t += step.h)
+            (void)kt_fine("one",
+                          semi_implicit ? take_semi_implicit(&m, step.t, step.h, q, v)
+                                        : kt_step_evaluate(m.model, m.data, m.work, m.size, &step, q, v, q, v, &error),
+                          &error);
+        (void)kt_fine("get", kt_batch_get_state(batch, i, &t, got_q, got_v, &error), &error);
+        (void)kt_fine("get", kt_batch_get_own_states(batch, i, got_x, &error), &error);
+        different += memcmp(q, got_q, sizeof q) != 0 || memcmp(v, got_v, sizeof v) != 0 ||
+                     memcmp(kt_own_states(m.model, m.data), got_x, sizeof x) != 0;
+    }
+    kt_check_equal_int("states of other bits", different, 0);
+    const kt_batch_report report = kt_batch_report_of(batch);
+    kt_note("%zu at once, %llu in lanes, %llu alone", report.width, (unsigned long long)report.in_lanes,
+            (unsigned long long)report.alone);
+    kt_batch_free(batch);
+    end(&m);
+}
+
+KT_TEST(states_of_a_batch_have_the_bits_of_single_ones) {
+    for (int semi_implicit = 0; semi_implicit < 2; semi_implicit++) {
+        compare_batch(BODIES STATES, semi_implicit);
+        compare_batch(MACHINE, semi_implicit);
     }
 }
 
@@ -177,7 +482,7 @@ KT_TEST(failed_step_leaves_the_own_states) {
     double q[NQ], v[NV];
     if (!make(&m, "rk4"))
         return;
-    double *x = kt_own_states(m.model, m.data), before[STATES] = {0.25, (double)NAN};
+    double *x = kt_own_states(m.model, m.data), before[COUNT] = {0.25, (double)NAN};
     memcpy(x, before, sizeof before);
     kt_check_true("it fails", kt_step_derivatives(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, NULL, NULL,
                                                   &error) != KT_OK);
