@@ -160,14 +160,15 @@ static void difference(machine *m, int column, double out[ALL], const double *fr
 
 /* Those of rodas5p are differences of a Jacobian over 1/512: 4400 roundings of entries of some 20. */
 KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
-    for (int k = 0; k < METHODS; k++) {
-        const double bound = strcmp(methods[k], "rodas5p") == 0 ? 1e-10 : 1e-11;
+    for (int k = 0; k < METHODS + 2; k++) { /* two of them of a tree, too */
+        const char *method = k < METHODS ? methods[k] : k == METHODS ? "radau5" : "implicit-euler";
+        const double bound = strcmp(method, "rodas5p") == 0 ? 1e-10 : 1e-11;
         static machine m;
         static double all[(ALL + NV) * ALL];
         kt_error error;
         double q[NQ], v[NV];
-        kt_worst worst = {.what = methods[k]};
-        if (!make(&m, methods[k]))
+        kt_worst worst = {.what = k < METHODS ? method : "of a tree"};
+        if (!make_of(&m, k < METHODS ? MACHINE : BODIES STATES, method))
             return;
         double *x = kt_own_states(m.model, m.data);
         memcpy(x, m.x, sizeof m.x);
@@ -353,6 +354,30 @@ KT_TEST(gradient_of_many_steps_is_that_of_its_differences) {
         free(work);
         end(&m);
     }
+}
+
+static int stop(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
+    (void)value, (void)by_state, (void)by_tau, (void)user;
+    return at->step == 2 ? 7 : 0;
+}
+
+KT_TEST(failed_gradient_leaves_the_own_states) {
+    static machine m;
+    kt_error error;
+    double value;
+    if (!make(&m, "rk4"))
+        return;
+    const kt_rollout rollout = {.method = m.step.method, .h = 0.02, .steps = STEPS};
+    const size_t size = kt_rollout_work_size(m.model, &rollout);
+    void *work = aligned_alloc(KT_ALIGNMENT, size);
+    memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+    kt_check_equal_int(
+        "it stops",
+        kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value, NULL, NULL, stop, NULL, &error),
+        KT_ERROR_CALLBACK);
+    kt_check_equal_bits("own states", kt_own_states(m.model, m.data), m.x, COUNT);
+    free(work);
+    end(&m);
 }
 
 /* by_state = A' y and by_tau = B' y, with the matrices that differences have confirmed. */
