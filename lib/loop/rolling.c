@@ -76,16 +76,16 @@ static int row_count(const kt_loop *loop) { return loop->holonomic ? 3 : 2; }
 
 #if KT_HAS_SWITCHES
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
     record->form = loop->equation_count > 0 ? BALL : 0;
 }
 #else
-#define prepare NULL
+#define choose_form NULL
 #endif
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {
-    .rows = 3, .evaluate = evaluate, .row_count = row_count, .prepare = prepare};
+    .rows = 3, .evaluate = evaluate, .row_count = row_count, .prepare = choose_form};
 #endif
 
 #if KT_DESCRIBES
