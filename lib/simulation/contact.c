@@ -117,10 +117,12 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         const bool closed = kt_contact_is_closed(model, contact);
         const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
         if (k < c->sides)
-            c->value[k] = closed ? reaction : c->gap[k];
+            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.level[k];
         else if (!kt_contact_rubs(c, k))
             c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
-                                 : direction_of(model, contact) * at->v[contact->v];
+                          : (contact->simulation->memory.held & contact->bit) != 0
+                              ? 1.0
+                              : direction_of(model, contact) * at->v[contact->v];
     }
     if (status == KT_OK && sticks)
         status = kt_contacts_find_reactions(c, at, error);
@@ -168,6 +170,7 @@ static void open_all(kt_simulation *simulation) {
     if (set != simulation->model->set)
         kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
     simulation->memory.set = set;
+    memset(simulation->memory.level, 0, sizeof simulation->memory.level);
 }
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
@@ -302,14 +305,14 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
     for (int i = 0; i < c->touching; i++) {
         const kt_contact *contact = &c->item[c->list[i]];
         const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
-        (void)kt_contact_along(c, i, c->v, c->rate, &size);
+        (void)kt_contact_rate(c, W, i, &size);
         if (is_side && u[i] > fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
             continue;
         if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
             continue;
         if (is_side && leaves)
             continue;
-        const double free = kt_contact_along(c, i, c->a, c->drift, &size);
+        const double free = kt_contact_acceleration(c, W, i, &size);
         r->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
         r->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
         r->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
@@ -347,7 +350,7 @@ static uint64_t find_sinking(const kt_simulation *simulation, const double *W, u
     const struct kt_contacts *c = simulation->contacts;
     uint64_t sinking = 0;
     for (int i = 0; i < c->meeting; i++) {
-        double size, w = kt_contact_along(c, i, c->a, c->drift, &size);
+        double size, w = kt_contact_acceleration(c, W, i, &size);
         for (int k = 0; k < r->n; k++)
             w += W[i * c->touching + r->at[k]] * (r->z[k] - r->limit[k] + r->slip[k]);
         if (w < -sinks * size)
@@ -356,15 +359,34 @@ static uint64_t find_sinking(const kt_simulation *simulation, const double *W, u
     return sinking;
 }
 
+/* sqrt(x'M x). Data of the simulation are those of `model`. */
+static kt_status find_norm(kt_simulation *simulation, const kt_model *model, const double *q, const double *x,
+                           double *norm, kt_error *error) {
+    const kt_status status = kt_kinematics_update(model, simulation->data, q, x, NULL, error);
+    if (status == KT_OK)
+        *norm = sqrt(2.0 * kt_kinetic_energy(model, simulation->data));
+    return status;
+}
+
 /* The accelerations with all contacts open, to c->a, and the equations at the velocities behind impulses. */
 static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_slipping_set(c, simulation->model));
     kt_data_adapt(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
-    const kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
-                                                      simulation->external, c->a, error);
+    kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
+                                                simulation->external, c->a, error);
+    if (status == KT_OK)
+        status = find_norm(simulation, slipping, y, c->a, &c->change, error);
     return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
+}
+
+/* What row i of friction does. At its upper limit z1 is 2 S but for rounding: z2 tells whether that is where it is, since what is
+ * not in Lemke's basis is 0. One whose limit is reached slips, against the force that is its limit. */
+static uint64_t bit_of_friction(const reactions *r, int i, const kt_contact *contact, uint64_t leaving) {
+    const double most = 2.0 * r->limit[i], edge = (leaving & contact->bit) != 0 ? 1e-6 * most : 0.0;
+    const double z1 = r->z[i], z2 = r->z[i + r->n - r->sides];
+    return z2 > 0.0 || z1 >= most - edge ? contact->back : z1 > edge ? contact->bit : 0;
 }
 
 /* Of those that touch and do not part the ones whose reactions press, and what friction does: bits of the set. */
@@ -375,28 +397,58 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     const kt_status status = find_free(simulation, t, y, error);
     if (status != KT_OK)
         return status;
-    list_reactions(simulation, W, u, leaving, &r);
-    bool found = solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots);
-    const uint64_t sinking = found ? find_sinking(simulation, W, leaving, &r) : 0;
-    if (sinking != 0) {
-        list_reactions(simulation, W, u, leaving & ~sinking, &r);
+    uint64_t sinking;
+    bool found;
+    do {
+        list_reactions(simulation, W, u, leaving, &r);
         found = solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots);
-    }
+        sinking = found ? find_sinking(simulation, W, leaving, &r) : 0;
+        leaving &= ~sinking;
+    } while (sinking != 0);
     if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);
     *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
     for (int i = 0; i < r.n; i++) {
         const kt_contact *contact = &c->item[c->list[r.at[i]]];
-        const double most = 2.0 * r.limit[i], z = r.z[i];
-        if (i < r.sides) {
-            *on |= z > 0.0 ? contact->bit : 0;
-            continue;
-        }
-        /* One whose limit is reached slips, against the force that is its limit. */
-        const double edge = (leaving & contact->bit) != 0 ? 1e-6 * most : 0.0;
-        *on |= z > edge && z < most - edge ? contact->bit : z >= most - edge ? contact->back : 0;
+        if (i < r.sides)
+            *on |= r.z[i] > 0.0 ? contact->bit : 0;
+        else
+            *on |= bit_of_friction(&r, i, contact, leaving);
     }
     return KT_OK;
+}
+
+/* Friction of joints that slips at no rate, since contacts that are closed, or other friction that sticks, hold the joint: its row
+ * depends on theirs, which is so where orthogonalisation in the metric of W leaves nothing of it. Its rate is rounding, and is not watched. */
+static uint64_t find_held(const kt_simulation *simulation, const double *W, uint64_t on) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int m = c->touching;
+    double L[KT_COULOMB_ROWS][KT_COULOMB_ROWS];
+    int row[KT_COULOMB_ROWS], n = 0;
+    uint64_t held = 0;
+    for (int pass = 0; pass < 2; pass++) /* those that are closed first */
+        for (int i = 0; i < m; i++) {
+            const kt_contact *item = &c->item[c->list[i]];
+            const bool closed = (on & item->bit) != 0, slips = i >= c->meeting && i < c->resting && !closed;
+            double left = W[i * m + i];
+            if (pass == 0 ? !closed : !slips || fabs(c->v[item->v]) > kt_contact_resting)
+                continue;
+            for (int j = 0; j < n; j++) {
+                double sum = W[i * m + row[j]];
+                for (int k = 0; k < j; k++)
+                    sum -= L[n][k] * L[j][k];
+                L[n][j] = sum / L[j][j];
+                left -= L[n][j] * L[n][j];
+            }
+            const bool depends = !(left > rounding * W[i * m + i]);
+            if (pass > 0 && depends)
+                held |= item->bit;
+            if (pass == 0 && !depends) {
+                L[n][n] = sqrt(left);
+                row[n++] = i;
+            }
+        }
+    return held;
 }
 
 /* The same where contacts with friction are among them (contact_friction.c). */
@@ -460,6 +512,26 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     return KT_OK;
 }
 
+/* What is left open where it touches, or slips from rest, comes to the free side first, or sinks (event.c). Where closing others has
+ * moved it beyond its boundary, by what is open where they touch, it comes back to where it is now: a bounce may be lower than that. */
+static kt_status leave_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    for (int i = 0; status == KT_OK && i < c->resting; i++) {
+        const int k = c->list[i];
+        if (kt_contact_is_closed(simulation->model, &c->item[k]))
+            continue;
+        if (i < c->meeting)
+            simulation->memory.level[k] = fmin(c->gap[k], 0.0);
+        if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
+            simulation->event_memory[k].side = -1;
+    }
+    c->time = (double)NAN; /* values of the same state are others now */
+    return status;
+}
+
 static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
@@ -478,8 +550,10 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     simulation->cached = KT_CACHED_NOTHING;
     kt_data_adapt(open, simulation->data);
     status = find_response(simulation, open, t, y, W, error);
+    if (status == KT_OK)
+        status = find_norm(simulation, open, y, c->v, &c->speed, error);
     for (int i = 0; status == KT_OK && i < c->touching; i++) {
-        u[i] = kt_contact_along(c, i, c->v, c->rate, &size);
+        u[i] = kt_contact_rate(c, W, i, &size);
         if (fabs(u[i]) <= rounding * size)
             u[i] = 0.0;
         closes = closes || (i < c->meeting && u[i] < 0.0);
@@ -496,11 +570,10 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     kt_data_adapt(model, simulation->data);
     if (status == KT_OK)
         status = settle(simulation, on, lost, error);
-    /* One that is left open where it touches comes to the free side first, or sinks (event.c). */
-    for (int i = 0; status == KT_OK && i < c->meeting; i++)
-        if (!kt_contact_is_closed(simulation->model, &c->item[c->list[i]]))
-            simulation->event_memory[c->list[i]].side = -1;
-    return status;
+    if (status != KT_OK)
+        return status;
+    simulation->memory.held = find_held(simulation, W, on);
+    return leave_open(simulation, t, error);
 }
 
 /* Hands the directions in which contacts began to slip to the data of a model. */

@@ -45,6 +45,7 @@ struct kt_contacts {
     int touching, meeting; /* rows of the list; of these, the first ones bound a side, */
     int resting;           /* and up to here joints have friction; the others are of contacts */
     uint64_t mask;         /* the switches of all: contact_mask */
+    double speed, change;  /* at an event: roots of v'M v and a'M a */
     double time;           /* of the values; NaN: none */
     uint64_t set;          /* likewise */
     size_t inverse_size;   /* bytes of inverse_memory */
@@ -75,10 +76,14 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
 /* Whether item k is friction of a contact. */
 static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
 
-/* Of row k of those that touch: its loop; the j-th number of its Jacobian; and sign (J x - right), *size: the sum of the terms' magnitudes. */
+/* Of row k of those that touch: its loop, and the j-th number of its Jacobian. */
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
 double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
-double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size);
+/* Likewise its rate J v - b' and its acceleration J a - b'', and what rounding of these is relative to: the largest that |J x| can be
+ * in the mass metric, sqrt(W_kk) sqrt(x'M x) (Cauchy and Schwarz). The sum of the terms is no measure: of a stop J x is one number, in
+ * which forces have cancelled before. */
+double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
+double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
 /* Of friction: mu of a contact, the largest force at rest in a joint, and the force where slip begins there. */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);

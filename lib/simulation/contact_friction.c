@@ -95,7 +95,7 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
         e[i] = -u[i] > loop->rest_velocity ? loop->restitution : 0.0;
     }
     for (int j = 0; j < p.c.rows; j++) {
-        (void)kt_contact_along(c, p.c.line[j], c->v, c->rate, &size);
+        (void)kt_contact_rate(c, W, p.c.line[j], &size);
         p.c.size = fmax(p.c.size, size);
     }
     for (int halving = 0;; halving++) {
@@ -159,14 +159,14 @@ static void set_problem(problem *p, const kt_simulation *simulation, const doubl
     double size;
     begin(p, c, W);
     for (int i = 0; i < c->resting; i++) {
-        (void)kt_contact_along(c, i, c->v, c->rate, &size);
+        (void)kt_contact_rate(c, W, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
             add_dry(p, simulation, i, leaving);
         else if (i < c->meeting && u[i] <= fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
             add_contact(p, simulation, i, u, leaving);
     }
     for (int j = 0; j < p->c.rows; j++) {
-        const double free = kt_contact_along(c, p->c.line[j], c->a, c->drift, &size);
+        const double free = kt_contact_acceleration(c, W, p->c.line[j], &size);
         p->c.b[j] = fabs(free) <= rounding * size ? 0.0 : free;
         p->c.size = fmax(p->c.size, size);
     }

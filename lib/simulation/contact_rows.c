@@ -51,7 +51,8 @@ double kt_contact_entry(const struct kt_contacts *c, int k, size_t j) {
     return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(kt_contact_row(c->all, contact) + c->component[k])];
 }
 
-double kt_contact_along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
+/* sign (J x - right), *size: the sum of the terms' magnitudes. */
+static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
     const kt_contact *contact = &c->item[c->list[k]];
     const double r = contact->sign * right[kt_contact_row(c->all, contact) + c->component[k]];
     double sum = -r;
@@ -61,6 +62,18 @@ double kt_contact_along(const struct kt_contacts *c, int k, const double *x, con
         *size += fabs(kt_contact_entry(c, k, j) * x[j]);
     }
     return sum;
+}
+
+double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size) {
+    const double rate = along(c, k, c->v, c->rate, size);
+    *size = fmax(*size, sqrt(W[k * c->touching + k]) * c->speed);
+    return rate;
+}
+
+double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size) {
+    const double acceleration = along(c, k, c->a, c->drift, size);
+    *size = fmax(*size, sqrt(W[k * c->touching + k]) * c->change);
+    return acceleration;
 }
 
 uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {

@@ -35,9 +35,10 @@ enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS =
 static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
 static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
 
-/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last.
- * Where that, after so many that shrink, is this part of the time between records, nothing comes behind them but
- * rounding; nor where so many instants in a row follow at such intervals themselves. */
+/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last, r the
+ * largest ratio of so many that shrink (two events that happen to be close to each other make one ratio small).
+ * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
+ * follow at such intervals themselves. */
 static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64 };
 
@@ -380,9 +381,10 @@ static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt
     const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
     memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
+    memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
+    const double r = memory->event_ratio;
     memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
-    if (memory->event_row >= IN_A_ROW ||
-        (memory->event_shrinking >= SHRINKING && d * d <= close * (before - d))) /* d r / (1 - r), r = d / before */
+    if (memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r)))
         return refuse_chain(simulation, k, t, error);
     memory->event_interval = follows ? d : 0.0;
     memory->event_last = t;

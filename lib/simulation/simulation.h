@@ -60,12 +60,15 @@ typedef struct kt_simulation_memory {
     double event_interval;    /* s, from the one before to that */
     uint64_t event_instants;  /* so far */
     uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
+    double event_ratio;       /* of these intervals to the ones before, the largest */
     uint64_t event_row;       /* of these, the last ones that followed each other at once */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* of the switched loops and effects that are on */
 #if KT_HAS_EVENTS
     kt_contact_counts contacts;
     double slip[KT_SWITCH_MAX][2]; /* directions in which contacts began to slip, in the order of contact.c */
+    double level[KT_SWITCH_MAX];   /* likewise, the gaps at which open ones close: 0, or less */
+    uint64_t held;                 /* friction that slips in joints that contacts hold: of the set */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;

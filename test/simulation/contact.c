@@ -760,7 +760,7 @@ static void chain_make(chain *c, kt_random *random) {
     c->description.loop_count = 2 * used - LINKS < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0;
 }
 
-/* No stop is passed, energy stays, and chains of events end but, in words, some with friction. KT_CONTACTS, or 20. */
+/* No stop is passed, energy stays, and chains of events end. KT_CONTACTS, or 20. */
 KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
     kt_random random = kt_random_named("contacts");
     const char *asked = getenv("KT_CONTACTS");
@@ -785,7 +785,7 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
         }
         if (status != KT_OK) {
             kt_note("mechanism %d: %s: %s", n, error.where, error.message);
-            failed += status != KT_ERROR_STEP || c.description.effect_count == LINKS;
+            failed++;
         } else {
             drift = fmax(drift, fabs(kt_scene_balance(simulation) - energy));
             impacts += kt_simulation_contacts(simulation).impacts;
@@ -795,6 +795,6 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
     }
     kt_note("%llu impacts", impacts);
     kt_check_equal_int("failed", failed, 0);
-    kt_check_below("beyond a stop, rad or m", deepest, 1e-10);
-    kt_check_below("drift of the balance, J", drift, 1e-7);
+    kt_check_below("beyond a stop, rad or m", deepest, 1e-14);
+    kt_check_below("drift of the balance, J", drift, 1e-8);
 }
