@@ -117,7 +117,7 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         const bool closed = kt_contact_is_closed(model, contact);
         const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
         if (k < c->sides)
-            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.level[k];
+            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.closes_at[k];
         else if (!kt_contact_rubs(c, k))
             c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
                           : (contact->simulation->memory.held & contact->bit) != 0
@@ -170,7 +170,7 @@ static void open_all(kt_simulation *simulation) {
     if (set != simulation->model->set)
         kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
     simulation->memory.set = set;
-    memset(simulation->memory.level, 0, sizeof simulation->memory.level);
+    memset(simulation->memory.closes_at, 0, sizeof simulation->memory.closes_at);
 }
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
@@ -514,7 +514,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
 
 /* What is left open where it touches, or slips from rest, comes to the free side first, or sinks (event.c). Where closing others has
  * moved it beyond its boundary, by what is open where they touch, it comes back to where it is now: a bounce may be lower than that. */
-static kt_status leave_open(kt_simulation *simulation, double t, kt_error *error) {
+static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
     const kt_status status =
@@ -524,7 +524,7 @@ static kt_status leave_open(kt_simulation *simulation, double t, kt_error *error
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
         if (i < c->meeting)
-            simulation->memory.level[k] = fmin(c->gap[k], 0.0);
+            simulation->memory.closes_at[k] = fmin(c->gap[k], 0.0);
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }
@@ -573,7 +573,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     if (status != KT_OK)
         return status;
     simulation->memory.held = find_held(simulation, W, on);
-    return leave_open(simulation, t, error);
+    return watch_open(simulation, t, error);
 }
 
 /* Hands the directions in which contacts began to slip to the data of a model. */
