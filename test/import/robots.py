@@ -3,7 +3,8 @@
 
     robots.py KINETREE FOLDER|PACKAGE.deb...      of a package of Debian what it contains (`apt-get download PACKAGE`)
 
-Files that are no robots (other XML) are passed over. A file that is refused has the reason in place of numbers; the last line sums up.
+Files that are no robots (other XML) are passed over, and in folders those called scene*, which stand another file's robot on a floor, and
+those below `assets`, which are parts. A file that is refused has the reason in place of numbers; the last line sums up.
 """
 import json
 import pathlib
@@ -57,14 +58,21 @@ def files_of(argument, folder):
     return path, sorted(f for f in path.rglob("*") if f.is_file() and f.suffix in (".urdf", ".sdf", ".world", ".xml") and format_of(f))
 
 
+def name_of(path, base, argument):
+    """The file's name after that of its package, or of the folders that it is in."""
+    return f"{pathlib.Path(argument).name.split('_')[0]}: {path.name}" if argument.endswith(".deb") else str(path.relative_to(base))
+
+
 def main():
     counts = {}
     print("| file | format | bodies | degrees of freedom | loops | told |\n|---|---|---|---|---|---|")
     for argument in sys.argv[2:]:
         with tempfile.TemporaryDirectory() as folder:
             base, files = files_of(argument, folder)
+            if not argument.endswith(".deb"):
+                files = [f for f in files if not f.name.startswith("scene") and "assets" not in f.parts]
             for path in files:
-                text, result = row(path, f"{pathlib.Path(argument).name.split('_')[0]}: {path.relative_to(base).name}")
+                text, result = row(path, name_of(path, base, argument))
                 counts[result] = counts.get(result, 0) + 1
                 print(text)
     print("\n" + ", ".join(f"{n} {k}" for k, n in sorted(counts.items())))

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double corners[4][3] = {{0.5, 0.25, 1.0}, {2.5, 0.25, 1.0}, {0.5, 3.25, 1.0}, {0.5, 0.25, 5.0}};
@@ -167,4 +168,62 @@ KT_TEST(what_is_no_mesh_is_told) {
     kt_error error = {0};
     kt_triangles mesh;
     kt_check_equal_int("bytes", kt_triangles_parse("\0\1\2", 3, &mesh, &error), KT_ERROR_SCENE);
+}
+
+/* ---- any bytes --------------------------------------------------------------------------------------------------- */
+
+/* Changes up to four bytes, to extremes as often as to anything, or cuts the text; returns its new length. */
+static size_t mutate(kt_random *random, char *text, size_t size) {
+    static const char extremes[] = {0, 1, 0x7f, (char)0x80, (char)0xff, '-', '9', ' ', '\n', 'e', '.'};
+    for (int n = kt_random_int(random, 1, 4); n > 0; n--) {
+        const int at = kt_random_int(random, 0, (int)size - 1);
+        text[at] = kt_random_int(random, 0, 1) == 1 ? extremes[kt_random_int(random, 0, (int)sizeof extremes - 1)]
+                                                    : (char)kt_random_int(random, -128, 127);
+    }
+    return kt_random_int(random, 0, 9) > 0 ? size : (size_t)kt_random_int(random, 0, (int)size);
+}
+
+/* What is done with a surface that a file names; its triangles name its vertices, whatever the bytes were. */
+static bool use(kt_triangles *mesh) {
+    kt_error error = {0};
+    bool sound = mesh->triangle_count > 0;
+    for (int i = 0; i < mesh->triangle_count; i++)
+        for (int k = 0; k < 3; k++)
+            sound = sound && mesh->triangles[i].corner[k] >= 0 && mesh->triangles[i].corner[k] < mesh->vertex_count;
+    (void)kt_triangles_enclosed(mesh, KT_VOLUME_ABSOLUTE);
+    (void)!kt_triangles_check_closed(mesh, &error);
+    sound = kt_triangles_decimate(mesh, 2, &error) == KT_OK && mesh->triangle_count <= 2 && sound;
+    kt_triangles_free(mesh);
+    return sound;
+}
+
+/* The sanitizers' builds see what memory a wrong length would reach; KT_MESHES asks for more. */
+KT_TEST(any_bytes_are_a_surface_or_refused_in_words) {
+    static size_t (*const writers[])(char *) = {write_binary_stl, write_text_stl, write_msh};
+    static char text[4000];
+    kt_random random = kt_random_of_test();
+    const char *wanted = getenv("KT_MESHES");
+    const long count = wanted != NULL ? strtol(wanted, NULL, 10) : 20000;
+    long read = 0, wrong = 0;
+    for (long n = 0; n < count; n++) {
+        size_t size = sizeof obj - 1;
+        memcpy(text, obj, sizeof obj);
+        if (n % 4 < 3)
+            size = writers[n % 4](text);
+        size = mutate(&random, text, size);
+        char *exact = malloc(size > 0 ? size : 1); /* its end is the end of the memory */
+        kt_triangles mesh = {.vertices = NULL};
+        kt_error error = {0};
+        if (exact == NULL)
+            break;
+        memcpy(exact, text, size);
+        const kt_status status = kt_triangles_parse(exact, size, &mesh, &error);
+        read += status == KT_OK;
+        wrong += status == KT_OK ? !use(&mesh)
+                                 : status != KT_ERROR_SCENE || error.message[0] == '\0' || mesh.vertices != NULL;
+        free(exact);
+    }
+    kt_check_equal_int("neither", wrong, 0);
+    kt_check_above("read", (double)read, 0.2 * (double)count);
+    kt_check_above("refused", (double)(count - read), 0.2 * (double)count);
 }
