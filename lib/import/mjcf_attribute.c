@@ -70,10 +70,11 @@ static int class_of(kt_mjcf *m, const kt_element *e, const char *attribute, int 
     return around;
 }
 
-/* Gives elements their classes: their own, else the childclass of what is around them. */
+/* Gives elements their classes: their own, else the childclass of what is around them. A <default> is a class at the
+ * model's root alone. */
 static void number_elements(kt_mjcf *m, kt_element *within, int around) {
     for (kt_element *e = within->first; e != NULL; e = e->next) {
-        if (strcmp(e->name, "default") == 0)
+        if (within == m->root && strcmp(e->name, "default") == 0)
             continue;
         e->number = class_of(m, e, "class", around);
         number_elements(m, e, class_of(m, e, "childclass", around));

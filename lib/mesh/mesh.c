@@ -165,23 +165,36 @@ static void read_text_stl(maker *m, const char *text) {
     }
 }
 
-/* `f 1/2/3 4//5 6`: the first number of each corner, from 1, or from the end where it is negative. A polygon is a fan.
- * */
+/* By the shorter diagonal, as MuJoCo does: where the corners are in no plane, volumes depend on it. */
+static bool add_quadrilateral(maker *m, const long c[4]) {
+    const kt_vec3 *x = m->mesh.vertices;
+    const kt_vec3 d02 = kt_vec3_sub(x[c[2]], x[c[0]]), d13 = kt_vec3_sub(x[c[3]], x[c[1]]);
+    if (kt_vec3_dot(d02, d02) < kt_vec3_dot(d13, d13))
+        return add_triangle(m, c[0], c[1], c[2]) && add_triangle(m, c[0], c[2], c[3]);
+    return add_triangle(m, c[0], c[1], c[3]) && add_triangle(m, c[1], c[2], c[3]);
+}
+
+/* `f 1/2/3 4//5 6`: the first number of each corner, from 1, or from the end where it is negative. A polygon of more
+ * than four corners is a fan. */
 static bool read_face(maker *m, const char *at) {
-    long first = 0, last = 0;
+    long c[4] = {0, 0, 0, 0}, last = 0;
     double number;
-    for (int count = 0; take_number(&at, &number); count++) {
+    int count = 0;
+    for (; take_number(&at, &number); count++) {
         const long named = (long)(fabs(number) < 1e9 ? number : 0.0);
         const long index = named > 0 ? named - 1 : m->mesh.vertex_count + named;
         if (index < 0 || index >= m->mesh.vertex_count)
             return fail(m, KT_ERROR_SCENE, "a face of the mesh names a vertex that is not there");
-        if (count >= 2 && !add_triangle(m, first, last, index))
+        if (count == 4 && !(add_triangle(m, c[0], c[1], c[2]) && add_triangle(m, c[0], c[2], c[3])))
             return false;
-        first = count == 0 ? index : first;
+        if (count >= 4 && !add_triangle(m, c[0], last, index))
+            return false;
+        if (count < 4)
+            c[count] = index;
         last = index;
         at += strcspn(at, " \t\r\n"); /* past the numbers of texture and normal */
     }
-    return true;
+    return count == 3 ? add_triangle(m, c[0], c[1], c[2]) : count != 4 || add_quadrilateral(m, c);
 }
 
 static void read_obj(maker *m, const char *text) {

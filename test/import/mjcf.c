@@ -243,6 +243,18 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
     kt_scene_free(&scene);
 }
 
+/* Fuzzing found it: there was no class to have the number that such an element had not been given. */
+KT_TEST(default_that_is_not_at_the_root_is_no_class) {
+    static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
+                               "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_equal_int("effects", scene.description.effect_count, 0);
+    kt_check_contains("told", scene.notes[scene.note_count - 2].what, "left out: default (1)");
+    kt_scene_free(&scene);
+}
+
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 KT_TEST(faults_are_told_at_their_places) {

@@ -119,6 +119,24 @@ KT_TEST(polygons_are_divided_and_inside_out_encloses_nothing) {
     kt_triangles_free(&mesh);
 }
 
+/* The diagonal between the corners at height 1 is the shorter one, wherever the face begins. */
+KT_TEST(quadrilaterals_are_divided_by_their_shorter_diagonal_polygons_as_fans) {
+    static const char quad[] = "v 0 0 0\nv 2 0 1\nv 3 3 0\nv 0 2 1\nf 1 2 3 4\n",
+                      turned[] = "v 0 2 1\nv 0 0 0\nv 2 0 1\nv 3 3 0\nf 1 2 3 4\n";
+    static const char five[] = "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n";
+    static const int expected[][9] = {{0, 1, 3, 1, 2, 3}, {0, 1, 2, 0, 2, 3}, {0, 1, 2, 0, 2, 3, 0, 3, 4}};
+    static const char *const texts[] = {quad, turned, five};
+    for (int i = 0; i < 3; i++) {
+        kt_triangles mesh;
+        if (!parse(texts[i], strlen(texts[i]), &mesh))
+            continue;
+        kt_check_equal_int("triangles", mesh.triangle_count, i < 2 ? 2 : 3);
+        for (int k = 0; k < 3 * mesh.triangle_count; k++)
+            kt_check_equal_int("corner", mesh.triangles[k / 3].corner[k % 3], expected[i][k]);
+        kt_triangles_free(&mesh);
+    }
+}
+
 /* Six faces of a box, with vertices shared or not. */
 #define BOX "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nv 0 0 4\nv 2 0 4\nv 2 3 4\nv 0 3 4\n"
 KT_TEST(holes_and_faces_that_are_turned_over_have_a_place) {
