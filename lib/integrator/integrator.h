@@ -117,15 +117,21 @@ typedef struct kt_integrator_sizes {
 /* Bytes of an integrator with these options: without Newton's matrices where the caller solves. */
 size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options);
 
+/* Errors of the slopes themselves, which no shorter step lowers. What the caller remembers of slopes for `within` is that
+ * of the tries of one step: the slope at its start may be evaluated by whatever comes before. */
+typedef struct kt_noise {
+    void (*begin)(void *user);              /* before the first try of a step, when the slope at its start is known */
+    double (*within)(double h, void *user); /* by how much they may put the state off within the last try of the step h,
+                                               which is short; 0: none, or not short */
+} kt_noise;
+
 struct kt_integrator {
     const kt_method *method;
     const kt_method_family *family; /* the family of the method */
     const kt_method *table;         /* the method, or of one that switches the one that takes the present step */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
-    double (*noise)(double h, void *user); /* by how much errors of the slopes themselves may put the state off within
-                                              the last try of the step h, which is short; 0: none, or not short. NULL:
-                                              never */
+    const kt_noise *noise; /* NULL: slopes are known to rounding */
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */

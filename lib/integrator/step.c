@@ -111,7 +111,8 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *resu
 static bool is_noise(const kt_integrator *it, double h, const kt_try *r) {
     const kt_integrator_options *o = &it->options;
     return it->noise != NULL && r->result == KT_TRY_INACCURATE &&
-           r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <= it->noise(fabs(h), it->callbacks.user);
+           r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <=
+               it->noise->within(fabs(h), it->callbacks.user);
 }
 
 /* The caller's projection of the trial state, if there is one. */
@@ -344,6 +345,8 @@ static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *erro
     kt_status status = choose_first(it, t_limit, &proposed, &least, error);
     if (status != KT_OK)
         return status;
+    if (it->noise != NULL)
+        it->noise->begin(it->callbacks.user);
 
     for (bool retried = false;; retried = true) {
         if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)

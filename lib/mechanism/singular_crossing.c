@@ -351,13 +351,15 @@ static void count_crossing(const crossing *c, double s, bool interpolated) {
     const bool measured = isfinite(error) && time > 0.0;
     kt_crossings *seen = &c->data->crossings;
     kt_passage *passage = &c->data->passage;
-    passage->time = seen->near ? fmin(passage->time, fmax(s, nearest) / speed) : fmax(s, nearest) / speed;
+    const double led_off = measured ? 0.5 * error * time * time : nearest, left = fmax(s, nearest) / speed;
+    passage->time = passage->time > 0.0 ? fmin(passage->time, left) : left;
     passage->acceleration = fmax(passage->acceleration, measured ? error : 0.0);
+    passage->error = fmax(passage->error, led_off);
     if (c->bent && !interpolated)
         seen->bend = seen->bend > 0.0 ? fmin(seen->bend, s / speed) : s / speed;
     seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
-    seen->error = fmax(seen->error, measured ? 0.5 * error * time * time : nearest);
+    seen->error = fmax(seen->error, led_off);
 }
 
 /* Computes the acceleration near a singular position again, if something better is to be had than the direct one in

@@ -416,10 +416,11 @@ typedef struct kt_front_count {
     X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
-/* The motion next to a singular position, since the last call of kt_data_crossings: the largest estimated error of an
- * acceleration, over its unit, and the least time in which the position would be reached; 0 and 0 if there is none. */
+/* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings: the
+ * largest estimated error of an acceleration, over its unit, the least time in which the position would be reached, and
+ * kt_crossings.error; all 0 if there is none. */
 typedef struct kt_passage {
-    double acceleration, time;
+    double acceleration, time, error;
 } kt_passage;
 
 #ifdef KT_LANES

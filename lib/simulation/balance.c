@@ -166,13 +166,11 @@ static bool begin(kt_simulation *simulation, kt_work_panel *panel) {
 
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) {
     kt_work_panel *panel = simulation->panel;
-    const kt_crossings crossings = simulation->data->crossings; /* what the next step is judged by */
-    const kt_passage passage = simulation->data->passage;
+    const kt_crossings crossings = simulation->data->crossings; /* what is told is that of the motion */
     bool fine = (panel->known && panel->from <= t) || begin(simulation, panel);
     while (fine && panel->to < t)
         fine = advance(simulation, panel);
     simulation->data->crossings = crossings;
-    simulation->data->passage = passage;
     panel->known = fine;
     if (fine)
         *work = t == panel->to ? end_of(panel)

@@ -280,13 +280,21 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 /* Next to a singular position accelerations are known to passage.acceleration. A step of a tenth of the time to it
  * resolves the path (a method of fourth order to 1e-5 of the distance), and the stages' errors, which are of either
  * sign, add up to some of them. That is asked only where rounding leads off by more than the tolerance, which is told. */
-double kt_simulation_noise(double h, void *user) {
+static double noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
-    const kt_data *data = simulation->data;
-    return h <= 0.1 * data->passage.time && data->crossings.error > simulation->integrator->options.relative_tolerance
-               ? 4.0 * data->passage.acceleration * h
+    const kt_passage *passage = &simulation->data->passage;
+    return h <= 0.1 * passage->time && passage->error > simulation->integrator->options.relative_tolerance
+               ? 4.0 * passage->acceleration * h
                : 0.0;
 }
+
+/* Records and works ask for accelerations, too: no step may be judged by these. */
+static void begin_passage(void *user) {
+    const kt_simulation *simulation = user;
+    simulation->data->passage = (kt_passage){0.0, 0.0, 0.0};
+}
+
+const struct kt_noise kt_simulation_noise = {begin_passage, noise_within};
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     const bool projects =

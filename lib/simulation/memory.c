@@ -258,7 +258,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     if (status != KT_OK)
         return status;
     if (KT_HAS_LOOPS && simulation->groups > 0)
-        simulation->integrator->noise = kt_simulation_noise;
+        simulation->integrator->noise = &kt_simulation_noise;
     status = assemble(simulation, error);
     if (status != KT_OK)
         return status;

@@ -393,8 +393,8 @@ kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, do
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* What rounding makes of accelerations next to singular positions, within a step h (kt_integrator.noise). */
-double kt_simulation_noise(double h, void *user);
+/* What rounding makes of accelerations next to singular positions. */
+extern const struct kt_noise kt_simulation_noise;
 
 /* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
 extern const kt_newton kt_simulation_newton;

@@ -32,7 +32,7 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
         kt_simulation_newton_measure(model, kt_method_family_of(kt_integrator_method(integrator))->exact, size);
     kt_simulation_follow_model(simulation);
     simulation->cached = KT_CACHED_NOTHING;
-    integrator->noise = simulation->groups > 0 ? kt_simulation_noise : NULL;
+    integrator->noise = simulation->groups > 0 ? &kt_simulation_noise : NULL;
     integrator->callbacks = kt_simulation_callbacks(simulation);
 }
 

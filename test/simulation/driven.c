@@ -296,6 +296,56 @@ KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
     kt_model_free(model);
 }
 
+/* What tries are judged by that are rejected next to the dead point: the errors of their accelerations. */
+enum { JUDGED_MOST = 256 };
+static kt_passage judged[2][JUDGED_MOST];
+static int run_judged, judged_count[2];
+
+static double judge(double h, void *user) {
+    const kt_simulation *simulation = user;
+    const kt_passage passage = simulation->data->passage;
+    if (passage.time > 0.0 && judged_count[run_judged] < JUDGED_MOST)
+        judged[run_judged][judged_count[run_judged]++] = passage;
+    return kt_simulation_noise.within(h, user);
+}
+
+/* As a record does that lies within the last step. */
+static kt_status ask_in_between(kt_simulation *simulation, kt_error *error) {
+    const kt_integrator *it = simulation->integrator;
+    const double t = 0.5 * (kt_integrator_previous_time(it) + kt_integrator_time(it));
+    const kt_status status = kt_simulation_between(simulation, t, error);
+    if (status == KT_OK &&
+        kt_simulation_accelerate(simulation, t, simulation->y, NULL, NULL, simulation->a, error) != 0)
+        return error->code;
+    return status;
+}
+
+/* Records and works that asked for accelerations between two steps lent their errors to the second, or took those of its
+ * first slope away: with a balance a drive next to its dead point moved on otherwise than without. */
+KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
+    const kt_noise noise = {kt_simulation_noise.begin, judge};
+    kt_error error;
+    kt_model *model = compile(toggle, &error);
+    for (run_judged = 0; run_judged < 2 && model != NULL; run_judged++) {
+        kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
+        run.relative = run.absolute = 1e-11;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        simulation->integrator->noise = &noise;
+        kt_status status = KT_OK;
+        while (status == KT_OK && kt_simulation_time(simulation) < 3.0) {
+            status = kt_simulation_step(simulation, 3.0, &error);
+            if (status == KT_OK && run_judged == 1)
+                status = ask_in_between(simulation, &error);
+        }
+        (void)kt_fine("steps", status, &error);
+        kt_simulation_free(simulation);
+    }
+    kt_check_above("tries", judged_count[0], 3.0);
+    kt_check_equal_int("as many", judged_count[1], judged_count[0]);
+    kt_check_equal_bits("errors", &judged[1][0].acceleration, &judged[0][0].acceleration, (size_t)3 * JUDGED_MOST);
+    kt_model_free(model);
+}
+
 /* A checkpoint between records of one long step. */
 KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     static account whole, first, second;
