@@ -438,6 +438,42 @@ KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
     kt_check_equal_int("a better method", count(ran.err, "do not fit the loops"), 0);
 }
 
+/* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter by 1e-6 m than the others:
+ * where it is shorter two loops fold at once, and no step is short enough for the path there. */
+static void make_lift(const char *file, double length) {
+    char scene[1600];
+    snprintf(
+        scene, sizeof scene,
+        "kinetree: 1\n"
+        "gravity: [0, -9.81, 0]\n"
+        "bodies:\n"
+        "  - {name: a1, joint: {type: revolute, position: 45 deg}, mass: 0.5, shape: {type: rod, to: [%.17g, 0, 0]}}\n"
+        "  - {name: b1, parent: a1, joint: {type: revolute, at: [0.5, 0, 0], position: 90 deg}, mass: 0.5,\n"
+        "     shape: {type: rod, from: [-0.5, 0, 0], to: [0.5, 0, 0]}}\n"
+        "  - {name: a2, parent: b1, joint: {type: revolute, at: [0.5, 0, 0], position: -90 deg}, mass: 0.5,\n"
+        "     shape: {type: rod, to: [1, 0, 0]}}\n"
+        "  - {name: b2, parent: a2, joint: {type: revolute, at: [0.5, 0, 0], position: 90 deg}, mass: 0.5,\n"
+        "     shape: {type: rod, from: [-0.5, 0, 0], to: [0.5, 0, 0]}}\n"
+        "loops:\n"
+        "  - {name: floor, type: inplane, between: [world, {body: b1, at: [-0.5, 0, 0]}], axis: y}\n"
+        "  - {name: pin2, type: revolute, between: [{body: a1, at: [%.17g, 0, 0]}, {body: b2, at: [-0.5, 0, 0]}]}\n"
+        "simulate: {duration: 2.8}\n",
+        length, length);
+    kt_write_file(file, scene);
+}
+
+KT_TEST(run_tells_a_path_that_bends_more_sharply_than_steps_follow) {
+    static const char words[] = "the path bends more sharply than steps have followed it: at t = 2.79";
+    make_lift("short.yaml", 1.0 - 1e-6);
+    kt_ran ran = kt_shell("$K run short.yaml --out /dev/null --summary -");
+    kt_note("%s", ran.err);
+    kt_check_contains("words", ran.err, words);
+    kt_check_contains("in the summary", ran.out, "\"large_projection\"");
+    make_lift("long.yaml", 1.0 + 1e-6);
+    ran = kt_shell("$K run long.yaml --out /dev/null");
+    kt_check_equal_int("a path that steps follow", count(ran.err, "bends more sharply"), 0);
+}
+
 /* 2.5 samples a period lie within the region of stability of rk4 (2.83 rad a step). */
 KT_TEST(run_tells_few_samples_a_period) {
     kt_write_file("swing.yaml", "kinetree: 1\n"

@@ -149,8 +149,9 @@ void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_rec
  * steps, at most 10,000, and its modes decide. */
 void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 
-/* For fixed steps: kt_watch_correction examines, at a record, the velocity corrections of the projection onto the
- * loops; kt_warn_of_correction warns if one was KT_CORRECTION_ERROR of the velocities themselves or more. */
+/* kt_watch_correction examines, at a record, the velocity corrections of the projection onto the loops;
+ * kt_warn_of_correction warns if one was, with fixed steps, KT_CORRECTION_ERROR of the velocities themselves or more, and
+ * with adaptive ones if it was an impact where the path bends next to a singular position. */
 #define KT_CORRECTION_ERROR 0.1
 void kt_watch_correction(kt_outcome *outcome);
 void kt_warn_of_correction(kt_outcome *outcome);
