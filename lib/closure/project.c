@@ -203,8 +203,10 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
     (void)kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation);
     return kt_open_loops_error(
         model, data, t,
-        "the loops are too far open to be closed again in one step (smaller steps may help); these "
-        "stay open",
+        model->disagreement > 0.0
+            ? "these loops repeat others but for the rounding of data, and where they fold nothing closes all of them "
+              "(give more digits, or leave one out); open are"
+            : "the loops are too far open to be closed again in one step (smaller steps may help); these stay open",
         false, error);
 }
 

@@ -189,3 +189,40 @@ KT_TEST(closed_pipe_ends_the_run_quietly) {
     kt_check_text("lines", ran.out, "2\n");
     kt_check_text("standard error", ran.err, "");
 }
+
+/* A parallelogram whose cranks differ by 2e-7 turns over where it lies flat, which its exact twin does not; with a second
+ * coupler it has no motion there. */
+#define CRANKS                                                                                                         \
+    "kinetree: 1\ngravity: [0, 0, 0]\nparameters: {L: 1, Q: 0.2}\nbodies:\n"                                           \
+    "  - {name: a, joint: {type: revolute, axis: z, position: =Q, velocity: -2}, mass: 1,\n"                           \
+    "     shape: {type: rod, to: [=L, 0, 0]}}\n"                                                                       \
+    "  - {name: k, parent: a, joint: {type: revolute, axis: z, at: [=L, 0, 0], position: =-Q}, mass: 1,\n"             \
+    "     shape: {type: rod, to: [1.5, 0, 0]}, markers: {tip: [1.5, 0, 0]}}\n"                                         \
+    "  - {name: b, joint: {type: revolute, axis: z, at: [1.5, 0, 0], position: =Q}, mass: 1,\n"                        \
+    "     shape: {type: rod, to: [1, 0, 0]}, markers: {tip: [1, 0, 0], mid: [0.5, 0, 0]}}\n"
+#define COUPLER                                                                                                        \
+    "  - {name: m, parent: a, joint: {type: revolute, axis: z, at: [0.5, 0, 0], position: =-Q}, mass: 1,\n"            \
+    "     shape: {type: rod, to: [1.5, 0, 0]}, markers: {tip: [1.5, 0, 0]}}\n"
+#define PIN "loops:\n  - {name: tips, type: revolute, between: [k.tip, b.tip]}\n"
+#define PINS PIN "  - {name: mids, type: revolute, between: [m.tip, b.mid]}\n"
+#define END "initial: {hold: [a]}\nsimulate: {duration: 1, tolerance: 1e-9}\n"
+
+KT_TEST(lengths_whose_rounding_decides_the_branch_are_told) {
+    static const char *const silent[] = {"", "--set L=1.0000002 --set initial.tolerance=0", "--set L=1.01"};
+    kt_write_file("p.yaml", CRANKS PIN END);
+    kt_write_file("d.yaml", CRANKS COUPLER PINS END);
+    kt_expect(0, "their last digits decide how it goes on", "$K run p.yaml --set L=1.0000002 --out o.csv");
+    kt_ran ran = kt_shell("$K run p.yaml --set L=1.0000002 --quiet --out o.csv --summary -");
+    json_t *root = kt_json(ran.out);
+    kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "branch");
+    kt_check_above("by how much lengths are off", kt_json_at(root, "warnings[0].value"), 1e-7);
+    kt_check_below("by how much lengths are off", kt_json_at(root, "warnings[0].value"), 16.0 * 2e-7);
+    json_decref(root);
+    for (size_t i = 0; i < sizeof silent / sizeof *silent; i++) {
+        ran = kt_shell("$K run p.yaml %s --out o.csv", silent[i]);
+        kt_check_equal_int(silent[i], ran.code, 0);
+        kt_check_true("nothing is said of branches", strstr(ran.err, "another branch") == NULL);
+    }
+    kt_expect(3, "repeat others but for the rounding of data", "$K run d.yaml --set L=1.0000002 --set Q=1 --out o.csv");
+    kt_expect(0, "1 s simulated", "$K run d.yaml --out o.csv");
+}

@@ -435,6 +435,24 @@ static void warn_of_crossings(kt_outcome *outcome) {
             seen.smallest, seen.error, outcome->run->relative);
 }
 
+/* Warns if the rounding of lengths may decide on which branch a motion goes on: where lengths are off by d of themselves,
+ * branches that would meet miss each other, and the motion comes as near to the position as s = sqrt(d) or, as measured
+ * with parallelograms of many sizes, 3.3 times that. */
+static void warn_of_branches(kt_outcome *outcome) {
+    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const double off = seen.smallest * seen.smallest, accepted = outcome->scene->description.tolerance;
+    const kt_warning warning =
+        kt_warning_of("branch", off, NULL,
+                      "Give lengths with more digits, or compare with runs of slightly different "
+                      "ones; `initial: {tolerance: 0}` says that they are meant so");
+    if (seen.bend > 0.0 && off < 16.0 * accepted)
+        kt_warn(&outcome->warnings, &warning,
+                "next to a singular position of the loops the motion bends away onto another branch, since lengths are "
+                "off by %.1g of themselves at most: that may be their rounding (`initial: {tolerance: %g}`), and their "
+                "last digits decide how it goes on",
+                off, accepted);
+}
+
 /* Warns if fixed steps leap over a bend of the path next to a singular position. */
 static void warn_of_leaps(kt_outcome *outcome) {
     const double step = outcome->run->step, bend = kt_simulation_counts_get(outcome->simulation).crossings.bend;
@@ -492,6 +510,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         warn_of_caps(outcome);
         warn_of_joined(outcome);
         warn_of_crossings(outcome);
+        warn_of_branches(outcome);
         warn_of_leaps(outcome);
         kt_warn_of_contacts(outcome);
         warn_of_frames(outcome, results.motion);
