@@ -31,6 +31,45 @@ bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, con
     return appearance->is_seen = true;
 }
 
+/* A rod of the ellipsoid's length, whose round ends and sides have the mean radius of the other two axes; or a sphere. */
+static void draw_ellipsoid(const double half[3], kt_pose pose, kt_shape *shape) {
+    const int longest = half[0] >= half[1] && half[0] >= half[2] ? 0 : half[1] >= half[2] ? 1 : 2;
+    double end[3] = {0.0, 0.0, 0.0};
+    shape->radius = sqrt(half[(longest + 1) % 3] * half[(longest + 2) % 3]);
+    end[longest] = half[longest] - shape->radius;
+    shape->type = end[longest] > 1e-6 * half[longest] ? KT_SHAPE_ROD : KT_SHAPE_SPHERE;
+    const kt_vec3 v = kt_vec3_make(end[0], end[1], end[2]);
+    shape->at = shape->type == KT_SHAPE_ROD ? kt_pose_apply(pose, kt_vec3_scale(-1.0, v)) : pose.position;
+    if (shape->type == KT_SHAPE_ROD)
+        shape->to = kt_pose_apply(pose, v);
+}
+
+bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
+                             kt_pose pose) {
+    kt_shape shape = kt_shape_default();
+    if (solid == KT_SOLID_ELLIPSOID) {
+        draw_ellipsoid(size, pose, &shape);
+        kt_left_count(&appearance->ellipsoids, e);
+        return kt_appearance_add_shape(appearance, e, &shape);
+    }
+    shape.at = pose.position;
+    if (solid != KT_SOLID_SPHERE)
+        shape.rotation = kt_rotation_of_matrix(pose.rotation);
+    if (solid == KT_SOLID_BOX) {
+        shape.type = KT_SHAPE_BOX;
+        shape.size = kt_vec3_scale(2.0, kt_vec3_make(size[0], size[1], size[2]));
+    } else {
+        shape.type = solid == KT_SOLID_SPHERE ? KT_SHAPE_SPHERE : KT_SHAPE_CYLINDER;
+        shape.radius = solid == KT_SOLID_CONE ? 0.5 * size[0] : size[0];
+        shape.length = solid == KT_SOLID_SPHERE ? 0.0 : 2.0 * size[1];
+    }
+    if (shape.type == KT_SHAPE_CYLINDER)
+        shape.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    if (solid == KT_SOLID_CONE)
+        kt_left_count(&appearance->cones, e);
+    return kt_appearance_add_shape(appearance, e, &shape);
+}
+
 /* Counts a mesh that is not there, with the name of the first. */
 static void miss(kt_appearance *appearance, const kt_element *e, const char *name) {
     if (appearance->missing.count == 0)
@@ -129,7 +168,8 @@ static void find_distances(sizes *s) {
 static double reach_of(const kt_shape *shape) {
     const double half = shape->type == KT_SHAPE_CYLINDER ? 0.5 * shape->length : 0.0;
     const double own = shape->type == KT_SHAPE_BOX ? 0.5 * kt_vec3_norm(shape->size) : shape->radius + half;
-    return own + kt_vec3_norm(shape->at);
+    const double far = shape->type == KT_SHAPE_ROD ? kt_vec3_norm(shape->to) : 0.0;
+    return own + fmax(kt_vec3_norm(shape->at), far);
 }
 
 static double reach_of_shapes(const kt_body *body) {
@@ -189,6 +229,11 @@ void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count,
 }
 
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance) {
+    kt_note_put(notes, &appearance->ellipsoids,
+                "ellipsoids, which pictures have as rods with round ends, as long, and of their mean radius: %d",
+                appearance->ellipsoids.count);
+    kt_note_put(notes, &appearance->cones, "cones, which pictures have as cylinders of half their radius: %d",
+                appearance->cones.count);
     kt_note_put(notes, &appearance->sizeless,
                 "shapes that are left out of pictures, since a dimension is not above zero: %d",
                 appearance->sizeless.count);

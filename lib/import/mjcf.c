@@ -147,7 +147,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
                 m->unnamed_sites.count);
     kt_appearance_notes(&n, &m->appearance);
     kt_note_put(&n, &m->pictures,
-                "geoms that are left out of pictures, since they are the world's, or planes, ellipsoids, meshes that a "
+                "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a "
                 "scene cannot place: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",

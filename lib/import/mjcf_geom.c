@@ -117,21 +117,6 @@ static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-static void picture_of(const geom *g, kt_shape *shape) {
-    shape->at = g->pose.position;
-    shape->rotation = g->type == SPHERE ? shape->rotation : kt_rotation_of_matrix(g->pose.rotation);
-    shape->radius = g->size[0];
-    shape->type = g->type == SPHERE ? KT_SHAPE_SPHERE : KT_SHAPE_CYLINDER;
-    if (g->type == BOX) {
-        shape->type = KT_SHAPE_BOX;
-        shape->radius = 0.0;
-        shape->size = kt_vec3_scale(2.0, kt_vec3_make(g->size[0], g->size[1], g->size[2]));
-    } else if (shape->type == KT_SHAPE_CYLINDER) {
-        shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
-        shape->length = 2.0 * g->size[1];
-    }
-}
-
 /* MuJoCo shows groups 0 to 2; the others are collisions of bodies that have visuals, too. */
 static bool is_visual(kt_mjcf *m, const kt_element *e) { return kt_mjcf_number(m, e, "geom", "group", 0.0) <= 2.0; }
 
@@ -140,10 +125,8 @@ static void find_visual(kt_mjcf *m, const kt_element *e, int body, kt_pose frame
     m->has_visuals = m->has_visuals || is_visual(m, e);
 }
 
-/* A capsule is drawn as a cylinder. */
 static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
-    const bool is_drawn = g->type == SPHERE || g->type == CAPSULE || g->type == CYLINDER || g->type == BOX;
-    kt_shape shape = kt_shape_default();
+    const bool is_drawn = solids[g->type] != KT_SOLID_NONE;
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
         kt_left_count(&m->contacts, e);
     if (m->has_visuals && !is_visual(m, e))
@@ -153,8 +136,7 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g
     } else if (g->type == MESH) {
         kt_mjcf_draw_mesh(m, e, g->pose);
     } else {
-        picture_of(g, &shape);
-        (void)kt_appearance_add_shape(&m->appearance, e, &shape);
+        (void)kt_appearance_add_solid(&m->appearance, e, solids[g->type], g->size, g->pose);
     }
 }
 

@@ -217,12 +217,16 @@ typedef struct kt_appearance {
     kt_list meshes;                   /* kt_scene_mesh: of all bodies */
     kt_list collisions;               /* kt_seen_collision, in the order of the bodies */
     kt_left sizeless, missing, large; /* left out; missing.what: the first file */
+    kt_left ellipsoids, cones;        /* drawn as something near */
 } kt_appearance;
 
 /* Begins the looks of a body, adds to them, and gives them to the body. What has no size, or no file, is counted and
  * returns false. of_collisions: they are those of collisions, for want of visuals. */
 void kt_appearance_begin(kt_appearance *appearance, const char *body);
 bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape);
+/* A solid of such half sizes, or radius and half length along z; a capsule is drawn as a cylinder. */
+bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
+                             kt_pose pose);
 bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,
                             kt_vec3 scale);
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);

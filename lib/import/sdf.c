@@ -146,7 +146,7 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
     note_bodies(&n, m);
     note_joints(&n, m);
     kt_appearance_notes(&n, &m->appearance);
-    kt_note_put(&n, &m->pictures, "visuals that pictures do not have (planes, ellipsoids, cones ...), left out: %d",
+    kt_note_put(&n, &m->pictures, "visuals that pictures do not have (planes, polylines ...), left out: %d",
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 m->contacts.count);

@@ -113,40 +113,20 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-/* A capsule is drawn as a cylinder. */
-static void draw_solid(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, const solid *s, kt_shape *shape) {
-    const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
-    shape->at = pose.position;
-    shape->type = s->type == KT_SOLID_BOX      ? KT_SHAPE_BOX
-                  : s->type == KT_SOLID_SPHERE ? KT_SHAPE_SPHERE
-                                               : KT_SHAPE_CYLINDER;
-    if (s->type != KT_SOLID_SPHERE)
-        shape->rotation = kt_rotation_of_matrix(pose.rotation);
-    if (s->type == KT_SOLID_BOX) {
-        shape->size = kt_vec3_scale(2.0, kt_vec3_make(s->size[0], s->size[1], s->size[2]));
-        return;
-    }
-    shape->radius = s->size[0];
-    shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
-    shape->length = s->type == KT_SOLID_SPHERE ? 0.0 : 2.0 * s->size[1];
-}
-
 /* Adds a visual or collision to what the link looks like; returns whether there is a solid or mesh that pictures have. */
 static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
-    kt_shape shape = kt_shape_default();
     if (mesh != NULL) {
         const kt_vec3 scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
         (void)kt_appearance_add_mesh(&m->appearance, e, kt_sdf_text(mesh, "uri"), kt_sdf_pose_within(m, e, link->frame),
                                      scale);
         return true;
     }
-    if (s.type == KT_SOLID_NONE || s.type == KT_SOLID_ELLIPSOID || s.type == KT_SOLID_CONE)
+    if (s.type == KT_SOLID_NONE)
         return false;
-    draw_solid(m, link, e, &s, &shape);
-    (void)kt_appearance_add_shape(&m->appearance, e, &shape);
+    (void)kt_appearance_add_solid(&m->appearance, e, s.type, s.size, kt_sdf_pose_within(m, e, link->frame));
     return true;
 }
 

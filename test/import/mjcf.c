@@ -187,6 +187,24 @@ KT_TEST(servo_has_a_ratio_of_the_critical_damping_and_the_range_of_its_joint) {
     kt_scene_free(&scene);
 }
 
+/* Of radii 1, 4, 9 m along z, x and y: 9 m along y, and sqrt(1 4) = 2 m across. */
+KT_TEST(ellipsoids_are_drawn_as_rods_as_long_or_spheres) {
+    kt_scene scene;
+    if (!parse_right(WORLD("<body name='a'><geom type='ellipsoid' size='4 9 1' pos='1 2 3'/></body>"
+                           "<body name='b'><geom type='ellipsoid' size='2 2 2' pos='1 2 3'/></body>"),
+                     NULL, &scene))
+        return;
+    const kt_shape *rod = &find_body(&scene, "a")->shape, *ball = &find_body(&scene, "b")->shape;
+    kt_check_equal_int("rod", rod->type, KT_SHAPE_ROD);
+    kt_check_near("radius", rod->radius, 2.0, 1e-15);
+    kt_check_equal_bits("from", &rod->at.x, (const double[]){1.0, -5.0, 3.0}, 3);
+    kt_check_equal_bits("to", &rod->to.x, (const double[]){1.0, 9.0, 3.0}, 3);
+    kt_check_equal_int("ball", ball->type, KT_SHAPE_SPHERE);
+    kt_check_near("its radius", ball->radius, 2.0, 1e-15);
+    kt_check_contains("told", scene.notes[2].what, "ellipsoids, which pictures have as rods");
+    kt_scene_free(&scene);
+}
+
 KT_TEST(sites_are_markers_limits_are_stops_and_floating_frees) {
     const kt_robot_options options = {.floating = true, .stop_stiffness = 10.0, .stop_damping = 2.0};
     kt_scene scene;

@@ -289,6 +289,20 @@ KT_TEST(picture_is_the_first_solid_wherever_its_frame_is) {
     kt_scene_free(&scene);
 }
 
+KT_TEST(cones_are_drawn_as_cylinders_of_half_their_radius) {
+    kt_scene scene;
+    if (!parse_right(SDF("<link name='a'><visual name='v'><geometry><cone><radius>2</radius><length>3</length></cone>"
+                         "</geometry></visual></link>"),
+                     NULL, &scene))
+        return;
+    const kt_shape *shape = &find_body(&scene, "a")->shape;
+    kt_check_equal_int("type", shape->type, KT_SHAPE_CYLINDER);
+    kt_check_equal_bits("radius", &shape->radius, (const double[]){1.0}, 1);
+    kt_check_equal_bits("length", &shape->length, (const double[]){3.0}, 1);
+    kt_check_true("told", has_note(&scene, "cones, which pictures have as cylinders of half their radius: 1"));
+    kt_scene_free(&scene);
+}
+
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 KT_TEST(faults_are_told_at_their_places) {
