@@ -5,6 +5,7 @@
 #include "kinetree/description.h"
 
 #include <dirent.h>
+#include <math.h>
 #include <string.h>
 
 static inline int kt_is_scene_file(const struct dirent *entry) {
@@ -20,9 +21,21 @@ static inline bool kt_has_variable_mass(const kt_description *description) {
     return false;
 }
 
-/* Whether absolute coordinates and other formulations refuse a scene: of own states or variable masses. */
+/* Whether loops or effects come and go: switches, hard contacts, slack ropes, friction that sticks. */
+static inline bool kt_is_switched(const kt_description *description) {
+    for (int i = 0; i < description->loop_count; i++)
+        if (description->loops[i].switching != KT_ALWAYS_ON || description->loops[i].side != KT_SIDE_NONE)
+            return true;
+    for (int i = 0; i < description->effect_count; i++)
+        if (description->effects[i].switching != KT_ALWAYS_ON || description->effects[i].stick ||
+            !isinf(description->effects[i].restitution))
+            return true;
+    return false;
+}
+
+/* Whether absolute coordinates and other formulations refuse a scene: of own states, variable masses or what is switched. */
 static inline bool kt_is_for_trees_alone(const kt_description *description) {
-    return description->state_count > 0 || kt_has_variable_mass(description);
+    return description->state_count > 0 || kt_has_variable_mass(description) || kt_is_switched(description);
 }
 
 #endif

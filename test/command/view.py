@@ -257,12 +257,32 @@ def check_start(folder):
     return faults
 
 
+def check_marks(folder):
+    """x = 1 - t of a slider at -1 m/s: it is at 0.6 after 0.4 s, and two rows of one event are one mark."""
+    pathlib.Path(f"{folder}/marks.yaml").write_text("""kinetree: 1
+parameters: {k: 0}
+bodies: [{name: a, joint: {type: prismatic, position: 1, velocity: -1}, mass: 1}]
+effects: [{type: expression, joint: a, force: k}]
+events: [{name: push, when: position.a - 0.6, then: {set: {k: 1}}, limit: 1}]
+simulate: {duration: 10, until: t > 0.8}
+""")
+    run = kinetree("run", "marks.yaml", "--view", "m.html", "--plot", "m.svg", "--out", "/dev/null", "--quiet", folder=folder)
+    if run.returncode != 0:
+        return [run.stderr]
+    marks = read_view(f"{folder}/m.html")[0]["marks"]
+    good = [m["name"] for m in marks] == ["push", "until"] and all(abs(m["time"] - t) < 1e-9 for m, t in zip(marks, (0.4, 0.8)))
+    lines = pathlib.Path(f"{folder}/m.svg").read_text().count("stroke-dasharray")
+    note(f"lines of events in the plot: {lines}")
+    return ([] if good else [f"marks are {marks}"]) + ([] if lines >= 4 else [f"the plot has {lines} lines of events in two panels"])
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
         claim("meshes_are_on_the_page_with_points_and_normals", check_mesh(folder))
         claim("frames_have_the_forces_of_effects", check_effects(folder))
+        claim("events_are_marked_in_views_and_plots", check_marks(folder))
         claim("too_large_a_view_is_thinned_and_says_so", check_thinning(folder))
         claim("view_of_a_failure_has_its_last_state_and_names", check_failure(folder))
         claim("view_of_the_start_has_given_and_assembled_positions", check_start(folder))

@@ -34,7 +34,7 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
             kt_model *model = NULL;
             kt_absolute *absolute = NULL;
             if (kt_is_for_trees_alone(&scene.description))
-                kt_note("%s: left out, it has own states or variable masses", entries[i]->d_name);
+                kt_note("%s: left out, it has own states, variable masses or switches", entries[i]->d_name);
             else if (scene.description.body_count > most)
                 kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
             else

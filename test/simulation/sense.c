@@ -36,6 +36,7 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
         if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
             const bool large = scene.description.body_count > (is_absolute ? FREE : TREE) ||
+                               kt_is_switched(&scene.description) || /* its events evaluate, too */
                                (is_absolute && kt_is_for_trees_alone(&scene.description));
             options.reduction = kt_reduction_method_of(scene.reduction);
             options.metric = scene.run.metric;

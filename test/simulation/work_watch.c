@@ -98,7 +98,8 @@ KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
         if (kt_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             if (kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK && kt_model_nv(model) < 30 &&
-                kt_model_energetics(model) != KT_ENERGY_CONSERVED)
+                kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
+                !kt_is_switched(&scene.description)) /* rodas5p refuses friction of contacts */
                 compare(entries[i]->d_name, model, &scene.run, &off, &bits);
             kt_model_free(model);
             kt_scene_free(&scene);

@@ -100,6 +100,32 @@ static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *
     kt_paper_text(c, f->left + 6.0, fmin(y + 1.2 * kt_small_size, f->bottom - 4.0), KT_ANCHOR_LEFT, panel->blind_label);
 }
 
+/* Draws lines at events, and their names along them, those that do not cover each other. */
+static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
+    static const double dashes[] = {3.0, 3.0};
+    double last = (double)-INFINITY, named = (double)-INFINITY;
+    kt_paper_use(c, f->palette->quiet);
+    cairo_set_font_size(c, 0.9 * kt_small_size);
+    cairo_set_line_width(c, 0.8);
+    for (int i = 0; i < panel->event_count; i++) {
+        const double x = to_x(f, panel->events[i].x);
+        if (!(x >= last + 1.0) || x > f->right + 0.5)
+            continue;
+        last = x;
+        cairo_set_dash(c, dashes, 2, 0.0);
+        draw_line(c, x, f->top, x, f->bottom);
+        cairo_set_dash(c, NULL, 0, 0.0);
+        if (!panel->names_events || x < named + 1.2 * kt_small_size)
+            continue;
+        named = x;
+        cairo_save(c);
+        cairo_translate(c, x > f->left + 1.2 * kt_small_size ? x - 3.0 : x + kt_small_size, f->top + 4.0);
+        cairo_rotate(c, -acos(0.0));
+        kt_paper_text(c, 0.0, 0.0, KT_ANCHOR_RIGHT, panel->events[i].label);
+        cairo_restore(c);
+    }
+}
+
 /* ---- series ------------------------------------------------------------------------------------------------------ */
 
 /* Simplifies a curve while it is drawn. Points are left out as long as all of them stay within SLACK of the chord that
@@ -407,6 +433,7 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
     if (panel->cells != NULL)
         draw_cells(c, &f, panel->cells);
     draw_blind(c, &f, panel);
+    draw_events(c, &f, panel);
     kt_paper_use(c, palette->ink);
     kt_paper_quantity(c, left - 50.0, top - 12.0, KT_ANCHOR_LEFT, panel->title, panel->unit, f.y.exponent);
     if (panel->x_title != NULL)

@@ -60,6 +60,12 @@ typedef struct kt_plot_cells {
     const char *label;
 } kt_plot_cells;
 
+/* A line across a panel, at an x. */
+typedef struct kt_plot_event {
+    double x;
+    const char *label;
+} kt_plot_event;
+
 typedef struct kt_plot_panel {
     const char *title; /* quantity: "Energy drift" */
     const char *unit;  /* "J"; NULL: none */
@@ -72,7 +78,10 @@ typedef struct kt_plot_panel {
     const char *x_title, *x_unit; /* NULL: those of the whole plot */
     double blind;                 /* > 0: the region below this y is grey */
     const char *blind_label;
-    const kt_plot_cells *cells; /* NULL: none; the legend has their colours */
+    const kt_plot_cells *cells;  /* NULL: none; the legend has their colours */
+    const kt_plot_event *events; /* x is rising; NULL: none */
+    int event_count;
+    bool names_events; /* where there is room */
 } kt_plot_panel;
 
 typedef struct kt_plot {

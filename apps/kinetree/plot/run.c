@@ -91,6 +91,8 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *v
 typedef struct picture {
     const kt_plot_run *plot;
     const double *x; /* the time */
+    const kt_plot_event *events;
+    int event_count;
     kt_candidate *candidates;
     int candidate_count;
     char (*names)[160];
@@ -150,6 +152,7 @@ static void add_panel(picture *p, int panel) {
     }
     if (count == 0) /* noise alone */
         return;
+    const bool is_first = p->panel_count == 0;
     p->panels[p->panel_count++] =
         (kt_plot_panel){.title = quantity.title,
                         .unit = quantity.unit[0] != '\0' ? quantity.unit : NULL,
@@ -157,6 +160,9 @@ static void add_panel(picture *p, int panel) {
                         .series_count = count,
                         .left_out = kt_candidates_left_out(p->candidates, p->candidate_count, panel),
                         .has_legend = true,
+                        .events = p->events,
+                        .event_count = p->event_count,
+                        .names_events = is_first,
                         .y_log = is_residual(p->plot, panel)};
 }
 
@@ -165,17 +171,26 @@ static void add_energy(picture *p, const kt_outcome *outcome, const double *chan
     kt_plot_series *series = p->series[p->panel_count];
     series[0] = (kt_plot_series){
         .label = is_error ? "drift" : "change", .x = p->x, .y = change, .count = p->plot->count, .is_dense = true};
+    const bool is_first = p->panel_count == 0;
     p->panels[p->panel_count++] = (kt_plot_panel){.title = outcome->energy.has_balance ? "Drift of the energy balance"
                                                            : is_error                  ? "Drift of the total energy"
                                                                                        : "Change of the total energy",
                                                   .unit = "J",
                                                   .series = series,
-                                                  .series_count = 1};
+                                                  .series_count = 1,
+                                                  .events = p->events,
+                                                  .event_count = p->event_count,
+                                                  .names_events = is_first};
 }
 
 static int draw(picture *p, const double *columns, const kt_outcome *outcome, const char *path, bool is_dark,
                 bool is_quiet) {
+    kt_plot_event events[KT_MARKS_MAX];
     p->x = columns + p->plot->count; /* the time is the first column */
+    p->events = events;
+    p->event_count = outcome->marks.count;
+    for (int i = 0; i < p->event_count; i++)
+        events[i] = (kt_plot_event){outcome->marks.mark[i].time, outcome->marks.mark[i].name};
     list_candidates(p, columns, is_quiet);
     for (int panel = 0; panel < p->plot->panel_count; panel++)
         add_panel(p, panel);
@@ -183,8 +198,9 @@ static int draw(picture *p, const double *columns, const kt_outcome *outcome, co
         add_energy(p, outcome, columns);
     const kt_method_words method = kt_describe_method(outcome->run);
     const kt_noise_words noise = kt_candidates_note_noise(p->candidates, p->candidate_count);
-    char subtitle[320];
-    snprintf(subtitle, sizeof subtitle, "%s%s", method.text, noise.text);
+    char subtitle[400];
+    snprintf(subtitle, sizeof subtitle, "%s%s%s", method.text, noise.text,
+             outcome->marks.is_cut ? "; the first 500 events are marked" : "");
     const kt_plot chart = {.title = outcome->name,
                            .subtitle = subtitle,
                            .x_title = "time",

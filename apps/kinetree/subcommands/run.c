@@ -103,6 +103,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
+    kt_marks_add(&sinks->outcome->marks, record);
     const double *values = kt_columns_evaluate(sinks->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
     ++*sinks->kept;
@@ -232,6 +233,7 @@ static int write_view(const kt_outcome *outcome, const kt_motion *motion, const 
     const kt_method_words method = kt_describe_method(outcome->run);
     json_t *notes = kt_warnings_describe(&outcome->warnings);
     const kt_view view = {.name = outcome->name,
+                          .marks = &outcome->marks,
                           .method = method.text,
                           .run = outcome->run,
                           .notes = notes,

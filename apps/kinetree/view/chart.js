@@ -112,6 +112,7 @@ class Chart {
         panels.forEach((panel, k) => {
             const top = this.top + k * each + (k > 0 ? 6 : 0), bottom = this.top + (k + 1) * each - 2;
             this.paint_panel(context, panel, top, bottom, width, k === panels.length - 1);
+            this.paint_events(context, top, bottom, width, k === 0);
         });
         if (panels.length === 0) {
             context.fillStyle = css(theme.quiet);
@@ -157,6 +158,33 @@ class Chart {
             this.marks.push({column: c, y, colour: css(theme.series[k % 6])});
         });
         context.restore();
+    }
+
+    /* Lines at the times of events, with their names in the first panel where these do not cover each other. */
+    paint_events(context, top, bottom, width, is_first) {
+        const {theme, left, right} = this, {times, frames} = this.motion, t0 = times[0], t1 = times[frames - 1];
+        let last = -Infinity, named = -Infinity;
+        for (const {time, name} of t1 > t0 ? this.data.marks : []) {
+            const x = left + ((time - t0) / (t1 - t0)) * (width - left - right);
+            if (x < last + 1)
+                continue;
+            last = x;
+            context.strokeStyle = css(theme.quiet);
+            context.lineWidth = 1;
+            context.setLineDash([3, 3]);
+            stroke(context, [[x, top], [x, bottom]]);
+            context.setLineDash([]);
+            if (!is_first || x < named + 14)
+                continue;
+            named = x;
+            context.save();
+            context.translate(x > left + 14 ? x - 7 : x + 7, top + 2);
+            context.rotate(-Math.PI / 2);
+            context.textAlign = "right";
+            context.fillStyle = css(theme.quiet);
+            context.fillText(name, 0, 0, bottom - top - 4);
+            context.restore();
+        }
     }
 
     /* Of many frames to a pixel the lowest and the highest. */

@@ -291,6 +291,17 @@ static void put_columns(kt_json_writer *out, const kt_motion *motion) {
     kt_put_close(out, ']');
 }
 
+static void put_marks(kt_json_writer *out, const kt_marks *marks) {
+    kt_put_open(out, "marks", '[');
+    for (int i = 0; marks != NULL && i < marks->count; i++) {
+        kt_put_open(out, NULL, '{');
+        kt_put_number(out, "time", marks->mark[i].time);
+        kt_put_text(out, "name", marks->mark[i].name);
+        kt_put_close(out, '}');
+    }
+    kt_put_close(out, ']');
+}
+
 /* Errors name what they are about in quotation marks. */
 static bool is_named(const kt_error *error, const char *name) {
     char quoted[KT_MESSAGE_SIZE];
@@ -367,6 +378,7 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
     put_list(out, "planes", motion, picture->plane_count, put_plane);
     put_markers(out, motion, view);
     put_columns(out, motion);
+    put_marks(out, view->marks);
     put_list(out, "arrows", motion, motion->force_count, put_force);
     if (view->failed != NULL)
         put_failure(out, motion, view->failed);

@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_VIEW_VIEW_H
 #define KT_COMMAND_VIEW_VIEW_H
 
+#include "records/marks.h"
 #include "view/motion.h"
 
 #include <jansson.h>
@@ -11,6 +12,7 @@ typedef struct kt_view {
     const char *name;       /* of the scene */
     const char *method;     /* "dopri5, tolerance 1e-9" */
     const kt_run *run;      /* its markers leave traces; NULL: none do */
+    const kt_marks *marks;  /* of events, in the curves; NULL: none */
     json_t *notes;          /* list of texts, borrowed; NULL: none */
     const kt_error *failed; /* why the run has ended early; NULL: it has not */
     bool is_overlay;        /* two frames, to be seen over each other */
