@@ -63,16 +63,22 @@ static bool try_search_path(search *s, const char *folders) {
     return false;
 }
 
-/* The robot's folder, and those around it. */
-static bool try_around(search *s, const char *folder) {
-    char *base = realpath(folder, NULL);
-    int size = base != NULL ? (int)strlen(base) : 0;
+/* A folder, and those around it. */
+static void try_upwards(search *s, const char *folder, int size) {
     for (int i = 0; i < AROUND_MOST && size > 0 && s->found == NULL && !s->r->out_of_memory; i++) {
-        (void)try_folder(s, base, size);
+        (void)try_folder(s, folder, size);
         do
             size--;
-        while (size > 0 && base[size] != '/');
+        while (size > 0 && folder[size] != '/');
     }
+}
+
+/* Around the robot's folder, and around its path as it is written: a link may have the package's name. */
+static bool try_around(search *s, const char *folder) {
+    char *base = realpath(folder, NULL);
+    if (base != NULL)
+        try_upwards(s, base, (int)strlen(base));
+    try_upwards(s, folder, (int)strlen(folder));
     free(base);
     return s->found != NULL;
 }

@@ -209,6 +209,27 @@ KT_TEST(meshes_are_found_by_package_model_and_search_path) {
     remove_folders(base);
 }
 
+/* The robot is read through a link to its package, which has the name that the mesh calls the package by. */
+KT_TEST(link_that_has_the_name_of_a_package_is_the_package) {
+    char base[] = "/tmp/kinetree-looks-XXXXXX", linked[400], target[400], path[500];
+    kt_scene scene;
+    kt_error error = {0};
+    if (!make_folders(base))
+        return;
+    (void)snprintf(linked, sizeof linked, "%s/robot", base);
+    (void)snprintf(target, sizeof target, "%s/arm", base);
+    kt_check_equal_int("link", symlink(target, linked), 0);
+    put_file(base, "arm/urdf/r",
+             URDF("<visual><geometry><mesh filename='package://robot/meshes/a.stl'/></geometry></visual>"));
+    (void)snprintf(path, sizeof path, "%s/urdf/r", linked);
+    if (kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK)) {
+        kt_check_equal_int("meshes", scene.mesh_count, 1);
+        kt_scene_free(&scene);
+    }
+    kt_check_equal_int("removed", unlink(linked), 0);
+    remove_folders(base);
+}
+
 /* A mesh at `refpos`, turned by `refquat` and scaled, in a geom that is moved and turned itself: two of its points are
  * where the compiler of the format says, p + R s R0' (x - x0). */
 KT_TEST(meshes_of_mjcf_stand_where_their_geoms_do) {

@@ -286,8 +286,8 @@ int kt_start_say_inertias(const kt_scene *scene) {
     }
     if (count > 0 && isinf(most))
         kt_say(
-            "inertia_check: %s accepts %d inertia%s that no body has: of '%s' a principal moment is negative, or has "
-            "is the only one; what moves with such an inertia alone may have accelerations that are wrong",
+            "inertia_check: %s accepts %d inertia%s that no body has: of '%s' a principal moment is negative, or only "
+            "one is above zero; what moves with such an inertia alone may have accelerations that are wrong",
             how, count, count == 1 ? "" : "s", d->bodies[worst].name);
     else if (count > 0)
         kt_say("inertia_check: %s accepts %d inertia%s that no body has: of '%s' the largest principal moment "
