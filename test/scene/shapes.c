@@ -200,6 +200,30 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
     (void)remove(path);
 }
 
+/* Masses of meshes are not computed again: such a scene says that it must be read anew. */
+KT_TEST(density_that_varies_is_not_kept_in_silence) {
+    const char *const name = "rho";
+    const double value = 2700.0;
+    const kt_scene_options options = {.variables = &name, .values = &value, .variable_count = 1};
+    char path[] = "/tmp/kinetree-mesh-XXXXXX", text[600];
+    kt_scene scene = kt_scene_default();
+    kt_error error = {0};
+    if (!write_box(path, false))
+        return;
+    (void)snprintf(text, sizeof text,
+                   "kinetree: 1\nparameters: {rho: 1}\nbodies:\n  - {name: a, joint: {type: free}}\n"
+                   "meshes: [{body: a, file: %s, scale: [1e-3, 1e-3, 1e-3], density: =2*rho}]\n",
+                   path);
+    if (kt_check_true("read",
+                      kt_scene_parse_with("x", text, strlen(text), &options, &scene, NULL, NULL, &error) == KT_OK)) {
+        kt_check_near("mass", scene.description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
+        kt_check_equal_int("varied", kt_scene_vary(&scene, (double[]){1000.0}, &error), KT_ERROR_UNSUPPORTED);
+        kt_check_near("mass as before", scene.description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
+    }
+    kt_scene_free(&scene);
+    (void)remove(path);
+}
+
 KT_TEST(meshes_without_a_volume_are_told) {
     static kt_collected faults;
     char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];

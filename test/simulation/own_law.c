@@ -356,6 +356,46 @@ KT_TEST(derivatives_of_laws_are_those_of_formulas) {
         end(&m[i]);
 }
 
+/* Its kink is 1e-5 m from the length that the ends are apart at the start, within all steps of differences. */
+static int kinked(void *user, const double *u, double *force, double *rates) {
+    (void)user, (void)rates;
+    if (force)
+        force[0] = -40.0 * fabs(u[0] - 1e-5 - hypot(0.6 - 0.4 * cos(acos(-1.0) / 6.0), 0.35));
+    return 0;
+}
+
+/* Differences tell how coarse they are: of smooth laws no more than rounding, at a kink as much as the derivative. */
+KT_TEST(differences_of_laws_tell_their_error) {
+    for (int k = 0; k < 2; k++) {
+        static mechanism m;
+        kt_error error = {0};
+        kt_data *data = NULL;
+        double q[2], v[2], by[2][4];
+        if (!describe(&m, true, false))
+            return;
+        if (k == 1)
+            m.effects[1].law = kinked;
+        if (!kt_fine("model", kt_model_compile(&m.description, NULL, &m.model, &error), &error) ||
+            !kt_fine("data", kt_data_create(m.model, &data, &error), &error))
+            return;
+        const size_t size = kt_acceleration_work_size(m.model);
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        kt_model_initial(m.model, q, v);
+        (void)kt_fine(
+            "derivatives",
+            kt_acceleration_derivatives(m.model, data, work, size, 0.0, q, v, NULL, NULL, by[0], by[1], NULL, &error),
+            &error);
+        const double told = kt_data_difference_error(data);
+        if (k == 0)
+            kt_check_below("of smooth laws", told, 1e-9);
+        else
+            kt_check_above("at a kink", told, 1e-3);
+        free(work);
+        kt_data_free(data);
+        end(&m);
+    }
+}
+
 /* ---- what fails -------------------------------------------------------------------------------------------------- */
 
 static void run_into(mechanism *m, const char *method, double step, kt_status code, const char *where,
