@@ -35,6 +35,7 @@
 
 #include "kinetree/integrator.h"
 #include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -175,6 +176,59 @@ typedef struct kt_batch_report {
 
 /* Returns the report of a batch; zeros of NULL. */
 KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
+
+/* ---- many simulations --------------------------------------------------------------------------------------------- */
+
+/* Several simulations that run at once, each with steps, error control and records of its own, the stages of their steps in
+ * lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees with effects that are
+ * not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
+ * contacts or stops to which steps are shortened, inputs, works or own states; and such that their models differ in
+ * nothing but the initial state. All else is run one after the other, counted and said why. Simulations end at different
+ * times: as soon as one has, its lane takes the next. One thread may use an ensemble at a time. */
+typedef struct kt_ensemble kt_ensemble;
+
+/* A simulation, and who takes its records. */
+typedef struct kt_ensemble_member {
+    kt_simulation *simulation;
+    kt_recorder *record;
+    void *user; /* passed to `record` */
+} kt_ensemble_member;
+
+/* Writes the next simulation to *member and returns true; false: there is none, or, unless `waits`, none at present: some
+ * are still running, and it will be called again when they have come further. */
+typedef bool kt_ensemble_next(void *user, bool waits, kt_ensemble_member *member);
+
+/* A simulation has ended as kt_simulation_run would, with its status, and its error or NULL. It is not used any more. */
+typedef void kt_ensemble_done(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error);
+
+/* Returns the bytes of an ensemble for simulations of models like this one; 0 of NULL. */
+KT_API size_t kt_ensemble_size(const kt_model *model);
+
+/* Initialises an ensemble in the caller's memory, at KT_ALIGNMENT. The model need not outlive it. Errors: KT_ERROR_MEMORY
+ * if the memory is too small or misaligned. */
+KT_API KT_CHECKED kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_ensemble **ensemble,
+                                             kt_error *error);
+
+/* The same in memory of its own, released with kt_ensemble_free. */
+KT_API KT_CHECKED kt_status kt_ensemble_create(const kt_model *model, kt_ensemble **ensemble, kt_error *error);
+/* Releases what _create made; does nothing with an ensemble in the caller's memory, nor with NULL. */
+KT_API void kt_ensemble_free(kt_ensemble *ensemble);
+
+/* Runs all simulations that `next` gives, each as kt_simulation_run from its present time to its duration, and hands each
+ * back to `done` when it has ended. Errors of simulations are those of `done`; KT_ERROR_ARGUMENT if a pointer is NULL. */
+KT_API KT_CHECKED kt_status kt_ensemble_run(kt_ensemble *ensemble, kt_ensemble_next *next, kt_ensemble_done *done,
+                                            void *user, kt_error *error);
+
+/* How the simulations of an ensemble were run since it was initialised. */
+typedef struct kt_ensemble_report {
+    size_t width;      /* lanes; 1: the models are computed one by one */
+    uint64_t together; /* simulations in lanes */
+    uint64_t alone;    /* simulations one after the other */
+    const char *why;   /* the last of these was, or NULL; static storage */
+} kt_ensemble_report;
+
+/* Returns the report of an ensemble; zeros of NULL. */
+KT_API kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble);
 
 #ifdef __cplusplus
 }

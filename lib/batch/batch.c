@@ -17,7 +17,7 @@ kt_batch_options kt_batch_options_default(void) {
     return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
 }
 
-static const kt_lane_kernels *kernels_of(const kt_model *model) {
+const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
     if (model->n.group > 0)
         return NULL;
 #ifdef KT_ISAS
@@ -29,7 +29,7 @@ static const kt_lane_kernels *kernels_of(const kt_model *model) {
     return &kt_lane_kernels_baseline;
 }
 
-static bool has_formulas(const kt_model *model) {
+bool kt_lanes_have_formulas(const kt_model *model) {
     if (KT_OWN_STATES(&model->n) > 0)
         return true;
     for (size_t i = 0; i < model->n.batch; i++)
@@ -43,7 +43,7 @@ static bool is_explicit(const kt_method *method) {
 }
 
 static kt_batch_counts count(const kt_model *model, const kt_batch_options *options) {
-    const kt_lane_kernels *kernels = kernels_of(model);
+    const kt_lane_kernels *kernels = kt_lane_kernels_of(model);
     const kt_method *method = options->method;
     kt_batch_counts n = {.states = options->states,
                          .threads = options->threads > 0 ? options->threads : 1,
@@ -107,10 +107,10 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     (void)lay_out(memory, &n);
     kt_batch *made = memory;
     made->model = model;
-    made->kernels = kernels_of(model);
+    made->kernels = kt_lane_kernels_of(model);
     made->method = options->method;
     made->n = n;
-    made->has_formulas = has_formulas(model);
+    made->has_formulas = kt_lanes_have_formulas(model);
     made->why = made->kernels ? NULL : "it has loops, which are closed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);

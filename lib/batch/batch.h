@@ -100,6 +100,21 @@ void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batc
 /* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its own states to the data. */
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane);
 
+/* Where the accelerations of a group are computed: the workspace of the recursions, joint forces and wrenches with those of
+ * effects (the latter where links carry forces), and the result. */
+typedef struct kt_lane_work {
+    void *lanes;
+    double *total, *wrench, *a;
+} kt_lane_work;
+
+/* Forward dynamics with effects, none of which is by formulas, of the live lanes. Returns those that could be computed. */
+kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
+                                 const kt_lane_work *work);
+
+/* The kernels for the instruction set of a model; NULL: it has loops. Whether effects are by formulas. */
+const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model);
+bool kt_lanes_have_formulas(const kt_model *model);
+
 /* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Those
  * that fail leave group->live. */
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault);

@@ -80,24 +80,30 @@ static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *
     return done;
 }
 
-static kt_lane_mask apply_effects(kt_batch_work *w, const kt_batch_group *group, const double *t) {
-    const kt_batch *batch = w->batch;
-    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
-    if (batch->has_formulas)
-        return apply_effects_alone(w, group, t);
-    return batch->kernels->effects(group->model, w->lanes, &at, w->total, batch->n.body > 0 ? w->wrench : NULL);
+kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
+                                 const kt_lane_work *work) {
+    double *wrench = model->n.force_link > 0 ? work->wrench : NULL;
+    if (model->n.effect == 0)
+        return at->live & kernels->forward(model, work->lanes, at->q, at->v, at->tau, wrench, work->a);
+    const kt_lane_mask done = kernels->effects(model, work->lanes, at, work->total, wrench);
+    return done & kernels->forward(model, work->lanes, at->q, at->v, work->total, wrench, work->a);
+}
+
+/* Of a model of which all effects are evaluated state by state. */
+static kt_lane_mask accelerate_with_formulas(kt_batch_work *w, const kt_batch_group *group, const double *t) {
+    const kt_lane_mask done = apply_effects_alone(w, group, t);
+    return done & w->batch->kernels->forward(group->model, w->lanes, group->q, group->v, w->total,
+                                             w->batch->n.body > 0 ? w->wrench : NULL, w->result);
 }
 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
-    const kt_model *model = group->model;
+    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
+    const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};
     kt_lane_mask done = 0;
-    if (batch->kernels && model) {
-        const bool has_effects = model->n.effect > 0;
-        done = has_effects ? apply_effects(w, group, t) : group->live;
-        done &= batch->kernels->forward(model, w->lanes, group->q, group->v, has_effects ? w->total : group->tau,
-                                        batch->n.body > 0 ? w->wrench : NULL, w->result);
-    }
+    if (batch->kernels && group->model)
+        done = batch->has_formulas ? accelerate_with_formulas(w, group, t)
+                                   : kt_lanes_accelerate(batch->kernels, group->model, &at, &work);
     for (size_t lane = 0; lane < batch->n.width; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;

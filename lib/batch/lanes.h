@@ -7,6 +7,7 @@
 #define KT_BATCH_LANES_H
 
 #include "base/isa.h"
+#include "integrator/integrator.h"
 #include "model/model.h"
 
 #include <stddef.h>
@@ -43,6 +44,9 @@ typedef struct kt_lane_kernels {
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
      * unchanged. */
     kt_lane_mask (*make_units)(const kt_model *model, double *q);
+    /* out = y + h sum_j weight_j k_j, n numbers of each lane, every lane with an h of its own: the bits of kt_combine. */
+    void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
+                    double *const *k, size_t n);
 } kt_lane_kernels;
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback

@@ -228,6 +228,30 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const cha
 
 /* Requires f(t, y) in slot 0. Computes all other slopes and `trial`, and, for an adaptive step, result->error. */
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
+/* The second part of that: requires all slopes and `trial`. */
+kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
+
+/* A step that will be tried. */
+typedef struct kt_plan_of_try {
+    kt_interval interval;
+    double proposed; /* adaptive: |h| regardless of t_limit */
+    bool clipped;    /* adaptive: |h| < proposed because of t_limit */
+    int64_t grid;    /* fixed: the grid index and flag of the memory after the step */
+    bool on_grid;
+} kt_plan_of_try;
+
+/* kt_integrator_step in parts, for callers that try the steps of several integrators at once (batch/ensemble.c): begin;
+ * then, while `again`, plan, a try of plan.interval as kt_try_step makes it, and end, which accepts the step or rejects
+ * the try. */
+typedef struct kt_attempt {
+    double t_limit;
+    double proposed, least; /* adaptive: |h| of the next try, and the least that may be tried */
+    bool retried;           /* adaptive: a try was rejected */
+    kt_plan_of_try plan;
+} kt_attempt;
+kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *attempt, kt_error *error);
+kt_status kt_attempt_plan(kt_integrator *it, kt_attempt *attempt, kt_error *error);
+kt_status kt_attempt_end(kt_integrator *it, kt_attempt *attempt, kt_try *result, bool *again, kt_error *error);
 
 /* Of the last adaptive step: the largest error estimate of a quadrature over its tolerance. 0 without quadratures, and
  * with fixed steps. */

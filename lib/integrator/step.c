@@ -11,15 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A step that will be tried. */
-typedef struct plan {
-    kt_interval interval;
-    double proposed; /* adaptive: |h| regardless of t_limit */
-    bool clipped;    /* adaptive: |h| < proposed because of t_limit */
-    int64_t grid;    /* fixed: the grid index and flag of the memory after the step */
-    bool on_grid;
-} plan;
-
 /* ---- where to ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_lost(const kt_integrator *it, const char *what, double h, kt_error *error) {
@@ -32,7 +23,7 @@ static kt_status report_lost(const kt_integrator *it, const char *what, double h
 /* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
  * and not the difference of two rounded times, so that autonomous problems give the same bits wherever on the time axis
  * they start. */
-static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt_error *error) {
+static kt_status plan_fixed(const kt_integrator *it, double t_limit, kt_plan_of_try *p, kt_error *error) {
     const kt_integrator_memory *m = &it->memory;
     const double h = it->options.step, direction = t_limit > m->t ? 1.0 : -1.0;
     const int64_t next = direction > 0.0 ? m->grid + 1 : m->grid - (m->on_grid ? 1 : 0);
@@ -53,7 +44,7 @@ static kt_status plan_fixed(const kt_integrator *it, double t_limit, plan *p, kt
 
 /* Adaptive: |h| from t is the proposed size if t_limit leaves room for two such steps; with less room it is half the
  * rest, or the rest. */
-static void plan_adaptive(const kt_integrator *it, double t_limit, double proposed, plan *p) {
+static void plan_adaptive(const kt_integrator *it, double t_limit, double proposed, kt_plan_of_try *p) {
     const double t = it->memory.t, left = fabs(t_limit - t), direction = t_limit > t ? 1.0 : -1.0;
     p->proposed = proposed;
     p->clipped = proposed > left || 2.0 * proposed > left;
@@ -95,6 +86,10 @@ static kt_try_result fail(kt_try *result, kt_try_result found, const char *what,
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (it->family->try_step(it, in, result) != KT_TRY_PASSED)
         return result->result;
+    return kt_try_check(it, in, result);
+}
+
+kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (!kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
         return fail(result, KT_TRY_NOT_FINITE, "the new state", in->end);
@@ -128,7 +123,9 @@ static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try 
     return KT_TRY_PASSED;
 }
 
-static void commit(kt_integrator *it, const plan *p, bool changed, double next_step, double error) {
+static const char advice_on_fixed[] = "the step is fixed: take a smaller one, or a method with error control";
+
+static void commit(kt_integrator *it, const kt_plan_of_try *p, bool changed, double next_step, double error) {
     kt_integrator_memory *m = &it->memory;
     double *spare = it->previous_y;
     it->previous_y = it->y;
@@ -151,18 +148,20 @@ static void commit(kt_integrator *it, const plan *p, bool changed, double next_s
         it->family->accept(it);
 }
 
-static kt_status step_fixed(kt_integrator *it, double t_limit, kt_error *error) {
-    static const char advice[] = "the step is fixed: take a smaller one, or a method with error control";
-    plan p = {.interval = {.t = it->memory.t, .y = it->y}};
-    kt_status status = plan_fixed(it, t_limit, &p, error);
+static kt_status begin_fixed(kt_integrator *it, kt_attempt *a, kt_error *error) {
+    kt_try r;
+    const kt_status status = plan_fixed(it, a->t_limit, &a->plan, error);
     if (status != KT_OK)
         return status;
-    kt_try r;
+    return prepare(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);
+}
+
+static kt_status end_fixed(kt_integrator *it, const kt_attempt *a, kt_try *r, kt_error *error) {
     bool changed = false;
-    if (prepare(it, &r) != KT_TRY_PASSED || kt_try_step(it, &p.interval, &r) != KT_TRY_PASSED ||
-        (it->callbacks.project != NULL && project(it, p.interval.end, &changed, &r) != KT_TRY_PASSED))
-        return kt_try_report(it, &r, advice, error);
-    commit(it, &p, changed, it->memory.next_step, (double)NAN);
+    if (r->result != KT_TRY_PASSED ||
+        (it->callbacks.project != NULL && project(it, a->plan.interval.end, &changed, r) != KT_TRY_PASSED))
+        return kt_try_report(it, r, advice_on_fixed, error);
+    commit(it, &a->plan, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
 }
 
@@ -325,7 +324,7 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
  * leaves the proposal and the control's memory unchanged. */
-static double accept(const kt_integrator *it, const plan *p, bool retried, double error, double *control_error) {
+static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, double error, double *control_error) {
     const double h = fabs(p->interval.h), factor = it->family->control != NULL ? it->family->control(it, h, error)
                                                                                : kt_control_accepted(it, error);
     *control_error = it->memory.control_error;
@@ -335,58 +334,67 @@ static double accept(const kt_integrator *it, const plan *p, bool retried, doubl
     return h * (retried && factor > 1.0 ? 1.0 : factor);
 }
 
-static kt_status step_adaptive(kt_integrator *it, double t_limit, kt_error *error) {
-    const kt_integrator_options *o = &it->options;
+static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {
     kt_try r;
     if (prepare(it, &r) != KT_TRY_PASSED)
         return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
                              error);
-    double proposed = 0.0, least = 0.0;
-    kt_status status = choose_first(it, t_limit, &proposed, &least, error);
-    if (status != KT_OK)
-        return status;
-    if (it->noise != NULL)
+    const kt_status status = choose_first(it, a->t_limit, &a->proposed, &a->least, error);
+    if (status == KT_OK && it->noise != NULL)
         it->noise->begin(it->callbacks.user);
+    return status;
+}
 
-    for (bool retried = false;; retried = true) {
-        if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)
-            return report_steps_used_up(it, error);
-        plan p = {.interval = {.t = it->memory.t, .y = it->y}};
-        plan_adaptive(it, t_limit, proposed, &p);
-        bool changed = false;
-        const bool passed =
-            (kt_try_step(it, &p.interval, &r) == KT_TRY_PASSED || is_noise(it, p.interval.h, &r)) &&
-            (it->callbacks.project == NULL || project(it, p.interval.end, &changed, &r) == KT_TRY_PASSED);
-        const bool stuck = r.result != KT_TRY_STOPPED && is_stuck(it, t_limit);
-        if (stuck || !passed)
-            blame(it, &r, p.interval.h);
-        if (stuck)
-            return report_stuck(it, t_limit, p.interval.h, &r, error);
-        if (passed) {
-            double control_error = it->memory.control_error, next = fabs(p.interval.h);
-            it->quadrature_error = worst_quadrature(it, p.interval.h);
-            if (r.error <= 1.0) /* noise says nothing of the next step */
-                next = accept(it, &p, retried, r.error, &control_error);
-            commit(it, &p, changed, next, r.error);
-            it->memory.control_error = control_error;
-            return KT_OK;
-        }
-        if (r.result == KT_TRY_STOPPED || r.result == KT_TRY_TOO_LONG)
-            return kt_try_report(it, &r, "", error);
-        it->memory.counts.rejected++;
-        if (r.result == KT_TRY_INACCURATE && is_beyond_rounding(it))
-            return report_beyond_rounding(it, error);
-        proposed = fabs(p.interval.h) * (r.result == KT_TRY_INACCURATE ? kt_control_rejected(it, r.error)
-                                         : r.result == KT_TRY_DIVERGED ? r.factor
-                                                                       : o->factor_min);
-        const kt_try failed = r;
-        if (it->family->prepare != NULL && it->family->prepare(it, true, &r) != KT_TRY_PASSED)
-            return kt_try_report(it, &r, "", error);
-        proposed = fmin(proposed, longest_step(it));
-        r = failed;
-        if (proposed < least)
-            return report_too_small(it, least, &r, error);
-    }
+/* What a try that has failed changes: the length of the next one. */
+static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
+    kt_try r;
+    if (failed->result == KT_TRY_STOPPED || failed->result == KT_TRY_TOO_LONG)
+        return kt_try_report(it, failed, "", error);
+    it->memory.counts.rejected++;
+    if (failed->result == KT_TRY_INACCURATE && is_beyond_rounding(it))
+        return report_beyond_rounding(it, error);
+    a->proposed =
+        fabs(a->plan.interval.h) * (failed->result == KT_TRY_INACCURATE ? kt_control_rejected(it, failed->error)
+                                    : failed->result == KT_TRY_DIVERGED ? failed->factor
+                                                                        : it->options.factor_min);
+    if (it->family->prepare != NULL && it->family->prepare(it, true, &r) != KT_TRY_PASSED)
+        return kt_try_report(it, &r, "", error);
+    a->proposed = fmin(a->proposed, longest_step(it));
+    a->retried = true;
+    return a->proposed < a->least ? report_too_small(it, a->least, failed, error) : KT_OK;
+}
+
+static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
+    const kt_integrator_options *o = &it->options;
+    if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)
+        return report_steps_used_up(it, error);
+    a->plan = (kt_plan_of_try){.interval = {.t = it->memory.t, .y = it->y}};
+    plan_adaptive(it, a->t_limit, a->proposed, &a->plan);
+    return KT_OK;
+}
+
+/* Accepts the step, or plans a shorter one. */
+static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
+    const kt_plan_of_try *p = &a->plan;
+    bool changed = false;
+    const bool passed =
+        (r->result == KT_TRY_PASSED || is_noise(it, p->interval.h, r)) &&
+        (it->callbacks.project == NULL || project(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
+    const bool stuck = r->result != KT_TRY_STOPPED && is_stuck(it, a->t_limit);
+    if (stuck || !passed)
+        blame(it, r, p->interval.h);
+    if (stuck)
+        return report_stuck(it, a->t_limit, p->interval.h, r, error);
+    *again = !passed;
+    if (!passed)
+        return shorten(it, a, r, error);
+    double control_error = it->memory.control_error, next = fabs(p->interval.h);
+    it->quadrature_error = worst_quadrature(it, p->interval.h);
+    if (r->error <= 1.0) /* noise says nothing of the next step */
+        next = accept(it, p, a->retried, r->error, &control_error);
+    commit(it, p, changed, next, r->error);
+    it->memory.control_error = control_error;
+    return KT_OK;
 }
 
 double kt_integrator_quadrature_error(const kt_integrator *it) { return it->quadrature_error; }
@@ -397,6 +405,23 @@ void kt_integrator_put_quadratures(kt_integrator *it, const double *values) {
 
 size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 
+/* ---- a step in parts --------------------------------------------------------------------------------------------- */
+
+kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_error *error) {
+    it->blamed = it->sizes.n;
+    *a = (kt_attempt){.t_limit = t_limit, .plan = {.interval = {.t = it->memory.t, .y = it->y}}};
+    return it->options.step > 0.0 ? begin_fixed(it, a, error) : begin_adaptive(it, a, error);
+}
+
+kt_status kt_attempt_plan(kt_integrator *it, kt_attempt *a, kt_error *error) {
+    return it->options.step > 0.0 ? KT_OK : plan_next(it, a, error);
+}
+
+kt_status kt_attempt_end(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
+    *again = false;
+    return it->options.step > 0.0 ? end_fixed(it, a, r, error) : end_adaptive(it, a, r, again, error);
+}
+
 kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
@@ -406,6 +431,15 @@ kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step",
                             "t_limit is %s; it must lie before or behind the current time, or be infinite",
                             isnan(t_limit) ? "NaN" : "the current time");
-    it->blamed = it->sizes.n;
-    return it->options.step > 0.0 ? step_fixed(it, t_limit, error) : step_adaptive(it, t_limit, error);
+    kt_attempt a;
+    kt_status status = kt_attempt_begin(it, t_limit, &a, error);
+    for (bool again = true; status == KT_OK && again;) {
+        kt_try r = {.result = KT_TRY_PASSED};
+        status = kt_attempt_plan(it, &a, error);
+        if (status != KT_OK)
+            return status;
+        (void)kt_try_step(it, &a.plan.interval, &r);
+        status = kt_attempt_end(it, &a, &r, &again, error);
+    }
+    return status;
 }

@@ -162,8 +162,7 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
-/* Hands over the records up to the current time. */
-static kt_status hand_over_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = KT_OK;
     while (status == KT_OK && simulation->memory.next_record < simulation->record_count &&
            kt_simulation_record_time(simulation, simulation->memory.next_record) <=
@@ -172,24 +171,31 @@ static kt_status hand_over_all(kt_simulation *simulation, kt_recorder *recorder,
     return status;
 }
 
-kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, record))
-        return KT_ERROR_ARGUMENT;
+kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     kt_integrator *integrator = simulation->integrator;
-    kt_status status = KT_OK;
     /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
      * belongs to that step. */
     if (simulation->memory.next_record < simulation->record_count &&
         kt_simulation_record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
         simulation->cause.code = KT_OK;
-        status = kt_simulation_inputs_commit(simulation, &from);
+        const kt_status status = kt_simulation_inputs_commit(simulation, &from);
         if (status != KT_OK)
             return kt_simulation_fail(simulation, &from, error);
     }
     simulation->memory.stopped = 0;
+    return KT_OK;
+}
+
+kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, record))
+        return KT_ERROR_ARGUMENT;
+    kt_integrator *integrator = simulation->integrator;
+    kt_status status = kt_simulation_begin_run(simulation, error);
+    if (status != KT_OK)
+        return status;
     for (;;) {
-        status = hand_over_all(simulation, record, user, error);
+        status = kt_simulation_hand_over(simulation, record, user, error);
         if (KT_HAS_EVENTS && status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
             status = simulation->watch->fire(simulation, record, user, error);
         if (status != KT_OK || (KT_HAS_EVENTS && simulation->memory.stopped > 0) ||

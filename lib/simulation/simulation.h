@@ -483,6 +483,17 @@ KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const
 /* Takes one step; records are not handed over, and events that happen at its end have not taken effect (memory.fires). */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
+/* The end of that, with the status of the integrator's step and its error `from`. */
+KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
+                                            kt_error *error);
+
+/* kt_simulation_run until its first record. */
+KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
+
+/* Hands over the records up to the current time. */
+KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user,
+                                             kt_error *error);
+
 /* The body whose joint the component `at` of the state y belongs to; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 

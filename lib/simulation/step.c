@@ -210,6 +210,23 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
     return status;
 }
 
+kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
+                                 kt_error *error) {
+    if (simulation->groups > 0)
+        kt_simulation_count(simulation);
+    if (status != KT_OK)
+        return kt_simulation_fail_step(simulation, from, error);
+    if (simulation->size.panel > 0)
+        kt_simulation_refine_works(simulation);
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_end_powers(simulation);
+    if (simulation->transformation == NULL)
+        memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
+    else
+        kt_simulation_sync(simulation);
+    return KT_OK;
+}
+
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
     simulation->cause.code = KT_OK;
@@ -222,19 +239,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         status = (KT_HAS_GAP && simulation->watches_gaps) || (KT_HAS_EVENTS && simulation->watch != NULL)
                      ? step_watched(simulation, t_limit, &from)
                      : kt_integrator_step(simulation->integrator, t_limit, &from);
-    if (simulation->groups > 0)
-        kt_simulation_count(simulation);
-    if (status != KT_OK)
-        return kt_simulation_fail_step(simulation, &from, error);
-    if (simulation->size.panel > 0)
-        kt_simulation_refine_works(simulation);
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_end_powers(simulation);
-    if (simulation->transformation == NULL)
-        memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
-    else
-        kt_simulation_sync(simulation);
-    return KT_OK;
+    return kt_simulation_end_step(simulation, status, &from, error);
 }
 
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {

@@ -165,6 +165,10 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
     if (before > 0)
         fprintf(stderr, "; %lld more were there already", (long long)before);
+    if (all->together > 0)
+        fprintf(stderr, "\n  %lld of them in lanes, %zu at once by each thread", (long long)all->together, all->width);
+    if (all->alone != NULL)
+        fprintf(stderr, "\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
     if (all->why[0] != '\0')
         fprintf(stderr,
                 "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",

@@ -82,10 +82,14 @@ static char *end_line(cells *to) {
 
 /* ---- the scene of a run ------------------------------------------------------------------------------------------ */
 
-/* What is made for a run. */
-typedef struct made {
-    kt_scene own;    /* read for this run */
-    kt_scene *scene; /* that, or the worker's; NULL: there is none */
+/* A run, and what is made for it. */
+typedef struct kt_sweep_run {
+    const kt_sweep *sweep;
+    int64_t number;
+    double values[KT_SWEEP_AXES_MAX];
+    size_t *place; /* of each column of the lines, among those of the run; as many as these: none */
+    kt_scene own;  /* read for this run */
+    kt_scene *scene; /* that, or the worker's, which is another run's by the time this one runs; NULL: there is none */
     kt_model *model;
     kt_absolute *absolute;
     kt_simulation *simulation;
@@ -93,10 +97,10 @@ typedef struct made {
     kt_columns columns;
     kt_extremes extremes;
     kt_energy_watch energy;
-    const kt_sweep *sweep;
-    const size_t *place;     /* of the columns of lines; NULL: no records are kept */
-    kt_sweep_result *result; /* receives them */
-    bool failed;             /* memory did not suffice */
+    kt_sweep_result result; /* receives records, if they are kept */
+    kt_status status;       /* of the preparation */
+    kt_error error;
+    bool failed; /* memory did not suffice */
 } made;
 
 static void release(made *m) {
@@ -107,7 +111,14 @@ static void release(made *m) {
     kt_absolute_free(m->absolute);
     kt_model_free(m->model);
     kt_scene_free(&m->own);
-    *m = (made){.scene = NULL};
+    m->scene = NULL;
+    m->model = NULL;
+    m->absolute = NULL;
+    m->simulation = NULL;
+    m->watch = NULL;
+    m->columns = (kt_columns){.count = 0};
+    m->energy = (kt_energy_watch){.records = 0};
+    m->own = kt_scene_default();
 }
 
 static void keep_first(void *user, const kt_error *fault) {
@@ -212,15 +223,13 @@ void kt_sweep_worker_free(kt_sweep_worker *worker) {
     if (worker->has_scene)
         kt_scene_free(&worker->scene);
     worker->has_scene = false;
-    free(worker->place);
-    worker->place = NULL;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
 /* Adds the time and the columns of lines. */
 static bool keep_record(made *m, double time, const double *values) {
-    kt_sweep_result *to = m->result;
+    kt_sweep_result *to = &m->result;
     const size_t width = m->sweep->column_count + 1;
     if (to->rows == to->room) {
         const size_t room = 2 * to->room + 256;
@@ -242,12 +251,12 @@ static int take_record(const kt_record *record, void *user) {
     const double *values = kt_columns_evaluate(&m->columns, record);
     kt_energy_watch_add(&m->energy, record);
     kt_extremes_add(&m->extremes, record->time, values);
-    m->failed = m->place != NULL && !keep_record(m, record->time, values);
+    m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
     return m->failed ? -1 : 0;
 }
 
-static kt_status run(made *m, kt_error *error) {
-    const kt_status status = kt_simulation_run(m->simulation, take_record, m, error);
+/* What a run has come to, of which the simulation says `status`. */
+static kt_status judge(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
         return no_memory(error);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
@@ -290,13 +299,13 @@ static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_
     }
 }
 
-static void add_columns(cells *line, const kt_sweep *sweep, const made *m, const size_t *place) {
-    for (size_t i = 0; i < sweep->column_count; i++) {
-        if (m->extremes.column == NULL || place[i] >= m->columns.count) {
+static void add_columns(cells *line, const made *m) {
+    for (size_t i = 0; i < m->sweep->column_count; i++) {
+        if (m->extremes.column == NULL || m->place[i] >= m->columns.count) {
             add(line, ",,,");
             continue;
         }
-        const kt_extreme *of = &m->extremes.column[place[i]];
+        const kt_extreme *of = &m->extremes.column[m->place[i]];
         add_number(line, of->last);
         add_number(line, of->least);
         add_number(line, of->greatest);
@@ -326,19 +335,19 @@ static void add_events(cells *line, const kt_sweep *sweep, const made *m) {
             add(line, ",");
 }
 
-static char *write_line(const kt_sweep *sweep, int64_t number, const double *values, const made *m, const size_t *place,
-                        kt_status status, const kt_error *error) {
+static char *write_line(const made *m, kt_status status, const kt_error *error) {
+    const kt_sweep *sweep = m->sweep;
     cells line = {NULL, 0, 0, false};
-    add(&line, "%lld", (long long)number);
+    add(&line, "%lld", (long long)m->number);
     for (int i = 0; i < sweep->plan.count; i++)
-        add_number(&line, values[i]);
+        add_number(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
     add(&line, ",%s", status_name(status));
     add_number(&line, kt_simulation_time(m->simulation));
     add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     add_number(&line, m->energy.records > 0 ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
-    add_columns(&line, sweep, m, place);
+    add_columns(&line, m);
     if (status == KT_OK)
         add(&line, ",");
     else
@@ -346,28 +355,56 @@ static char *write_line(const kt_sweep *sweep, int64_t number, const double *val
     return end_line(&line);
 }
 
-kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
-    double values[KT_SWEEP_AXES_MAX];
-    kt_sweep_result result = {.line = NULL};
-    made m = {.scene = NULL};
-    kt_error error = {0};
-    if (worker->place == NULL)
-        worker->place = malloc((sweep->column_count + 1) * sizeof *worker->place);
-    if (worker->place == NULL)
-        return result;
-    kt_sweep_plan_values(&sweep->plan, number, values);
+kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
+    made *m = calloc(1, sizeof *m);
+    if (m == NULL)
+        return NULL;
+    m->place = malloc((sweep->column_count + 1) * sizeof *m->place);
+    if (m->place == NULL) {
+        free(m);
+        return NULL;
+    }
+    m->sweep = sweep;
+    m->number = number;
+    m->own = kt_scene_default();
+    kt_sweep_plan_values(&sweep->plan, number, m->values);
     worker->runs++;
-    kt_status status = prepare_again(worker, values, &m) ? KT_OK : prepare_anew(sweep, worker, values, &m, &error);
-    m.sweep = sweep;
-    m.result = &result;
-    find_columns(sweep, &m.columns, worker->place);
-    m.place = sweep->arguments->keep != NULL ? worker->place : NULL;
-    if (status == KT_OK)
-        status = run(&m, &error);
-    result.code = kt_exit_code(status);
-    result.line = write_line(sweep, number, values, &m, worker->place, status, &error);
-    release(&m);
+    m->status =
+        prepare_again(worker, m->values, m) ? KT_OK : prepare_anew(sweep, worker, m->values, m, &m->error);
+    find_columns(sweep, &m->columns, m->place);
+    return m;
+}
+
+int64_t kt_sweep_number(const kt_sweep_run *run) { return run->number; }
+
+const kt_model *kt_sweep_model(const kt_sweep_run *run) { return run->model; }
+
+bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member) {
+    *member = (kt_ensemble_member){.simulation = run->simulation, .record = take_record, .user = run};
+    return run->status == KT_OK;
+}
+
+kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error *error) {
+    kt_error why = error != NULL ? *error : (kt_error){.code = KT_OK};
+    status = run->status == KT_OK ? judge(run, status, &why) : run->status;
+    run->result.code = kt_exit_code(status);
+    run->result.line = write_line(run, status, run->status == KT_OK ? &why : &run->error);
+    const kt_sweep_result result = run->result;
+    release(run);
+    free(run->place);
+    free(run);
     return result;
+}
+
+kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
+    kt_sweep_run *run = kt_sweep_begin(sweep, worker, number);
+    kt_ensemble_member member;
+    kt_error error = {0};
+    if (run == NULL)
+        return (kt_sweep_result){.line = NULL};
+    const kt_status status =
+        kt_sweep_member(run, &member) ? kt_simulation_run(member.simulation, member.record, run, &error) : KT_OK;
+    return kt_sweep_end(run, status, &error);
 }
 
 void kt_sweep_result_free(kt_sweep_result *result) {

@@ -1,5 +1,5 @@
-/* Runs over several threads. Each takes the next run that nobody has; the calling thread hands the lines over in the order of
- * the runs. So that those that wait for a slow run do not fill memory, no thread is further than a window of
+/* Runs over several threads. Each takes the next run that nobody has, and computes as many at once as an ensemble has lanes
+ * (kinetree/batch.h); the calling thread hands the lines over in the order of the runs. So that those that wait for a slow run do not fill memory, no thread is further than a window of
  * runs ahead. */
 #include "sweep/sweep.h"
 
@@ -14,6 +14,7 @@ typedef struct shared {
     int64_t next, end; /* runs that are to be taken */
     int64_t written;   /* runs before this one have been handed over */
     int64_t window;
+    int64_t threads; /* that were asked for */
     kt_sweep_result results[WINDOW]; /* of run k in k % WINDOW; without a line: not there yet */
     bool failed, stops;
     kt_sweep_worker *all;
@@ -24,32 +25,112 @@ typedef struct shared {
 static void add_counts(kt_sweep_worker *all, const kt_sweep_worker *worker) {
     all->runs += worker->runs;
     all->anew += worker->anew;
+    all->together += worker->together;
+    all->width = worker->width;
+    all->alone = worker->alone != NULL ? worker->alone : all->alone;
     if (all->why[0] == '\0')
         memcpy(all->why, worker->why, sizeof all->why);
 }
 
+/* A thread, and the simulations that it runs at once. */
+typedef struct runner {
+    shared *shared;
+    kt_sweep_worker worker;
+    kt_ensemble *ensemble; /* NULL: no run has had a model yet */
+    kt_sweep_run *first;   /* that has been prepared, and waits for the ensemble */
+    int64_t live;          /* simulations that are running */
+} runner;
+
+static void store(shared *s, int64_t number, const kt_sweep_result *result) {
+    (void)pthread_mutex_lock(&s->mutex);
+    s->results[number % WINDOW] = *result;
+    s->failed = s->failed || result->line == NULL;
+    (void)pthread_cond_signal(&s->line);
+    (void)pthread_mutex_unlock(&s->mutex);
+}
+
+/* The next run that nobody has; -1: there is none, none is wanted, or, unless `waits`, others must come first. A thread that
+ * runs some takes no more than its share of what is left, so that all threads have work to the end. */
+static int64_t take_number(runner *r, bool waits) {
+    shared *s = r->shared;
+    int64_t number = -1;
+    (void)pthread_mutex_lock(&s->mutex);
+    while (waits && !s->stops && !s->failed && s->next < s->end && s->next >= s->written + s->window)
+        (void)pthread_cond_wait(&s->room, &s->mutex);
+    const bool is_open = !s->stops && !s->failed && s->next < s->end && s->next < s->written + s->window;
+    if (is_open && (r->live == 0 || r->live < 1 + (s->end - s->next) / s->threads))
+        number = s->next++;
+    (void)pthread_mutex_unlock(&s->mutex);
+    return number;
+}
+
+/* Prepares runs until one can be run; NULL: there is none. */
+static kt_sweep_run *take_run(runner *r, bool waits, kt_ensemble_member *member) {
+    for (int64_t number = take_number(r, waits); number >= 0; number = take_number(r, waits)) {
+        kt_sweep_run *run = kt_sweep_begin(r->shared->sweep, &r->worker, number);
+        kt_sweep_result result = {.line = NULL};
+        if (run != NULL && kt_sweep_member(run, member))
+            return run;
+        if (run != NULL)
+            result = kt_sweep_end(run, KT_OK, NULL);
+        store(r->shared, number, &result);
+    }
+    return NULL;
+}
+
+static bool next_member(void *user, bool waits, kt_ensemble_member *member) {
+    runner *r = user;
+    kt_sweep_run *run = r->first;
+    r->first = NULL;
+    if (run != NULL)
+        (void)kt_sweep_member(run, member);
+    else
+        run = take_run(r, waits, member);
+    r->live += run != NULL;
+    return run != NULL;
+}
+
+static void end_member(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error) {
+    runner *r = user;
+    const int64_t number = kt_sweep_number(member->user);
+    const kt_sweep_result result = kt_sweep_end(member->user, status, error);
+    r->live--;
+    store(r->shared, number, &result);
+}
+
+static void fail(shared *s) {
+    (void)pthread_mutex_lock(&s->mutex);
+    s->failed = true;
+    (void)pthread_cond_signal(&s->line);
+    (void)pthread_mutex_unlock(&s->mutex);
+}
+
+/* Runs in lanes, which are laid out for the first one that has a model. */
 static void *work(void *user) {
     shared *s = user;
-    kt_sweep_worker worker = {.has_scene = false};
-    (void)pthread_mutex_lock(&s->mutex);
-    for (;;) {
-        while (!s->stops && s->next < s->end && s->next >= s->written + s->window)
-            (void)pthread_cond_wait(&s->room, &s->mutex);
-        if (s->stops || s->next >= s->end)
-            break;
-        const int64_t run = s->next++;
-        (void)pthread_mutex_unlock(&s->mutex);
-        const kt_sweep_result result = kt_sweep_one(s->sweep, &worker, run);
-        (void)pthread_mutex_lock(&s->mutex);
-        s->results[run % WINDOW] = result;
-        s->failed = s->failed || result.line == NULL;
-        (void)pthread_cond_signal(&s->line);
-        if (s->failed)
-            break;
+    runner r = {.shared = s};
+    kt_ensemble_member member;
+    kt_status status = KT_OK;
+    r.first = take_run(&r, true, &member);
+    if (r.first != NULL)
+        status = kt_ensemble_create(kt_sweep_model(r.first), &r.ensemble, NULL);
+    if (r.ensemble != NULL)
+        status = kt_ensemble_run(r.ensemble, next_member, end_member, &r, NULL);
+    if (status != KT_OK)
+        fail(s);
+    if (r.first != NULL) { /* there was no memory for the others */
+        kt_sweep_result result = kt_sweep_end(r.first, KT_OK, NULL);
+        kt_sweep_result_free(&result);
     }
-    add_counts(s->all, &worker);
+    const kt_ensemble_report report = kt_ensemble_report_of(r.ensemble);
+    r.worker.together = (int64_t)report.together;
+    r.worker.width = report.width;
+    r.worker.alone = report.why;
+    kt_ensemble_free(r.ensemble);
+    (void)pthread_mutex_lock(&s->mutex);
+    add_counts(s->all, &r.worker);
     (void)pthread_mutex_unlock(&s->mutex);
-    kt_sweep_worker_free(&worker);
+    kt_sweep_worker_free(&r.worker);
     return NULL;
 }
 
@@ -99,6 +180,7 @@ int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int thre
     (void)pthread_cond_init(&s->line, NULL);
     (void)pthread_cond_init(&s->room, NULL);
     threads = threads < THREADS_MAX ? threads : THREADS_MAX;
+    s->threads = threads;
     while (count < threads && pthread_create(&thread[count], NULL, work, s) == 0)
         count++;
     if (count == 0)

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "text/arguments.h"
 
+#include "kinetree/batch.h"
 #include "kinetree/scene.h"
 
 #include <stdbool.h>
@@ -82,7 +83,9 @@ typedef struct kt_sweep_worker {
     kt_scene scene;
     bool has_scene;
     int64_t runs, anew;      /* lines, and those of them for which the scene was read */
-    size_t *place;           /* of each column of the lines, among those of the run; as many as these: none */
+    int64_t together;        /* lines whose runs were computed in lanes */
+    size_t width;            /* of how many */
+    const char *alone;       /* why others were not; NULL: all were */
     char why[KT_WHERE_SIZE]; /* where more than a number follows from a value that varies; "": nowhere */
 } kt_sweep_worker;
 
@@ -101,7 +104,18 @@ void kt_sweep_result_free(kt_sweep_result *result);
 /* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
 
-/* Computes a run: the result is the same whatever the worker has done before. */
+/* A run that has been prepared; NULL: not enough memory. What it gives is the same whatever the worker has done before. */
+typedef struct kt_sweep_run kt_sweep_run;
+kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
+int64_t kt_sweep_number(const kt_sweep_run *run);
+/* The model; NULL: the run has none, since its scene is wrong. */
+const kt_model *kt_sweep_model(const kt_sweep_run *run);
+/* Its simulation, whose records it takes, with itself as the user; false: there is nothing to be run. */
+bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member);
+/* What it has given, once the simulation has ended with this status and error; the run is released. */
+kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error *error);
+
+/* All three, by itself. */
 kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 
 /* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */

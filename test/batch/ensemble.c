@@ -1,0 +1,249 @@
+/* Simulations that run at once have the bits of those that run alone: all records, counts, final states, and the errors
+ * of those that fail. */
+#include "dynamics/tree.h"
+#include "load.h"
+
+#include "dynamics/dynamics.h"
+#include "kinetree/batch.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { TREES = 8, MEMBERS = 11, TEXT = 256 };
+
+/* What a simulation has given. */
+typedef struct outcome {
+    uint64_t hash; /* of the bits of all records, and of the last state */
+    uint64_t records;
+    kt_simulation_counts counts;
+    kt_status status;
+    char text[TEXT];
+} outcome;
+
+typedef struct member {
+    kt_model *model; /* of its own, or NULL */
+    kt_simulation *simulation;
+    outcome outcome;
+    uint64_t stop; /* its recorder stops at this record; 0: never */
+    bool pushes;   /* its recorder sets a torque in between */
+} member;
+
+static void add_bytes(uint64_t *hash, const void *bytes, size_t count) {
+    const unsigned char *at = bytes;
+    for (size_t i = 0; i < count; i++)
+        *hash = (*hash ^ at[i]) * 1099511628211u;
+}
+
+static void add_numbers(uint64_t *hash, const double *x, size_t count) { add_bytes(hash, x, count * sizeof *x); }
+
+static int take(const kt_record *record, void *user) {
+    member *m = user;
+    const double numbers[] = {record->time, record->kinetic, record->potential};
+    static const double push[KT_TREE_NV] = {0.5, -0.5, 0.25};
+    add_numbers(&m->outcome.hash, numbers, 3);
+    add_numbers(&m->outcome.hash, record->q, (size_t)kt_model_nq(record->model));
+    add_numbers(&m->outcome.hash, record->v, (size_t)kt_model_nv(record->model));
+    m->outcome.records++;
+    if (m->pushes && m->outcome.records == 5 && kt_simulation_set_torque(m->simulation, push, NULL) != KT_OK)
+        return -1;
+    return m->stop > 0 && m->outcome.records == m->stop ? -1 : 0;
+}
+
+static void end(member *m, const kt_model *model, kt_status status, const kt_error *error) {
+    m->outcome.status = status;
+    m->outcome.counts = kt_simulation_counts_get(m->simulation);
+    if (status != KT_OK)
+        (void)snprintf(m->outcome.text, TEXT, "%.100s: %.150s", error->where, error->message);
+    add_numbers(&m->outcome.hash, kt_simulation_positions(m->simulation), (size_t)kt_model_nq(model));
+    add_numbers(&m->outcome.hash, kt_simulation_velocities(m->simulation), (size_t)kt_model_nv(model));
+    kt_simulation_free(m->simulation);
+    m->simulation = NULL;
+}
+
+/* ---- one case ---------------------------------------------------------------------------------------------------- */
+
+typedef struct group {
+    kt_tree tree;
+    kt_run run;
+    kt_tree_state state[MEMBERS];
+    member alone[MEMBERS], together[MEMBERS];
+    int next, asked;
+    bool own_models; /* each simulation has a model of its own, compiled of the same description */
+    bool varies;     /* but that every second one has another mass */
+} group;
+
+/* Member i: the same motion every time. Some fail, stop or last longer than others. */
+static bool start(group *g, int i, member *m) {
+    kt_error error;
+    kt_run run = g->run;
+    kt_simulation_options options = kt_simulation_options_default();
+    const kt_model *model = g->tree.model;
+    *m = (member){.stop = i % 7 == 6 ? 4 : 0, .pushes = i % 7 == 5};
+    run.duration *= 1.0 + 0.1 * (double)(i % 4);
+    options.max_steps = i % 7 == 4 ? 20 : 0;
+    options.record = i % 2 ? KT_RECORD_ENERGY : 0;
+    g->tree.body[0].mass *= g->varies && i % 2 ? 2.0 : 1.0;
+    if (g->own_models && kt_model_compile(&g->tree.description, NULL, &m->model, &error) == KT_OK)
+        model = m->model;
+    g->tree.body[0].mass *= g->varies && i % 2 ? 0.5 : 1.0;
+    return kt_simulation_create(model, &run, &options, &m->simulation, &error) == KT_OK &&
+           kt_simulation_set_state(m->simulation, 0.0, g->state[i].q, g->state[i].v, &error) == KT_OK;
+}
+
+static bool next(void *user, bool waits, kt_ensemble_member *to) {
+    group *g = user;
+    if (g->next == MEMBERS || (!waits && g->asked++ % 4 == 3)) /* sometimes there is none yet */
+        return false;
+    member *m = &g->together[g->next];
+    if (!start(g, g->next++, m))
+        return false;
+    *to = (kt_ensemble_member){.simulation = m->simulation, .record = take, .user = m};
+    return true;
+}
+
+static void done(void *user, const kt_ensemble_member *of, kt_status status, const kt_error *error) {
+    const group *g = user;
+    end(of->user, g->tree.model, status, error);
+}
+
+static bool run_alone(group *g) {
+    for (int i = 0; i < MEMBERS; i++) {
+        member *m = &g->alone[i];
+        kt_error error = {0};
+        if (!start(g, i, m))
+            return false;
+        const kt_status status = kt_simulation_run(m->simulation, take, m, &error);
+        end(m, g->tree.model, status, &error);
+        kt_model_free(m->model);
+    }
+    return true;
+}
+
+static bool run_together(group *g, kt_ensemble_report *sum) {
+    kt_error error;
+    kt_ensemble *ensemble = NULL;
+    g->next = 0;
+    bool fine = kt_ensemble_create(g->tree.model, &ensemble, &error) == KT_OK;
+    for (int i = 0; i < 2 * MEMBERS && fine && g->next < MEMBERS; i++)
+        fine = kt_ensemble_run(ensemble, next, done, g, &error) == KT_OK;
+    const kt_ensemble_report report = kt_ensemble_report_of(ensemble);
+    sum->together += report.together;
+    sum->alone += report.alone;
+    kt_ensemble_free(ensemble);
+    for (int i = 0; i < MEMBERS; i++)
+        kt_model_free(g->together[i].model);
+    return fine;
+}
+
+static int count_different(const group *g) {
+    int different = 0;
+    for (int i = 0; i < MEMBERS; i++) {
+        const outcome *a = &g->alone[i].outcome, *b = &g->together[i].outcome;
+        const bool same = a->hash == b->hash && a->records == b->records && a->status == b->status &&
+                          strcmp(a->text, b->text) == 0 && a->counts.steps == b->counts.steps &&
+                          a->counts.rejected == b->counts.rejected && a->counts.evaluations == b->counts.evaluations;
+        different += !same;
+        if (!same)
+            kt_note("member %d: %llu and %llu records, %s and %s", i, (unsigned long long)a->records,
+                    (unsigned long long)b->records, a->text, b->text);
+    }
+    return different;
+}
+
+/* ---- trees ------------------------------------------------------------------------------------------------------- */
+
+static void draw(group *g, int n, kt_random *random) {
+    static const char *const methods[] = {"dopri5", "auto", "tsit5", "rk4", "dop853", "bs32"};
+    kt_tree_plan plan = n % 2 ? kt_tree_plan_default() : kt_tree_plan_planar();
+    static kt_load_list loads;
+    plan.bodies = kt_random_int(random, 1, 5);
+    plan.with_armature = n % 3 == 2 ? 0.5 : 0.0;
+    kt_tree_describe(&g->tree, &plan, random);
+    if (n % 4 == 3)
+        kt_load_add(&loads, &g->tree, n % 8 == 7, random);
+    g->run = kt_run_default();
+    g->run.integrator = methods[n % 6];
+    g->run.step = n % 6 == 3 ? 0.01 : 0.0;
+    g->run.duration = 0.12;
+    g->run.interval = 0.007;
+    g->run.relative = g->run.absolute = n % 5 ? 1e-7 : 1e-3;
+    g->own_models = n % 3 == 0;
+}
+
+static void compare(kt_isa isa, const char *name) {
+    kt_random random = kt_random_of_test();
+    kt_ensemble_report sum = {0, 0, 0, NULL};
+    static group g;
+    int different = 0, failed = 0;
+    bool fine = true;
+    for (int n = 0; n < TREES && fine; n++) {
+        memset(&g, 0, sizeof g);
+        draw(&g, n, &random);
+        g.own_models = g.own_models && isa == KT_ISA_AUTO;
+        if (!kt_tree_compile(&g.tree, &(kt_model_options){.isa = isa}))
+            return;
+        for (int i = 0; i < MEMBERS; i++)
+            kt_tree_state_draw(&g.tree, &random, &g.state[i]);
+        fine = fine && run_alone(&g) && run_together(&g, &sum);
+        for (int i = 0; i < MEMBERS; i++)
+            failed += g.alone[i].outcome.status != KT_OK;
+        different += count_different(&g);
+        kt_tree_free(&g.tree);
+    }
+    kt_note("%s: %llu simulations in lanes, %llu alone, %d of them failed", name, (unsigned long long)sum.together,
+            (unsigned long long)sum.alone, failed);
+    kt_check_true("simulations run", fine);
+    kt_check_equal_int("simulations", (long long)(sum.together + sum.alone), TREES * MEMBERS);
+    kt_check_above("simulations in lanes", (double)sum.together, 0.6 * TREES * MEMBERS);
+    kt_check_above("simulations that fail", failed, 0.05 * TREES * MEMBERS);
+    kt_check_equal_int("simulations that differ", different, 0);
+}
+
+static void compare_isa(kt_isa isa, const char *name) {
+    if (kt_isa_resolve(isa) != isa)
+        kt_skip(name, KT_NO_ISA);
+    else
+        compare(isa, name);
+}
+
+KT_TEST(simulations_at_once_have_the_bits_of_single_ones) { compare(KT_ISA_AUTO, "auto"); }
+KT_TEST(simulations_at_once_have_the_bits_of_single_ones_on_v3) { compare_isa(KT_ISA_V3, "v3"); }
+KT_TEST(simulations_at_once_have_the_bits_of_single_ones_on_the_baseline) { compare_isa(KT_ISA_BASE, "baseline"); }
+
+/* Other masses: the lanes have one model. */
+KT_TEST(simulations_of_other_parameters_run_alone) {
+    kt_random random = kt_random_of_test();
+    kt_ensemble_report sum = {0, 0, 0, NULL};
+    static group g;
+    memset(&g, 0, sizeof g);
+    draw(&g, 0, &random);
+    g.own_models = g.varies = true;
+    if (!kt_tree_compile(&g.tree, NULL))
+        return;
+    for (int i = 0; i < MEMBERS; i++)
+        kt_tree_state_draw(&g.tree, &random, &g.state[i]);
+    kt_check_true("simulations run", run_alone(&g) && run_together(&g, &sum));
+    kt_check_above("simulations alone", (double)sum.alone, MEMBERS / 2 - 1);
+    kt_check_equal_int("simulations that differ", count_different(&g), 0);
+    kt_tree_free(&g.tree);
+}
+
+KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
+    static _Alignas(KT_ALIGNMENT) char memory[1 << 20];
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_error error;
+    kt_ensemble *ensemble = NULL;
+    kt_tree_plan plan = kt_tree_plan_default();
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    const size_t size = kt_ensemble_size(tree.model);
+    memset(memory, 0xFF, sizeof memory);
+    if (!kt_check_below("bytes of an ensemble", (double)size, (double)sizeof memory))
+        return;
+    kt_check_equal_int("status", kt_ensemble_init(tree.model, memory, size, &ensemble, &error), KT_OK);
+    kt_ensemble_free(ensemble); /* does nothing */
+    kt_check_equal_int("one byte less", kt_ensemble_init(tree.model, memory, size - 1, &ensemble, &error),
+                       KT_ERROR_MEMORY);
+    kt_tree_free(&tree);
+}
