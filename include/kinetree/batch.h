@@ -194,9 +194,9 @@ typedef struct kt_ensemble_member {
     void *user; /* passed to `record` */
 } kt_ensemble_member;
 
-/* Writes the next simulation to *member and returns true; false: there is none, or, unless `waits`, none at present: some
+/* Writes the next simulation to *member and returns true; false: there is none, or, unless `may_block`, none at present: some
  * are still running, and it will be called again when they have come further. */
-typedef bool kt_ensemble_next(void *user, bool waits, kt_ensemble_member *member);
+typedef bool kt_ensemble_next(void *user, bool may_block, kt_ensemble_member *member);
 
 /* A simulation has ended as kt_simulation_run would, with its status, and its error or NULL. It is not used any more. */
 typedef void kt_ensemble_done(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error);

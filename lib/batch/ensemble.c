@@ -26,8 +26,18 @@ typedef struct lane {
     kt_ensemble_member member; /* without a simulation: none runs here */
     kt_attempt attempt;
     kt_try tried;
-    bool steps; /* within a step */
+    bool steps;       /* within a step */
+    bool shares;      /* its records are computed in lanes, too */
+    int64_t waiting;  /* records that have been read, but not handed over yet */
+    kt_status status; /* of records that were handed over */
+    kt_error error;
 } lane;
+
+/* A record whose energies are to be computed. */
+typedef struct waiting_record {
+    size_t lane;
+    kt_record record;
+} waiting_record;
 
 #define KT_ENSEMBLE_FIELDS(X)                                                                                          \
     X(lane, lane, n->width, "simulations")                                                                             \
@@ -35,11 +45,15 @@ typedef struct lane {
     X(double, h, n->width, "lengths of steps")                                                                         \
     X(double, y, n->width *(n->nq + n->nv), "states in which steps begin")                                             \
     X(double, stage, n->width *(n->nq + n->nv), "states of a stage")                                                   \
-    X(double, slopes, n->width *(n->nq + n->nv) * KT_METHOD_STAGES_MAX, "slopes of all stages")                        \
-    X(double *, k, KT_METHOD_STAGES_MAX, "the slopes of each stage")                                                   \
-    X(double, tau, n->width *n->nv, "joint forces: none")                                                              \
-    X(double, total, n->width *n->nv, "joint forces of effects")                                                       \
+    X(double, stages, n->width *(n->nq + n->nv) * KT_METHOD_STAGES_MAX, "slopes of all stages")                        \
+    X(double *, k, KT_METHOD_STAGES_MAX, "slope i of all lanes")                                                       \
+    X(double, tau, n->width * n->nv, "joint forces: none")                                                             \
+    X(double, total, n->width * n->nv, "joint forces of effects")                                                      \
     X(double, wrench, n->width * 6 * n->body, "wrenches of effects")                                                   \
+    X(waiting_record, waiting, n->width, "records that have been read")                                                \
+    X(double, read, n->width *(n->nq + n->nv), "their states, one after the other")                                    \
+    X(double, read_lanes, n->width *(n->nq + n->nv), "their states in lanes")                                          \
+    X(double, energy, 2 * n->width, "kinetic, then potential")                                                         \
     X(char, work, n->lane_bytes, "workspace of the recursions")
 
 struct kt_ensemble {
@@ -48,6 +62,7 @@ struct kt_ensemble {
     uint64_t shape; /* of the models */
     kt_ensemble_counts n;
     kt_ensemble_report report;
+    size_t waits; /* records that wait */
     KT_ARENA_DECLARE(KT_ENSEMBLE_FIELDS)
 };
 
@@ -88,7 +103,7 @@ kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_
     if (made->kernels)
         (void)made->kernels->layout(model, made->work);
     for (size_t i = 0; i < KT_METHOD_STAGES_MAX; i++)
-        made->k[i] = made->slopes + i * n.width * (n.nq + n.nv);
+        made->k[i] = made->stages + i * n.width * (n.nq + n.nv);
     *ensemble = made;
     return KT_OK;
 }
@@ -281,32 +296,118 @@ static void try_steps(kt_ensemble *e) {
     }
 }
 
+/* ---- records ----------------------------------------------------------------------------------------------------- */
+
+/* Whether records of a simulation hold no more than states and energies of bodies. */
+static bool shares_records(const kt_simulation *s) {
+    return s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
+           (s->record & KT_RECORD_ENERGY) != 0 && !s->places && s->model->n.effect == 0 && !s->model->has_armature;
+}
+
+/* Hands a record over whose energies are known; `fine`: they are finite. */
+static kt_status give(const kt_ensemble *e, size_t number, bool fine, kt_error *error) {
+    kt_record record = e->waiting[number].record;
+    const kt_ensemble_member *to = &e->lane[e->waiting[number].lane].member;
+    kt_simulation *s = to->simulation;
+    const double *y = e->read + number * (e->n.nq + e->n.nv);
+    kt_error from = {0};
+    if (!fine) {
+        kt_copy(s->y, y, s->size.n * sizeof *y);
+        return kt_simulation_complete_record(s, KT_OK, &record, &from, to->record, to->user, error);
+    }
+    record.q = y;
+    record.v = y + e->n.nq;
+    record.x = record.v + e->n.nv;
+    record.work = kt_simulation_work_of(s, y);
+    record.kinetic = e->energy[number];
+    record.potential = e->energy[e->n.width + number] + 0.0; /* effects store none */
+    return kt_simulation_give_record(s, &record, to->record, to->user, error);
+}
+
+/* Computes the records that wait, and hands them over in their order, of each simulation until its recorder stops. */
+static void give_all(kt_ensemble *e) {
+    const size_t q = e->n.width * e->n.nq, count = e->waits;
+    if (count == 0)
+        return;
+    const kt_model *model = e->lane[e->waiting[0].lane].member.simulation->model;
+    const kt_lane_mask fine =
+        e->kernels->energy(model, e->work, e->read_lanes, e->read_lanes + q, e->tau, e->energy, e->energy + e->n.width);
+    for (size_t i = 0; i < count; i++) {
+        lane *l = &e->lane[e->waiting[i].lane];
+        l->waiting = 0;
+        if (l->status == KT_OK)
+            l->status = give(e, i, kt_lane_is_in(fine, i), &l->error);
+    }
+    e->waits = 0;
+}
+
+/* Adds a record, whose state is in the simulation's y. */
+static void add_record(kt_ensemble *e, size_t number, const kt_record *record) {
+    const size_t N = e->n.nq + e->n.nv;
+    const double *y = e->lane[number].member.simulation->y;
+    e->waiting[e->waits] = (waiting_record){.lane = number, .record = *record};
+    e->lane[number].waiting++;
+    kt_copy(e->read + e->waits * N, y, N * sizeof *y);
+    kt_lane_put(y, e->n.width, e->waits, N, e->read_lanes);
+    e->waits++;
+}
+
+/* Reads the records of a lane up to the present time. */
+static void read_records(kt_ensemble *e, size_t number) {
+    lane *l = &e->lane[number];
+    const kt_ensemble_member *m = &l->member;
+    kt_simulation *s = m->simulation;
+    const double now = kt_integrator_time(s->integrator);
+    while (l->status == KT_OK) {
+        if (e->waits == e->n.width)
+            give_all(e);
+        const int64_t k = s->memory.next_record + l->waiting;
+        kt_record record;
+        kt_error from = {0};
+        if (l->status != KT_OK || k >= s->record_count || kt_simulation_record_time(s, k) > now)
+            return;
+        const kt_status status = kt_simulation_read_record(s, k, &record, &from);
+        if (status == KT_OK) {
+            add_record(e, number, &record);
+            continue;
+        }
+        give_all(e);
+        if (l->status == KT_OK)
+            l->status = kt_simulation_complete_record(s, status, &record, &from, m->record, m->user, &l->error);
+    }
+}
+
+static void hand_over(kt_ensemble *e, size_t number) {
+    lane *l = &e->lane[number];
+    if (l->shares)
+        read_records(e, number);
+    else
+        l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+}
+
 /* ---- a lane ------------------------------------------------------------------------------------------------------ */
+
+/* A simulation ends where its records have failed, and at its duration. */
+static bool has_ended(const lane *l) {
+    const kt_simulation *s = l->member.simulation;
+    return !l->steps && (l->status != KT_OK || !(kt_integrator_time(s->integrator) < s->duration));
+}
 
 static kt_status begin_step(lane *l, kt_error *from) {
     kt_simulation *s = l->member.simulation;
     s->cause.code = KT_OK;
     const kt_status status = s->memory.pending ? kt_simulation_inputs_commit(s, from) : KT_OK;
-    l->steps = status == KT_OK;
+    l->steps = true;
     return status == KT_OK ? kt_attempt_begin(s->integrator, s->duration, &l->attempt, from) : status;
 }
 
-/* Hands records over up to the present time, and plans the next try. Returns false where the simulation has ended, with
- * its status. */
-static bool plan(lane *l, kt_status *status, kt_error *error) {
-    kt_simulation *s = l->member.simulation;
+/* Plans the next try. */
+static kt_status plan(lane *l, kt_error *error) {
     kt_error from = {0};
-    if (!l->steps) {
-        *status = kt_simulation_hand_over(s, l->member.record, l->member.user, error);
-        if (*status != KT_OK || !(kt_integrator_time(s->integrator) < s->duration))
-            return false;
-        *status = begin_step(l, &from);
-    }
-    if (*status == KT_OK)
-        *status = kt_attempt_plan(s->integrator, &l->attempt, &from);
-    if (*status != KT_OK)
-        *status = kt_simulation_end_step(s, *status, &from, error);
-    return *status == KT_OK;
+    kt_status status = l->steps ? KT_OK : begin_step(l, &from);
+    if (status == KT_OK)
+        status = kt_attempt_plan(l->member.simulation->integrator, &l->attempt, &from);
+    return status == KT_OK ? KT_OK : kt_simulation_end_step(l->member.simulation, status, &from, error);
 }
 
 /* Accepts or rejects what was tried. */
@@ -335,6 +436,7 @@ enum { PAUSE = 16 };
 static void end_lane(const source *from, lane *l, kt_status status, const kt_error *error) {
     const kt_ensemble_member member = l->member;
     l->member.simulation = NULL;
+    l->steps = false;
     from->done(from->user, &member, status, status == KT_OK ? NULL : error);
 }
 
@@ -349,11 +451,10 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
             return false;
         }
         const bool together = fits(e, member.simulation);
-        const kt_status status = together
-                                     ? kt_simulation_begin_run(member.simulation, &error)
-                                     : kt_simulation_run(member.simulation, member.record, member.user, &error);
+        const kt_status status = together ? kt_simulation_begin_run(member.simulation, &error)
+                                          : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
-            *l = (lane){.member = member};
+            *l = (lane){.member = member, .status = KT_OK, .shares = shares_records(member.simulation)};
             return true;
         }
         from->done(from->user, &member, status, status == KT_OK ? NULL : &error);
@@ -361,38 +462,59 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
     return false;
 }
 
-/* Brings every lane to a try that is planned. Returns how many there are. */
-static size_t plan_all(kt_ensemble *e, source *from) {
-    size_t planned = 0;
+/* Hands over all records up to the present, and gives the lanes of simulations that have ended to others. */
+static void fill(kt_ensemble *e, source *from) {
+    for (bool again = true; again;) {
+        again = false;
+        for (size_t i = 0; i < e->n.width; i++)
+            if (!e->lane[i].steps && (e->lane[i].member.simulation || take(e, from, &e->lane[i])))
+                hand_over(e, i);
+        give_all(e);
+        for (size_t i = 0; i < e->n.width; i++) {
+            lane *l = &e->lane[i];
+            if (!l->member.simulation || !has_ended(l))
+                continue;
+            again = true;
+            end_lane(from, l, l->status, &l->error);
+        }
+    }
+}
+
+/* Plans a try in every lane; returns how many there are. */
+static size_t plan_all(kt_ensemble *e, const source *from) {
+    size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {
         lane *l = &e->lane[i];
-        bool ready = false;
-        while (!ready && (l->member.simulation || take(e, from, l))) {
-            kt_error error = {0};
-            kt_status status = KT_OK;
-            ready = plan(l, &status, &error);
-            if (!ready)
-                end_lane(from, l, status, &error);
-        }
-        planned += ready;
+        kt_error error = {0};
+        const kt_status status = l->member.simulation ? plan(l, &error) : KT_OK;
+        lanes += l->member.simulation != NULL;
+        if (status != KT_OK)
+            end_lane(from, l, status, &error);
     }
-    return planned;
+    return lanes;
+}
+
+static void judge_all(kt_ensemble *e, const source *from) {
+    for (size_t i = 0; i < e->n.width; i++) {
+        lane *l = &e->lane[i];
+        kt_error error = {0};
+        const kt_status status = l->member.simulation ? judge(l, &error) : KT_OK;
+        if (status != KT_OK)
+            end_lane(from, l, status, &error);
+    }
 }
 
 kt_status kt_ensemble_run(kt_ensemble *e, kt_ensemble_next *next, kt_ensemble_done *done, void *user, kt_error *error) {
     if (KT_IS_MISSING(error, e, next, done))
         return KT_ERROR_ARGUMENT;
     source from = {.next = next, .done = done, .user = user};
-    while (plan_all(e, &from) > 0) {
+    do {
+        fill(e, &from);
         from.pause -= from.pause > 0;
+        if (plan_all(e, &from) == 0)
+            break;
         try_steps(e);
-        for (size_t i = 0; i < e->n.width; i++) {
-            lane *l = &e->lane[i];
-            kt_error made = {0};
-            const kt_status status = l->member.simulation ? judge(l, &made) : KT_OK;
-            if (status != KT_OK)
-                end_lane(&from, l, status, &made);
-        }
-    }
+        judge_all(e, &from);
+    } while (true);
     return KT_OK;
 }

@@ -67,6 +67,20 @@ static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, 
     return finite_lanes(kt_condition_true(), taus, model->n.v);
 }
 
+static kt_lane_mask energy(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
+                           double *kinetic, double *potential) {
+    kt_data *data = work;
+    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *none = (const void *)zero;
+    data->sound = kt_condition_true();
+    if (model->sweep != KT_SWEEP_PLANAR)
+        (void)KT_KERNEL(kt_kinematics)(model, data, qs, vs, none);
+    if (model->sweep != KT_SWEEP_SPATIAL)
+        (void)KT_KERNEL(kt_planar_kinematics)(model, data, qs, vs, none);
+    *(kt_real1 *)(void *)kinetic = KT_KERNEL(kt_kinetic)(model, data);
+    *(kt_real1 *)(void *)potential = KT_KERNEL(kt_potential)(model, data);
+    return kt_mask_of(data->sound);
+}
+
 static void combine(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n) {
     const kt_real1 *from = (const void *)y, step = *(const kt_real1 *)(const void *)h;
@@ -84,6 +98,7 @@ const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .forward = forward,
                                                             .effects = effects,
                                                             .inverse = inverse,
+                                                            .energy = energy,
                                                             .rate = KT_KERNEL(kt_rates),
                                                             .make_units = KT_KERNEL(kt_units),
                                                             .combine = combine};

@@ -39,6 +39,11 @@ typedef struct kt_lane_kernels {
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
+    /* Kinetic and potential energy of the bodies, a number of each lane: those of kt_kinetic_energy and kt_potential_energy
+     * of models without armature, after kt_kinematics_update without accelerations; zero: as many zeros as velocities.
+     * Returns the lanes whose motion is finite. */
+    kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
+                           double *kinetic, double *potential);
     /* Writes the rates of positions. */
     void (*rate)(const kt_model *model, const double *q, const double *v, double *out);
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
@@ -60,6 +65,10 @@ bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect
 /* The effects of a group, into tau and applied. Returns the lanes whose forces are finite. */
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied);
+
+/* The energies of the motion that data hold. */
+kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data);
+kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data);
 
 void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v, double *out);
 kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);

@@ -207,6 +207,14 @@ size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const kt_real
                              const kt_real1 *tau, const kt_external *external, kt_real1 *a);
 size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                     const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                const kt_real1 *a);
+size_t KT_KERNEL(kt_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                            const kt_real1 *a);
+size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                       const kt_real1 *a);
+size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                   const kt_real1 *a);
 kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x);
 size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,

@@ -6,38 +6,33 @@
  * displacement.
  */
 #include "dynamics/dynamics.h"
+#include "dynamics/excess.h"
 #include "dynamics/sweep.h"
 #include "dynamics/sweep_planar.h"
 
-KT_INLINE kt_v4 in_plane(const kt_v4 basis[3], const double x[2]) {
-    return kt_v4_splat(x[0]) * basis[0] + kt_v4_splat(x[1]) * basis[1];
+KT_INLINE kt_real3 in_plane(const kt_real3 basis[3], const kt_real1 x[2]) {
+    return kt_add3(kt_scale3(x[0], basis[0]), kt_scale3(x[1], basis[1]));
 }
 
-KT_INLINE void to_world(const kt_v4 basis[3], const kt_planar_rest *rest, const kt_planar_motion *flat,
+KT_INLINE void to_world(const kt_real3 basis[3], const kt_planar_rest *rest, const kt_planar_motion *flat,
                         kt_link_motion *m) {
-    const kt_v4 c = kt_v4_splat(flat->c), s = kt_v4_splat(flat->s);
-    const kt_v4 turned[3] = {c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]};
-    kt_multiply3(turned, rest->axes, m->axes);
-    m->omega = kt_v4_splat(flat->omega) * basis[2];
-    m->alpha = kt_v4_splat(flat->alpha) * basis[2];
+    const kt_real1 c = flat->c, s = flat->s;
+    const kt_real3 turned[3] = {kt_add3(kt_scale3(c, basis[0]), kt_scale3(s, basis[1])),
+                                kt_sub3(kt_scale3(c, basis[1]), kt_scale3(s, basis[0])), basis[2]};
+    const kt_real3 axes[3] = {kt_splat3(rest->axes[0]), kt_splat3(rest->axes[1]), kt_splat3(rest->axes[2])};
+    kt_multiply3(turned, axes, m->axes);
+    m->omega = kt_scale3(flat->omega, basis[2]);
+    m->alpha = kt_scale3(flat->alpha, basis[2]);
     m->linear = in_plane(basis, flat->linear);
 }
 
-/* The sum of x - x over a link's motion, as in kinematics.c. */
-KT_INLINE kt_v4 excess(const kt_link_motion *m, const kt_link_origin *at) {
-    return ((m->alpha - m->alpha) + (m->linear - m->linear)) +
-           ((at->position - at->position) + (at->velocity - at->velocity));
-}
-
-KT_INLINE bool is_zero(kt_v4 x) { return x[0] + x[1] + x[2] == 0.0; }
-
 /* The links of one plane; returns the sum of their excess. posed: the data already hold the poses in the plane. */
-KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q,
-                            const double *v, const double *a, bool posed) {
+KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_real1 *q,
+                               const kt_real1 *v, const kt_real1 *a, bool posed) {
     static const double none[2] = {0.0, 0.0};
     kt_planar_motion *flat = data->planar;
-    kt_v4 basis[3], sum = kt_v4_splat(0.0);
-    kt_v4_from_mat3(plane->basis, basis);
+    const kt_real3 basis[3] = {kt_from3(plane->basis.x), kt_from3(plane->basis.y), kt_from3(plane->basis.z)};
+    kt_real3 sum = kt_zero3();
     kt_planar_ground_set(none, &flat[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
@@ -52,40 +47,36 @@ KT_INLINE kt_v4 sweep_plane(const kt_model *model, kt_data *data, const kt_plane
         kt_planar_velocity(link, parent, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], &flat[k], m);
-        m->offset = kt_v4_apply_to(up->axes, model->link[i].at);
+        m->offset = kt_apply_to3(up->axes, model->link[i].at);
         if (!link->revolute)
-            m->offset += kt_v4_splat(q[link->q]) * kt_link_axis(&model->link[i], m);
-        at->position = before->position + m->offset;
-        at->velocity = before->velocity + kt_v4_cross(kt_v4_splat(parent->omega) * basis[2], m->offset);
+            m->offset = kt_add3(m->offset, kt_scale3(q[link->q], kt_link_axis(&model->link[i], m)));
+        at->position = kt_add3(before->position, m->offset);
+        at->velocity = kt_add3(before->velocity, kt_cross3(kt_scale3(parent->omega, basis[2]), m->offset));
         if (!link->revolute)
-            at->velocity += kt_v4_splat(v[link->v]) * kt_link_axis(&model->link[i], m);
-        sum += excess(m, at);
+            at->velocity = kt_add3(at->velocity, kt_scale3(v[link->v], kt_link_axis(&model->link[i], m)));
+        sum = kt_add3(sum, kt_excess(m, at));
     }
     return sum;
 }
 
-KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
                        bool posed) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    kt_v4 sum = none;
+    kt_real3 sum = kt_zero3();
     if (!posed)
         kt_planar_gather(model, data, q);
-    kt_ground_set(none, &data->motion[0]);
+    kt_ground_set(kt_zero3(), &data->motion[0]);
     memset(&data->origin[0], 0, sizeof data->origin[0]);
     for (size_t p = 0; p < model->n.plane; p++)
-        sum += sweep_plane(model, data, &model->plane[p], q, v, a, posed);
-    size_t failed = is_zero(sum) ? 0 : model->n.spatial;
-    while (failed && is_zero(excess(&data->motion[failed], &data->origin[failed])))
-        failed++;
-    return failed;
+        sum = kt_add3(sum, sweep_plane(model, data, &model->plane[p], q, v, a, posed));
+    return kt_first_excess(data, sum, model->n.spatial);
 }
 
-size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                       const double *a) {
+size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                       const kt_real1 *a) {
     return sweep(model, data, q, v, a, false);
 }
 
-size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                   const double *a) {
+size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                   const kt_real1 *a) {
     return sweep(model, data, q, v, a, true);
 }

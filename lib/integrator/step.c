@@ -324,7 +324,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
  * leaves the proposal and the control's memory unchanged. */
-static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, double error, double *control_error) {
+static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, double error,
+                     double *control_error) {
     const double h = fabs(p->interval.h), factor = it->family->control != NULL ? it->family->control(it, h, error)
                                                                                : kt_control_accepted(it, error);
     *control_error = it->memory.control_error;
@@ -377,9 +378,8 @@ static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
 static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
     const kt_plan_of_try *p = &a->plan;
     bool changed = false;
-    const bool passed =
-        (r->result == KT_TRY_PASSED || is_noise(it, p->interval.h, r)) &&
-        (it->callbacks.project == NULL || project(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
+    const bool passed = (r->result == KT_TRY_PASSED || is_noise(it, p->interval.h, r)) &&
+                        (it->callbacks.project == NULL || project(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
     const bool stuck = r->result != KT_TRY_STOPPED && is_stuck(it, a->t_limit);
     if (stuck || !passed)
         blame(it, r, p->interval.h);

@@ -202,9 +202,9 @@ static void set_records(kt_simulation *simulation, const kt_simulation_request *
     simulation->duration = settings->run.duration;
     simulation->interval = settings->run.interval > 0.0 ? settings->run.interval : settings->run.duration / 1000.0;
     simulation->record = settings->record;
-    simulation->kinematics =
-        settings->options.kinematics || settings->run.marker_count > 0 ||
-        (settings->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE | KT_RECORD_REACTIONS | KT_RECORD_KINEMATICS)) != 0;
+    simulation->places = settings->options.kinematics || settings->run.marker_count > 0 ||
+                         (settings->record & (KT_RECORD_BALANCE | KT_RECORD_REACTIONS | KT_RECORD_KINEMATICS)) != 0;
+    simulation->kinematics = simulation->places || (settings->record & KT_RECORD_ENERGY) != 0;
     simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
 }
 

@@ -118,26 +118,14 @@ static kt_record empty_record(const kt_simulation *simulation, int64_t index, do
     return record;
 }
 
-/* Computes a record at a time up to the present and hands it over. */
-static kt_status hand_over_record(kt_simulation *simulation, kt_record *record, kt_recorder *recorder, void *user,
-                                  kt_error *error) {
-    kt_error from = {0};
+kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
+    *record = empty_record(simulation, k, kt_simulation_record_time(simulation, k));
     simulation->cause.code = KT_OK;
-    kt_status status = read_state(simulation, record->time, &from);
-    if (KT_HAS_JACOBIAN && status == KT_OK && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    if (status == KT_OK) {
-        if (KT_HAS_GAP && simulation->size.gap > 0)
-            status = kt_simulation_check_gaps(simulation, record->time, &from);
-        if (status == KT_OK && simulation->corners.fixed)
-            status = kt_simulation_check_corners(simulation, record->time, &from);
-        if (status == KT_OK)
-            status = evaluate_record(simulation, record, &from);
-        if (status != KT_OK)
-            simulation->cause = from; /* it names the body */
-    }
-    if (status != KT_OK)
-        return kt_simulation_fail(simulation, &from, error);
+    return read_state(simulation, record->time, from);
+}
+
+kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
+                                    void *user, kt_error *error) {
     simulation->memory.next_record += record->event == NULL;
     if (recorder(record, user) == 0)
         return KT_OK;
@@ -147,17 +135,40 @@ static kt_status hand_over_record(kt_simulation *simulation, kt_record *record, 
                         (long long)record->index);
 }
 
+kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *from,
+                                        kt_recorder *recorder, void *user, kt_error *error) {
+    if (KT_HAS_JACOBIAN && status == KT_OK && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    if (status == KT_OK) {
+        if (KT_HAS_GAP && simulation->size.gap > 0)
+            status = kt_simulation_check_gaps(simulation, record->time, from);
+        if (status == KT_OK && simulation->corners.fixed)
+            status = kt_simulation_check_corners(simulation, record->time, from);
+        if (status == KT_OK)
+            status = evaluate_record(simulation, record, from);
+        if (status != KT_OK)
+            simulation->cause = *from; /* it names the body */
+    }
+    if (status != KT_OK)
+        return kt_simulation_fail(simulation, from, error);
+    return kt_simulation_give_record(simulation, record, recorder, user, error);
+}
+
 static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
-    const int64_t k = simulation->memory.next_record;
-    kt_record record = empty_record(simulation, k, kt_simulation_record_time(simulation, k));
-    return hand_over_record(simulation, &record, recorder, user, error);
+    kt_record record;
+    kt_error from = {0};
+    const kt_status status = kt_simulation_read_record(simulation, simulation->memory.next_record, &record, &from);
+    return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 
 kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                      void *user, kt_error *error) {
     kt_record record = empty_record(simulation, -1, kt_integrator_time(simulation->integrator));
+    kt_error from = {0};
     record.event = event;
-    return hand_over_record(simulation, &record, recorder, user, error);
+    simulation->cause.code = KT_OK;
+    const kt_status status = read_state(simulation, record.time, &from);
+    return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */

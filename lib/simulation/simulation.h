@@ -273,6 +273,7 @@ struct kt_simulation {
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
+    bool places;     /* for more than energies */
     kt_simulation_memory memory;
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
@@ -489,6 +490,15 @@ KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status
 
 /* kt_simulation_run until its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
+
+/* A record in parts, for callers that compute those of several simulations at once (batch/ensemble.c): `read` begins
+ * record k, with its state in y; `complete` computes what is asked for, where reading has come to `status` and `from`, and
+ * hands it over by `give`. */
+KT_CHECKED kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from);
+KT_CHECKED kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record,
+                                                   kt_error *from, kt_recorder *recorder, void *user, kt_error *error);
+KT_CHECKED kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record,
+                                               kt_recorder *recorder, void *user, kt_error *error);
 
 /* Hands over the records up to the current time. */
 KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user,

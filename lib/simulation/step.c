@@ -210,8 +210,7 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
     return status;
 }
 
-kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
-                                 kt_error *error) {
+kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error) {
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)

@@ -82,6 +82,7 @@ typedef struct fixture {
     kt_floquet *floquet;
     kt_floquet_options floquet_options;
     kt_batch *batch;
+    kt_ensemble *ensemble;
     kt_batch_options batch_options;
     ptrdiff_t place;
     kt_plan_step steps[256];
@@ -178,6 +179,15 @@ static int cost(const kt_cost_point *at, double *value, double *by_state, double
 }
 static void report(void *user, const kt_place *place, const kt_error *error) { (void)user, (void)place, (void)error; }
 static void report_scene(void *user, const kt_error *fault) { (void)user, (void)fault; }
+static bool next_none(void *user, bool may_block, kt_ensemble_member *member) {
+    (void)user, (void)may_block, (void)member;
+    return false;
+}
+
+static void done(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error) {
+    (void)user, (void)member, (void)status, (void)error;
+}
+
 static int recorder(const kt_record *record, void *user) {
     (void)user;
     return record->index > 3;
@@ -338,6 +348,8 @@ static bool make_objects(fixture *f) {
         f->floquet = NULL;
     if (kt_batch_create(f->model, &f->batch_options, &f->batch, e) != KT_OK)
         f->batch = NULL;
+    if (kt_ensemble_create(f->model, &f->ensemble, e) != KT_OK)
+        f->ensemble = NULL;
     return true;
 }
 

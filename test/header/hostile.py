@@ -59,7 +59,7 @@ BY_TYPE = {
     "kt_energy_watch *": "&f->energy", "const kt_energy_watch *": "&f->energy", "const kt_record *": "&f->record", "kt_record *": "&f->record",
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
     "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
-    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
+    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
@@ -76,7 +76,7 @@ BY_TYPE = {
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch"]
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble"]
 ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|robot_format|status|key_kind|interpolation|effect_quantity)"
 
 

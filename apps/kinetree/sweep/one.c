@@ -87,8 +87,8 @@ typedef struct kt_sweep_run {
     const kt_sweep *sweep;
     int64_t number;
     double values[KT_SWEEP_AXES_MAX];
-    size_t *place; /* of each column of the lines, among those of the run; as many as these: none */
-    kt_scene own;  /* read for this run */
+    size_t *place;   /* of each column of the lines, among those of the run; as many as these: none */
+    kt_scene own;    /* read for this run */
     kt_scene *scene; /* that, or the worker's, which is another run's by the time this one runs; NULL: there is none */
     kt_model *model;
     kt_absolute *absolute;
@@ -369,8 +369,7 @@ kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int
     m->own = kt_scene_default();
     kt_sweep_plan_values(&sweep->plan, number, m->values);
     worker->runs++;
-    m->status =
-        prepare_again(worker, m->values, m) ? KT_OK : prepare_anew(sweep, worker, m->values, m, &m->error);
+    m->status = prepare_again(worker, m->values, m) ? KT_OK : prepare_anew(sweep, worker, m->values, m, &m->error);
     find_columns(sweep, &m->columns, m->place);
     return m;
 }

@@ -14,7 +14,7 @@ typedef struct shared {
     int64_t next, end; /* runs that are to be taken */
     int64_t written;   /* runs before this one have been handed over */
     int64_t window;
-    int64_t threads; /* that were asked for */
+    int64_t threads;                 /* that were asked for */
     kt_sweep_result results[WINDOW]; /* of run k in k % WINDOW; without a line: not there yet */
     bool failed, stops;
     kt_sweep_worker *all;
@@ -37,7 +37,7 @@ typedef struct runner {
     shared *shared;
     kt_sweep_worker worker;
     kt_ensemble *ensemble; /* NULL: no run has had a model yet */
-    kt_sweep_run *first;   /* that has been prepared, and waits for the ensemble */
+    kt_sweep_run *first;   /* that has been prepared, before there is an ensemble */
     int64_t live;          /* simulations that are running */
 } runner;
 
@@ -49,13 +49,13 @@ static void store(shared *s, int64_t number, const kt_sweep_result *result) {
     (void)pthread_mutex_unlock(&s->mutex);
 }
 
-/* The next run that nobody has; -1: there is none, none is wanted, or, unless `waits`, others must come first. A thread that
+/* The next run that nobody has; -1: there is none, none is wanted, or, unless `may_block`, others must come first. A thread that
  * runs some takes no more than its share of what is left, so that all threads have work to the end. */
-static int64_t take_number(runner *r, bool waits) {
+static int64_t take_number(runner *r, bool may_block) {
     shared *s = r->shared;
     int64_t number = -1;
     (void)pthread_mutex_lock(&s->mutex);
-    while (waits && !s->stops && !s->failed && s->next < s->end && s->next >= s->written + s->window)
+    while (may_block && !s->stops && !s->failed && s->next < s->end && s->next >= s->written + s->window)
         (void)pthread_cond_wait(&s->room, &s->mutex);
     const bool is_open = !s->stops && !s->failed && s->next < s->end && s->next < s->written + s->window;
     if (is_open && (r->live == 0 || r->live < 1 + (s->end - s->next) / s->threads))
@@ -65,8 +65,8 @@ static int64_t take_number(runner *r, bool waits) {
 }
 
 /* Prepares runs until one can be run; NULL: there is none. */
-static kt_sweep_run *take_run(runner *r, bool waits, kt_ensemble_member *member) {
-    for (int64_t number = take_number(r, waits); number >= 0; number = take_number(r, waits)) {
+static kt_sweep_run *take_run(runner *r, bool may_block, kt_ensemble_member *member) {
+    for (int64_t number = take_number(r, may_block); number >= 0; number = take_number(r, may_block)) {
         kt_sweep_run *run = kt_sweep_begin(r->shared->sweep, &r->worker, number);
         kt_sweep_result result = {.line = NULL};
         if (run != NULL && kt_sweep_member(run, member))
@@ -78,14 +78,14 @@ static kt_sweep_run *take_run(runner *r, bool waits, kt_ensemble_member *member)
     return NULL;
 }
 
-static bool next_member(void *user, bool waits, kt_ensemble_member *member) {
+static bool next_member(void *user, bool may_block, kt_ensemble_member *member) {
     runner *r = user;
     kt_sweep_run *run = r->first;
     r->first = NULL;
     if (run != NULL)
         (void)kt_sweep_member(run, member);
     else
-        run = take_run(r, waits, member);
+        run = take_run(r, may_block, member);
     r->live += run != NULL;
     return run != NULL;
 }
