@@ -11,6 +11,9 @@
 #ifdef KT_SCENES
 #include "kinetree/scene.h"
 #endif
+#ifdef KT_WITH_MUJOCO
+#include "peer.h"
+#endif
 
 #include <math.h>
 #include <stdio.h>
@@ -402,6 +405,10 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
         worst = status > worst ? status : worst;
         kt_chain_free(&chain);
     }
+#ifdef KT_WITH_MUJOCO
+    const int peer = kt_measure_peer(STATES, options, csv);
+    worst = peer > worst ? peer : worst;
+#endif
     const int status = measure_threads(options, csv);
     return status > worst ? status : worst;
 }

@@ -250,3 +250,16 @@ void kt_mujoco_solve(void *twin, long repetitions) {
     for (long k = 0; k < repetitions; k++)
         mj_solveM(t->model, t->data, t->a, t->tau, 1);
 }
+
+/* From the state as it is, without its time going far. */
+void kt_mujoco_step(void *twin, long repetitions) {
+    const kt_mujoco *t = twin;
+    mjModel *m = t->model;
+    mjData *d = t->data;
+    m->opt.integrator = mjINT_RK4;
+    m->opt.timestep = 1e-12;
+    set_state(t, d);
+    memcpy(d->qfrc_applied, t->tau, (size_t)t->n * sizeof *t->tau);
+    for (long k = 0; k < repetitions; k++)
+        mj_step(m, d);
+}

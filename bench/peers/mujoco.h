@@ -32,5 +32,7 @@ void kt_mujoco_inverse(void *twin, long repetitions);
 void kt_mujoco_mass(void *twin, long repetitions);
 void kt_mujoco_factor(void *twin, long repetitions);
 void kt_mujoco_solve(void *twin, long repetitions);
+/* mj_step by its RK4, under tau. */
+void kt_mujoco_step(void *twin, long repetitions);
 
 #endif

@@ -184,14 +184,15 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
  * not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
  * contacts or stops to which steps are shortened, inputs, works or own states; and such that their models differ in
  * nothing but the initial state. All else is run one after the other, counted and said why. Simulations end at different
- * times: as soon as one has, its lane takes the next. One thread may use an ensemble at a time. */
+ * times: as soon as one has, its lane takes the next. In records of which nothing but positions, velocities and energies is asked for, `data` may be
+ * NULL. One thread may use an ensemble at a time. */
 typedef struct kt_ensemble kt_ensemble;
 
 /* A simulation, and who takes its records. */
 typedef struct kt_ensemble_member {
-    kt_simulation *simulation;
-    kt_recorder *record;
-    void *user; /* passed to `record` */
+    kt_simulation *simulation; /* which nobody else uses until it has ended */
+    kt_recorder *record;       /* its records */
+    void *user;                /* passed to `record` */
 } kt_ensemble_member;
 
 /* Writes the next simulation to *member and returns true; false: there is none, or, unless `may_block`, none at present: some

@@ -62,7 +62,7 @@ struct kt_ensemble {
     uint64_t shape; /* of the models */
     kt_ensemble_counts n;
     kt_ensemble_report report;
-    size_t waits; /* records that wait */
+    size_t read_count; /* records that have been read */
     KT_ARENA_DECLARE(KT_ENSEMBLE_FIELDS)
 };
 
@@ -326,7 +326,7 @@ static kt_status give(const kt_ensemble *e, size_t number, bool fine, kt_error *
 
 /* Computes the records that wait, and hands them over in their order, of each simulation until its recorder stops. */
 static void give_all(kt_ensemble *e) {
-    const size_t q = e->n.width * e->n.nq, count = e->waits;
+    const size_t q = e->n.width * e->n.nq, count = e->read_count;
     if (count == 0)
         return;
     const kt_model *model = e->lane[e->waiting[0].lane].member.simulation->model;
@@ -338,18 +338,18 @@ static void give_all(kt_ensemble *e) {
         if (l->status == KT_OK)
             l->status = give(e, i, kt_lane_is_in(fine, i), &l->error);
     }
-    e->waits = 0;
+    e->read_count = 0;
 }
 
 /* Adds a record, whose state is in the simulation's y. */
 static void add_record(kt_ensemble *e, size_t number, const kt_record *record) {
     const size_t N = e->n.nq + e->n.nv;
     const double *y = e->lane[number].member.simulation->y;
-    e->waiting[e->waits] = (waiting_record){.lane = number, .record = *record};
+    e->waiting[e->read_count] = (waiting_record){.lane = number, .record = *record};
     e->lane[number].waiting++;
-    kt_copy(e->read + e->waits * N, y, N * sizeof *y);
-    kt_lane_put(y, e->n.width, e->waits, N, e->read_lanes);
-    e->waits++;
+    kt_copy(e->read + e->read_count * N, y, N * sizeof *y);
+    kt_lane_put(y, e->n.width, e->read_count, N, e->read_lanes);
+    e->read_count++;
 }
 
 /* Reads the records of a lane up to the present time. */
@@ -359,7 +359,7 @@ static void read_records(kt_ensemble *e, size_t number) {
     kt_simulation *s = m->simulation;
     const double now = kt_integrator_time(s->integrator);
     while (l->status == KT_OK) {
-        if (e->waits == e->n.width)
+        if (e->read_count == e->n.width)
             give_all(e);
         const int64_t k = s->memory.next_record + l->waiting;
         kt_record record;

@@ -5,8 +5,11 @@
 
 #include "dynamics/dynamics.h"
 #include "kinetree/batch.h"
+#include "kinetree/study.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { TREES = 24, MEMBERS = 11, TEXT = 256 };
@@ -245,5 +248,101 @@ KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
     kt_ensemble_free(ensemble); /* does nothing */
     kt_check_equal_int("one byte less", kt_ensemble_init(tree.model, memory, size - 1, &ensemble, &error),
                        KT_ERROR_MEMORY);
+    kt_tree_free(&tree);
+}
+
+/* ---- gradients --------------------------------------------------------------------------------------------------- */
+
+enum { MOTIONS = 9, STEPS = 6, THREADS = 3 };
+
+typedef struct gradient {
+    double weight;
+    int nv;
+    double inputs[STEPS * KT_TREE_NV], by_start[2 * KT_TREE_NV], by_inputs[STEPS * KT_TREE_NV];
+} gradient;
+
+/* The sum of squares of velocities, times the weight of the motion. */
+static int cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
+    const gradient *g = user;
+    (void)by_tau;
+    for (int i = 0; i < g->nv; i++) {
+        *value += g->weight * at->v[i] * at->v[i];
+        if (by_state)
+            by_state[g->nv + i] += 2.0 * g->weight * at->v[i];
+    }
+    return 0;
+}
+
+static kt_tree_state motion_state[MOTIONS];
+static gradient motion[MOTIONS];
+
+/* All motions, the third of which begins nowhere. */
+static void set_tasks(const kt_tree *tree, kt_rollout_task *tasks) {
+    for (int i = 0; i < MOTIONS; i++) {
+        gradient *g = &motion[i];
+        *g = (gradient){.weight = 1.0 + i, .nv = tree->nv};
+        for (int k = 0; k < STEPS * tree->nv; k++)
+            g->inputs[k] = 0.1 * (k % 7) - 0.05 * i;
+        tasks[i] = (kt_rollout_task){
+            .rollout = {.method = kt_method_find("rk4"), .h = 0.01, .steps = STEPS, .inputs = g->inputs},
+            .q = motion_state[i].q,
+            .v = motion_state[i].v,
+            .by_start = g->by_start,
+            .by_inputs = g->by_inputs,
+            .user = g};
+    }
+}
+
+static uint64_t hash_of(const kt_tree *tree, const kt_rollout_task *tasks) {
+    uint64_t hash = 0;
+    for (int i = 0; i < MOTIONS; i++) {
+        add_numbers(&hash, &tasks[i].value, 1);
+        add_numbers(&hash, motion[i].by_start, 2 * (size_t)tree->nv);
+        add_numbers(&hash, motion[i].by_inputs, STEPS * (size_t)tree->nv);
+        hash += (uint64_t)tasks[i].status;
+    }
+    return hash;
+}
+
+KT_TEST(gradients_by_several_threads_have_the_bits_of_single_ones) {
+    kt_random random = kt_random_of_test();
+    static kt_tree tree;
+    static kt_rollout_task tasks[MOTIONS];
+    kt_data *data[THREADS] = {NULL};
+    void *work[THREADS] = {NULL};
+    kt_error error;
+    const kt_tree_plan plan = kt_tree_plan_default();
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    for (int i = 0; i < MOTIONS; i++)
+        kt_tree_state_draw(&tree, &random, &motion_state[i]);
+    motion_state[2].v[0] = (double)NAN;
+    set_tasks(&tree, tasks);
+    const size_t size = kt_rollout_work_size(tree.model, &tasks[0].rollout);
+    for (int i = 0; i < THREADS; i++) {
+        work[i] = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+        if (!kt_tree_fine("data", kt_data_create(tree.model, &data[i], &error), &error))
+            return;
+    }
+    for (int i = 0; i < MOTIONS; i++)
+        tasks[i].status =
+            kt_rollout_gradient(tree.model, data[0], work[0], size, &tasks[i].rollout, tasks[i].q, tasks[i].v,
+                                &tasks[i].value, tasks[i].by_start, tasks[i].by_inputs, cost, tasks[i].user, NULL);
+    const uint64_t alone = hash_of(&tree, tasks);
+    for (size_t threads = 1; threads <= THREADS; threads++) {
+        size_t used = 0;
+        set_tasks(&tree, tasks);
+        const kt_status status =
+            kt_rollout_run(tree.model, data, work, size, threads, tasks, MOTIONS, cost, &used, &error);
+        kt_check_equal_int("the third fails", status, tasks[2].status);
+        kt_check_true("alone", status != KT_OK && tasks[1].status == KT_OK && tasks[3].status == KT_OK);
+        kt_check_equal_int("bits differ", hash_of(&tree, tasks) != alone, 0);
+    }
+    kt_check_equal_int("no thread", kt_rollout_run(tree.model, data, work, size, 0, tasks, MOTIONS, cost, NULL, &error),
+                       KT_ERROR_ARGUMENT);
+    for (int i = 0; i < THREADS; i++) {
+        kt_data_free(data[i]);
+        free(work[i]);
+    }
     kt_tree_free(&tree);
 }

@@ -83,6 +83,9 @@ typedef struct fixture {
     kt_floquet_options floquet_options;
     kt_batch *batch;
     kt_ensemble *ensemble;
+    kt_data *data_list[2];
+    void *memory_list[2];
+    kt_rollout_task task;
     kt_batch_options batch_options;
     ptrdiff_t place;
     kt_plan_step steps[256];
@@ -305,6 +308,9 @@ static bool make_objects(fixture *f) {
     f->method = kt_method_find("rk4");
     f->step = (kt_step){.method = f->method, .h = 0.01};
     f->rollout = (kt_rollout){.method = f->method, .h = 0.01, .steps = 3};
+    f->data_list[0] = f->data_list[1] = f->data;
+    f->memory_list[0] = f->memory_list[1] = f->memory;
+    f->task = (kt_rollout_task){.rollout = f->rollout, .q = f->q, .v = f->v};
     f->integrator_options = kt_integrator_options_default();
     f->integrator_options.step = 0.01;
     f->callbacks = (kt_integrator_callbacks){.rhs = decay};

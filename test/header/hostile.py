@@ -39,7 +39,7 @@ BY_NAME = {
     "kt_integrator_save.previous_y": "f->out[0]", "kt_integrator_save.history": "f->out[1]", "kt_integrator_save.memory": "&f->integrator_memory",
     "kt_mass_factor_compute.mass": "f->identity", "kt_mass_inverse_init.rows": "2", "kt_run_method.model": "f->model",
     "kt_simulation_set_parameter.copy": "f->copy", "kt_parameter_set.copy": "f->copy", "kt_integrator_init.size": "MEMORY",
-    "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
+    "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "kt_rollout_run.threads": "1", "kt_rollout_run.count": "1", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
 }
 BY_TYPE = {
     "const kt_model *": "f->model", "kt_model *": "f->copy", "kt_data *": "f->data", "const kt_data *": "f->data",
@@ -59,7 +59,7 @@ BY_TYPE = {
     "kt_energy_watch *": "&f->energy", "const kt_energy_watch *": "&f->energy", "const kt_record *": "&f->record", "kt_record *": "&f->record",
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
     "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
-    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
+    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",

@@ -319,7 +319,7 @@ static int write_blocks(server *s, kt_sweep_sink *sink, void *user) {
 
 /* Where no rank has answered for long, rank 0 computes the block that all wait for. */
 static int compute_own(server *s) {
-    block *b = block_at(s, 0);
+    const block *b = block_at(s, 0);
     message m = {NULL, 0, 0, 0};
     if (s->count == 0 || b->result.bytes != NULL)
         return 0;

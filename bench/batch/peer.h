@@ -1,0 +1,11 @@
+/* Steps of a batch beside those of MuJoCo. */
+#ifndef KT_BENCH_BATCH_PEER_H
+#define KT_BENCH_BATCH_PEER_H
+
+#include "../report.h"
+
+/* Prints and notes rk4 steps a second of one core: of a batch of `states` humanoids, and of one in MuJoCo, without
+ * contact. Returns an exit status. */
+int kt_measure_peer(size_t states, const kt_bench_options *options, kt_csv *csv);
+
+#endif
