@@ -102,8 +102,9 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
     const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};
     kt_lane_mask done = 0;
     if (batch->kernels && group->model)
-        done = batch->has_formulas ? accelerate_with_formulas(w, group, t)
-                                   : kt_lanes_accelerate(batch->kernels, group->model, &at, &work);
+        done = batch->has_formulas && group->model->n.effect > 0
+                   ? accelerate_with_formulas(w, group, t)
+                   : kt_lanes_accelerate(batch->kernels, group->model, &at, &work);
     for (size_t lane = 0; lane < batch->n.width; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;

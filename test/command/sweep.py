@@ -120,6 +120,31 @@ def equal_bytes():
     same("another scene is refused", "of another scene or sweep" in told, True)
 
 
+PENDULUM = """kinetree: 1
+parameters: {a: 1, b: 2, tolerance: 1e-8}
+gravity: [0, -9.81, 0]
+bodies:
+  - {name: upper, joint: {type: revolute, position: =a}, mass: 1, com: [0, -1, 0], inertia: [0, 0, 0]}
+  - {name: lower, parent: upper, joint: {type: revolute, at: [0, -1, 0], position: =b}, mass: 1, com: [0, -1, 0], inertia: [0, 0, 0]}
+simulate: {duration: 1, tolerance: =tolerance}
+output: {columns: {both: position.upper + position.lower}}
+"""
+
+
+def lanes():
+    """Runs that start elsewhere are computed in lanes: each has the bytes that it has as the only one of a part."""
+    pathlib.Path("pendulum.yaml").write_text(PENDULUM)
+    sweep = ["pendulum.yaml", "--vary", "a=0.5:2:6", "--vary", "tolerance=1e-9,1e-4"]
+    told = run(*sweep, "--jobs", "1", "--out", "lanes.csv").stderr
+    same("all in lanes", "12 of them in lanes" in told and "one by one" not in told, True)
+    for k in range(12):
+        run(*sweep, "--quiet", "--shard", f"{k + 1}/12", "--out", f"one{k}.csv")
+    run("--merge", *(f"one{k}.csv" for k in range(12)), "--out", "ones.csv")
+    same("the bytes of single runs", pathlib.Path("lanes.csv").read_bytes() == pathlib.Path("ones.csv").read_bytes(), True)
+    told = run("fall.yaml", "--vary", "m=1,2", "--jobs", "1", "--out", "x.csv").stderr
+    same("why others are not", "one by one, not in lanes: its model differs" in told, True)
+
+
 def killed():
     """Killed for real, wherever it is; the rest is the same."""
     sweep = ["fall.yaml", "--vary", "g=1:2:4000", "--quiet", "--out", "k.csv"]
@@ -388,7 +413,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, equal_bytes, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
+    for part in (grids, samples, equal_bytes, lanes, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
         part()
 print(f"{passed} passed, {failed} failed")
 sys.exit(failed > 0)
