@@ -57,7 +57,7 @@ KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *jo
 
 /* A motion, and what its gradient is written to: as of kt_rollout_gradient. */
 typedef struct kt_rollout_task {
-    kt_rollout rollout;
+    kt_rollout rollout;           /* with inputs of its own */
     const double *q, *v;          /* state at the start */
     double value;                 /* result */
     double *by_start, *by_inputs; /* results, or NULL */

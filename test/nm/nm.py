@@ -34,7 +34,7 @@ SET_UP = ["base/aligned.c", "base/decimal.c", "compile/attach.c", "compile/build
           "compile/family.c", "compile/hard.c", "compile/massless.c", "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "model/layout.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "free", "qsort", "strtod"]
 # Threads of a batch, outside the core.
-THREADED = ["study/batch_run.c"]
+THREADED = ["study/threads.c"]
 THREADED_MAY_IMPORT = ["pthread_*"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
 SCENE_MAY_NOT_IMPORT = [
