@@ -176,14 +176,10 @@ void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loo
     }
 }
 
-void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, const double *z, double *d_q,
-                           double *c_q) {
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, double *d_q, double *c_q) {
     const kt_model *model = at->model;
     const kt_loop_record *loop = &model->loop[index];
-    kt_dual_motion x = *at;
-    x.v = z;
-    x.a = model->zero;
-    kt_support w = {.x = &x};
+    kt_support w = {.x = at};
     kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
     for (int32_t k = 0; k < w.count; k++) {
         const size_t j = (size_t)at->dof[k].v;

@@ -19,15 +19,19 @@ bool kt_loop_gradient_reads_space(const kt_model *model);
  * accelerations are those of the sum. */
 void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *by_q, double *by_v);
 
-/* The matrices of the two sums with J: subtracts d(J' lambda)/dq from d_q (nv x nv), and writes d(J z)/dq (equations x
- * nv) to c_q. unit: nv zeros and as many as there are equations, which are zeros again afterwards; work: 2 nv. */
-void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, const double *z, double *unit, double *work,
-                      double *d_q, double *c_q);
+/* Matrices along velocities z, those of the motion `at`: subtracts d(J' lambda)/dq from d_q (nv x nv), and writes d(J
+ * z)/dq (equations x nv) to c_q. */
+void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, double *d_q, double *c_q);
 
-/* The sum of one loop in a plane. */
+/* The same of a motion with accelerations: kt_dual_loops, or by the planar loops' own forms. */
+void kt_loop_linearize(const kt_dual_motion *at, const double *lambda, double *d_q, double *e_q, double *e_v);
+
+/* The sum of one loop in a plane; and its matrices, those of kt_loop_linearize if `moving`, otherwise c_q as by_q. */
 #define KT_LOOP_GRADIENT_DECLARE(isa)                                                                                  \
     void kt_planar_loop_gradient_##isa(const kt_model *model, const kt_data *data, int32_t index,                      \
-                                       const kt_loop_sum *sum, double *by_q, double *by_v);
+                                       const kt_loop_sum *sum, double *by_q, double *by_v);                            \
+    void kt_planar_loop_matrices_##isa(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving,     \
+                                       double *d_q, double *by_q, double *by_v);
 KT_LOOP_GRADIENT_DECLARE(baseline)
 KT_LOOP_GRADIENT_DECLARE(v3)
 KT_LOOP_GRADIENT_DECLARE(v4)
@@ -35,7 +39,6 @@ KT_LOOP_GRADIENT_DECLARE(v4)
 
 /* The sum and the matrices of one loop by dual numbers; links' poses are in data->motion. */
 void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loop_sum *sum, double *by_q, double *by_v);
-void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, const double *z, double *d_q,
-                           double *c_q);
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, double *d_q, double *c_q);
 
 #endif

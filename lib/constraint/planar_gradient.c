@@ -140,6 +140,10 @@ static void find_normal(double cosine, double sine, double s[3]) {
     s[2] = -2.0 * sine / (one * one) - 4.0 * cosine * cosine * sign / (one * one * one);
 }
 
+static kt_v2 axis_of(const gradient *g, const kt_planar_row *row) {
+    return kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[0]].rotation), row->e[0], row->e[1]);
+}
+
 static void add_distance(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
@@ -147,8 +151,7 @@ static void add_distance(gradient *g, const kt_planar_row *row, const double wei
     const double d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
     const bool apart = d2 > DBL_MIN; /* as in planar_rows.h */
     const double inverse = apart ? 1.0 / sqrt(d2) : 0.0, pi = weight[MOTION];
-    const kt_v2 n = apart ? scaled(inverse, d)
-                          : kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[0]].rotation), row->e[0], row->e[1]);
+    const kt_v2 n = apart ? scaled(inverse, d) : axis_of(g, row);
     const double along_n = kt_v2_dot(n, rate);
     const kt_v2 rest = rate - scaled(along_n, n);
     for (int f = 0; f < MOTION; f++) {
@@ -163,31 +166,41 @@ static void add_distance(gradient *g, const kt_planar_row *row, const double wei
                       scaled(kt_v2_dot(rate, rate) - along_n * along_n, n) + scaled(2.0 * along_n, rest));
 }
 
+/* The first three derivatives of a row by theta. */
+static void find_derivatives(const gradient *g, const kt_planar_row *row, double s[3]) {
+    const kt_planar_relative relative = {.first = &g->data->planar[g->flat->link[0]],
+                                         .second = &g->data->planar[g->flat->link[1]]};
+    double cosine, sine;
+    kt_planar_angle(g->flat, &relative, &cosine, &sine);
+    if (row->kind == KT_PLANAR_ROW_ROTATION)
+        find_turn(cosine, sine, row->constant, s);
+    else
+        find_normal(cosine, sine, s);
+}
+
+/* Adds a row; of those along an axis to their sum. */
+static void add_row(gradient *g, const kt_planar_row *row, const double weight[FIELDS], kt_v2 axes[FIELDS]) {
+    double s[3];
+    if (row->kind == KT_PLANAR_ROW_ALONG) {
+        const kt_v2 e = axis_of(g, row);
+        for (int f = 0; f < FIELDS; f++)
+            axes[f] += scaled(weight[f], e);
+    } else if (row->kind == KT_PLANAR_ROW_DISTANCE) {
+        add_distance(g, row, weight);
+    } else {
+        find_derivatives(g, row, s);
+        add_turn(g, s, weight);
+    }
+}
+
 static void add_rows(gradient *g, const kt_loop_sum *sum) {
     const kt_planar_loop *flat = g->flat;
-    const kt_planar_motion *one = &g->data->planar[flat->link[0]];
-    const kt_planar_relative relative = {.first = one, .second = &g->data->planar[flat->link[1]]};
     kt_v2 axes[FIELDS] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     for (int i = 0; i < flat->count; i++) {
-        const kt_planar_row *row = &flat->row[i];
-        const int32_t at = g->loop->equation + row->row;
+        const int32_t at = g->loop->equation + flat->row[i].row;
         const double weight[FIELDS] = {sum->lambda[0] ? sum->lambda[0][at] : 0.0,
                                        sum->lambda[1] ? sum->lambda[1][at] : 0.0, sum->pi ? sum->pi[at] : 0.0};
-        double cosine, sine, s[3];
-        if (row->kind == KT_PLANAR_ROW_ALONG) {
-            const kt_v2 e = kt_planar_sum(kt_v2_load(one->rotation), row->e[0], row->e[1]);
-            for (int f = 0; f < FIELDS; f++)
-                axes[f] += scaled(weight[f], e);
-        } else if (row->kind == KT_PLANAR_ROW_DISTANCE) {
-            add_distance(g, row, weight);
-        } else {
-            kt_planar_angle(flat, &relative, &cosine, &sine);
-            if (row->kind == KT_PLANAR_ROW_ROTATION)
-                find_turn(cosine, sine, row->constant, s);
-            else
-                find_normal(cosine, sine, s);
-            add_turn(g, s, weight);
-        }
+        add_row(g, &flat->row[i], weight, axes);
     }
     add_along(g, axes);
 }
@@ -243,4 +256,159 @@ void KT_KERNEL(kt_planar_loop_gradient)(const kt_model *model, const kt_data *da
     add_rows(&g, sum);
     for (int k = 0; k < 2; k++)
         write_path(&g, k, by_q, by_v);
+}
+
+/* ---- matrices ---------------------------------------------------------------------------------------------------- */
+
+/* The joints of both paths one by one, and their derivatives, so that all equations and the sum of their second
+ * derivatives need the paths once. A joint that carries another one turns its D along. With D_j = dd/dq_j, t_j the angle
+ * by which joint j turns its end and theta_j that of end 2 against end 1,
+ *     d^2(lambda . phi)/dq_j dq_k = (N + E) . t_j J D_k + J E . (t1_j D_k + t1_k D_j) - E . d t1_j t1_k
+ *                                   + s' theta_j theta_k + D_j . B D_k                   j = k or before it on its path
+ * E: sum lambda e; N, B: sum lambda n and lambda (1 - n n') / r of distances; s': sum lambda d^2 phi / d theta^2. */
+typedef struct joint {
+    kt_v2 d, rate, linear; /* derivatives of d, d' and d'' by its position */
+    kt_v2 by_v;            /* of d'' by its rate, which changes d' as the position does d */
+    double turn;           /* t_j */
+    int32_t v, end;
+} joint;
+
+_Static_assert(sizeof(joint) <= sizeof(kt_support_dof), "one memory holds either");
+
+/* Fields are p_1 for velocities alone, or v. */
+static joint joint_of(const gradient *g, int k, int field, const kt_planar_link *link, kt_v2 e, const point *o) {
+    const point *p = &g->end[k];
+    const double sign = (k ? 1.0 : -1.0) * (link->revolute ? link->sign : 1.0), w = o->w[field];
+    joint j = {.turn = link->revolute ? link->sign : 0.0, .v = link->v, .end = k};
+    if (link->revolute) {
+        const kt_v2 rate = kt_v2_across(p->rate[field] - o->rate[field]);
+        j.d = scaled(sign, kt_v2_across(p->at - o->at));
+        j.rate = scaled(sign, rate);
+        j.linear = scaled(sign, kt_v2_across(p->linear - o->linear));
+        j.by_v = scaled(2.0 * sign, rate);
+        return j;
+    }
+    const kt_v2 turned = kt_v2_across(e);
+    j.d = scaled(sign, e);
+    j.rate = scaled(sign * w, turned);
+    j.linear = scaled(sign * o->alpha, turned) - scaled(sign * w * w, e);
+    j.by_v = scaled(2.0 * sign * w, turned);
+    return j;
+}
+
+static size_t list_joints(const gradient *g, int field, joint *to) {
+    size_t count = 0;
+    for (int k = 0; k < 2; k++) {
+        point x = {.at = -kt_v2_load(g->flat->origin)};
+        for (int i = 0; i < g->loop->length[k]; i++) {
+            const kt_planar_motion *m;
+            const kt_planar_link *link = link_of(g, k, i, &m);
+            const kt_v2 e = along(link, m);
+            carry(g, kt_v2_load(m->offset), &x);
+            to[count++] = joint_of(g, k, field, link, e, &x);
+            move(g, link, e, &x);
+        }
+    }
+    return count;
+}
+
+/* The derivatives of row r, times `sign`, into columns of p numbers. */
+static void write_row(gradient *g, int field, const kt_planar_row *row, double sign, const joint *joints, size_t count,
+                      double *by_q, double *by_v) {
+    const size_t p = g->model->n.row, r = (size_t)g->loop->equation + (size_t)row->row;
+    const kt_v2 none = {0.0, 0.0};
+    double weight[FIELDS] = {0.0, 0.0, 0.0};
+    kt_v2 axes[FIELDS] = {none, none, none};
+    weight[field] = sign;
+    g->by_d = g->by_linear = none;
+    for (int f = 0; f < FIELDS; f++)
+        g->by_rate[f] = none;
+    for (int k = 0; k < 2; k++)
+        g->by_angle[k] = g->by_w[k] = 0.0;
+    add_row(g, row, weight, axes);
+    if (row->kind == KT_PLANAR_ROW_ALONG)
+        add_along(g, axes);
+    for (size_t i = 0; i < count; i++) {
+        const joint *j = &joints[i];
+        const size_t at = (size_t)j->v * p + r;
+        by_q[at] = kt_v2_dot2(j->d, g->by_d, j->rate, g->by_rate[field]) + kt_v2_dot(j->linear, g->by_linear) +
+                   j->turn * g->by_angle[j->end];
+        if (by_v)
+            by_v[at] = kt_v2_dot2(j->d, g->by_rate[field], j->by_v, g->by_linear) + j->turn * g->by_w[j->end];
+    }
+}
+
+/* The sums of second derivatives. */
+typedef struct curvature {
+    kt_v2 axis, normal; /* E, N */
+    kt_v2 b[2];         /* columns of B */
+    double turn;        /* s' */
+} curvature;
+
+static curvature curvature_of(const gradient *g, const double *lambda) {
+    const kt_v2 d = g->end[1].at - g->end[0].at, none = {0.0, 0.0};
+    curvature c = {.axis = none, .normal = none, .b = {none, none}};
+    for (int i = 0; i < g->flat->count; i++) {
+        const kt_planar_row *row = &g->flat->row[i];
+        const double weight = lambda[g->loop->equation + row->row],
+                     d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
+        double s[3];
+        if (row->kind == KT_PLANAR_ROW_ALONG) {
+            c.axis += scaled(weight, axis_of(g, row));
+        } else if (row->kind != KT_PLANAR_ROW_DISTANCE) {
+            find_derivatives(g, row, s);
+            c.turn += weight * s[1];
+        } else if (d2 > DBL_MIN) {
+            const double inverse = 1.0 / sqrt(d2), by = weight * inverse;
+            const kt_v2 n = scaled(inverse, d);
+            c.normal += scaled(weight, n);
+            c.b[0] += (kt_v2){by, 0.0} - scaled(by * n[0], n);
+            c.b[1] += (kt_v2){0.0, by} - scaled(by * n[1], n);
+        } else {
+            c.normal += scaled(weight, axis_of(g, row));
+        }
+    }
+    return c;
+}
+
+/* Subtracts the second derivatives from d_q. */
+static void subtract_curvature(const gradient *g, const curvature *c, const joint *joints, size_t count, double *d_q) {
+    const size_t n = g->model->n.v;
+    const kt_v2 all = c->axis + c->normal, turned = kt_v2_across(c->axis);
+    const double open = kt_v2_dot(c->axis, g->end[1].at - g->end[0].at);
+    for (size_t b = 0; b < count; b++) {
+        const joint *k = &joints[b];
+        const double carried = kt_v2_dot(all, kt_v2_across(k->d)), across_k = kt_v2_dot(turned, k->d);
+        const double one_k = k->end ? 0.0 : k->turn, theta_k = k->end ? k->turn : -k->turn;
+        const kt_v2 bent = scaled(k->d[0], c->b[0]) + scaled(k->d[1], c->b[1]);
+        for (size_t a = 0; a <= b; a++) {
+            const joint *j = &joints[a];
+            const double one_j = j->end ? 0.0 : j->turn, theta_j = j->end ? j->turn : -j->turn;
+            const double x = (j->end == k->end ? j->turn * carried : 0.0) + one_j * across_k +
+                             one_k * kt_v2_dot(turned, j->d) - open * one_j * one_k + c->turn * theta_j * theta_k +
+                             kt_v2_dot(j->d, bent);
+            d_q[(size_t)j->v * n + (size_t)k->v] -= x;
+            if (a != b)
+                d_q[(size_t)k->v * n + (size_t)j->v] -= x;
+        }
+    }
+}
+
+void KT_KERNEL(kt_planar_loop_matrices)(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving,
+                                        double *d_q, double *by_q, double *by_v) {
+    const int field = moving ? MOTION : 1;
+    joint *joints = (joint *)(void *)at->dof;
+    gradient g = {.model = at->model,
+                  .data = at->data,
+                  .loop = &at->model->loop[index],
+                  .flat = &at->model->planar_loop[index],
+                  .a = moving ? at->a : NULL};
+    g.field[field] = at->v;
+    for (int k = 0; k < 2; k++)
+        follow(&g, k);
+    const size_t count = list_joints(&g, field, joints);
+    for (int i = 0; i < g.flat->count; i++)
+        write_row(&g, field, &g.flat->row[i], moving ? -1.0 : 1.0, joints, count, by_q, moving ? by_v : NULL);
+    const curvature c = curvature_of(&g, lambda);
+    subtract_curvature(&g, &c, joints, count, d_q);
 }

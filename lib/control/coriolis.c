@@ -30,7 +30,8 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     kt_status status =
         kt_arena_check("work", "kt_derivative_work_size", work, work_size, kt_derivative_work_size(model), error);
     if (status == KT_OK)
-        status = kt_inverse_derivatives_fill(model, data, work, &(kt_dynamic_state){.q = q, .v = v}, NULL, &w, error);
+        status =
+            kt_inverse_derivatives_fill(model, data, work, &(kt_dynamic_state){.q = q, .v = v}, NULL, false, &w, error);
     if (status != KT_OK)
         return status;
     double *c = (double *)w.dv;

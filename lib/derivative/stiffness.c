@@ -23,6 +23,7 @@
 
 #include "base/copy.h"
 #include "closure/project.h"
+#include "constraint/gradient.h"
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
@@ -78,9 +79,20 @@ static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, k
     return kt_loops_refuse_near(w->model, w->data, error);
 }
 
+/* Whether what follows reads the terms of the tree, or the links' motion in space. */
+static bool reads_space(const kt_model *model) {
+    bool reads = model->n.x > 0 || (KT_HAS_LOOPS && model->n.row && kt_loop_gradient_reads_space(model));
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        reads = reads || effect->ends || effect->type == KT_EFFECT_CUSTOM || effect->type == KT_EFFECT_EXPRESSION;
+    }
+    return reads;
+}
+
 /* The tree's part of M and D, at the accelerations of the motion. */
 static kt_status fill_tree(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
-    const kt_status status = kt_inverse_derivatives_fill(w->model, w->data, w->tree, at, w->a, &w->terms, error);
+    const kt_status status =
+        kt_inverse_derivatives_fill(w->model, w->data, w->tree, at, w->a, reads_space(w->model), &w->terms, error);
     w->mass = (double *)w->terms.dtau;
     w->d_q = (double *)w->terms.dq;
     w->d_v = (double *)w->terms.dv;
@@ -109,7 +121,7 @@ static kt_status fill_loops(kt_linearized *w, const kt_dynamic_state *at, kt_err
         return status;
     const kt_dual_motion motion = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
-    kt_dual_loops(&motion, w->lambda, w->d_q, w->e_q, w->e_v);
+    kt_loop_linearize(&motion, w->lambda, w->d_q, w->e_q, w->e_v);
     if (w->dense)
         reduce(w);
     return KT_OK;

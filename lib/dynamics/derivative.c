@@ -10,6 +10,8 @@ typedef struct kernels {
     void (*terms)(const kt_model *model, kt_data *data, const double *v, const double *a, const kt_wrench *external,
                   kt_motion_kept kept, bool absorb, kt_derivative_work *w);
     void (*inverse)(const kt_model *model, bool loaded, kt_derivative_work *w);
+    void (*planar)(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                   kt_derivative_work *w);
     bool (*forward)(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w);
     void (*hand_over)(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from, double *to);
 } kernels;
@@ -17,14 +19,15 @@ typedef struct kernels {
 static kernels kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
-        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_derivative_forward_v4,
-                         kt_derivative_hand_over_v4};
+        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_planar_derivative_inverse_v4,
+                         kt_derivative_forward_v4, kt_derivative_hand_over_v4};
     if (model->isa == KT_ISA_V3)
-        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_derivative_forward_v3,
-                         kt_derivative_hand_over_v3};
+        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_planar_derivative_inverse_v3,
+                         kt_derivative_forward_v3, kt_derivative_hand_over_v3};
 #endif
     (void)model;
-    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline, kt_derivative_forward_baseline,
+    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline,
+                     kt_planar_derivative_inverse_baseline, kt_derivative_forward_baseline,
                      kt_derivative_hand_over_baseline};
 }
 
@@ -50,18 +53,24 @@ static kt_status overflow(kt_error *error) {
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
 kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory, const kt_dynamic_state *at,
-                                      const double *a, kt_derivative_work *w, kt_error *error) {
+                                      const double *a, bool in_space, kt_derivative_work *w, kt_error *error) {
+    const double *v = at->v ? at->v : model->zero;
     const kt_wrench *external = at->external;
     const kt_input input = {.q = at->q, .v = at->v, .x = a, .what = "acceleration", .external = external};
+    const bool planar = model->sweep == KT_SWEEP_PLANAR && !in_space;
     const kernels kernel = kernels_of(model);
+    a = a ? a : model->zero;
     (void)place_arrays(w, memory, &model->n);
-    kt_status status = external ? kt_input_check(model, &input, error) : KT_OK;
-    if (status == KT_OK)
-        status = kt_links_update(model, data, at->q, at->v, a, false, NULL, error);
+    kt_status status = external || planar ? kt_input_check(model, &input, error) : KT_OK;
+    if (status == KT_OK && !planar)
+        status = kt_links_update(model, data, at->q, at->v, input.x, false, NULL, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, at->v ? at->v : model->zero, a ? a : model->zero, external, KT_MOTION_WEIGHTLESS, false,
-                 w);
+    if (planar) {
+        kernel.planar(model, data, &(kt_dynamic_state){.q = at->q, .v = v, .external = external}, a, w);
+        return KT_OK;
+    }
+    kernel.terms(model, data, v, a, external, KT_MOTION_WEIGHTLESS, false, w);
     kernel.inverse(model, external != NULL, w);
     return KT_OK;
 }
@@ -77,8 +86,8 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)
-        status = kt_inverse_derivatives_fill(model, data, work,
-                                             &(kt_dynamic_state){.q = q, .v = v, .external = external}, a, &w, error);
+        status = kt_inverse_derivatives_fill(
+            model, data, work, &(kt_dynamic_state){.q = q, .v = v, .external = external}, a, false, &w, error);
     if (status == KT_OK && !(kt_all_finite((double *)w.dq, square) && kt_all_finite((double *)w.dv, square)))
         status = overflow(error);
     if (status != KT_OK)

@@ -125,12 +125,15 @@ typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_
 /* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a; its flag
  * says whether joints are projected out (forward dynamics) or not (inverse dynamics). That of kt_derivative_inverse
  * says whether there are external wrenches. The flags of kt_derivative_forward say whether derivatives with respect to
- * tau are wanted and whether there are external wrenches; it returns false if a number is not finite. */
+ * tau are wanted and whether there are external wrenches; it returns false if a number is not finite.
+ * kt_planar_derivative_inverse does in a plane what these two do, without the terms. */
 #define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
     void kt_derivative_terms_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,             \
                                    const kt_wrench *external, kt_motion_kept kept, bool absorb,                        \
                                    kt_derivative_work *w);                                                             \
     void kt_derivative_inverse_##isa(const kt_model *model, bool loaded, kt_derivative_work *w);                       \
+    void kt_planar_derivative_inverse_##isa(const kt_model *model, kt_data *data, const kt_dynamic_state *at,          \
+                                            const double *a, kt_derivative_work *w);                                   \
     bool kt_derivative_forward_##isa(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w);            \
     void kt_derivative_hand_over_##isa(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from,          \
                                        double *to);
@@ -139,11 +142,12 @@ KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)
 KT_DERIVATIVES_DECLARE(v4)
 
-/* kt_dynamics_inverse_derivatives, and the mass matrix besides: all terms, and dq, dv and dtau (the mass matrix), stay
- * in *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow. */
+/* kt_dynamics_inverse_derivatives, and the mass matrix besides: dq, dv and dtau (the mass matrix) stay in *w, which is
+ * initialised in `memory` of kt_derivative_work_size bytes. in_space: the terms and data->motion are wanted, too, which
+ * planar models do without. The matrices may overflow. */
 KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory,
-                                                 const kt_dynamic_state *at, const double *a, kt_derivative_work *w,
-                                                 kt_error *error);
+                                                 const kt_dynamic_state *at, const double *a, bool in_space,
+                                                 kt_derivative_work *w, kt_error *error);
 
 /* The derivatives of accelerations by positions, velocities and joint forces, nv x nv each; the last may be NULL. */
 typedef struct kt_forward_matrices {

@@ -78,6 +78,31 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
         add(right + rates, 1.0, held + at * n * w->held_most, n);
 }
 
+/* Whether the start alone changes the stages from outside: by a unit vector of positions or of velocities. */
+static bool begins(const kt_step_work *w, kt_coupled c) {
+    bool others = !kt_is_plain(w->model);
+    for (size_t i = c.first; i < c.end; i++)
+        for (size_t j = 0; j < c.first; j++)
+            others = others || entry(w->step->method, i, j) != 0.0;
+    return !others;
+}
+
+/* The right-hand sides of column j then: columns of F, where a velocity moves positions by h sum a_ij; or of what is
+ * held. */
+static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, const double *held) {
+    const size_t n = w->model->n.v;
+    for (size_t i = c.first; i < c.end; i++) {
+        const size_t at = ((i - c.first) * n + j % n) * n;
+        double *right = w->correction + (i - c.first) * n, reach = j < n ? 1.0 : 0.0;
+        memcpy(k->change_v + i * k->next_v, k->start_v, n * sizeof *right);
+        memcpy(right, held ? held + (i - c.first) * n * w->held_most : w->by_v + at, n * sizeof *right);
+        for (size_t l = c.first; l < c.end && j >= n; l++)
+            reach += w->step->h * entry(w->step->method, i, l);
+        for (size_t l = 0; l < n && !held; l++)
+            right[l] = reach * w->by_q[at + l] + (j < n ? 0.0 : right[l]);
+    }
+}
+
 /* The right-hand sides of a column. */
 static void form_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
     for (size_t i = c.first; i < c.end; i++)
@@ -103,9 +128,14 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
 /* dK of the columns first .. end - 1, at most KT_LANES. */
 static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
     const size_t u = (c.end - c.first) * w->unknowns, n = w->model->n.v;
+    const bool begin = begins(w, c);
     for (size_t j = first; j < end; j++) {
         const column k = column_of(w, columns, j);
-        form_column(w, c, &k, j < w->states ? NULL : w->by_held + (j - w->states) * n);
+        const double *held = j < w->states ? NULL : w->by_held + (j - w->states) * n;
+        if (begin)
+            form_unit(w, c, j, &k, held);
+        else
+            form_column(w, c, &k, held);
         for (size_t l = 0; l < u; l++)
             w->lanes[l][j - first] = w->correction[l];
     }

@@ -144,7 +144,7 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
     const size_t n = w->n;
     kt_status status = KT_OK;
     memset(w->force, 0, n * n * sizeof *w->force);
-    memset(w->unit, 0, (n + w->p) * sizeof *w->unit);
+    memset(w->unit, 0, n * sizeof *w->unit);
     if (mass)
         status = differentiate_inertia(w, q, error);
     if (status == KT_OK && kt_loop_gradient_reads_space(w->model))
@@ -153,8 +153,15 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
         status = find_multipliers(w, mass ? w->by_x : w->x, error);
     if (status != KT_OK)
         return status;
-    const kt_dual_motion at = {.model = w->model, .data = w->data, .t = w->t, .q = q, .dof = w->dof, .chain = w->chain};
-    kt_loop_matrices(&at, w->lambda, v ? v : w->x, w->unit, w->work, w->force, w->equation);
+    const kt_dual_motion at = {.model = w->model,
+                               .data = w->data,
+                               .t = w->t,
+                               .q = q,
+                               .v = v ? v : w->x,
+                               .a = w->model->zero,
+                               .dof = w->dof,
+                               .chain = w->chain};
+    kt_loop_matrices(&at, w->lambda, w->force, w->equation);
     for (size_t i = 0; i < n * n; i++)
         w->force[i] = -w->force[i];
     for (size_t i = 0; i < n * w->p && !v; i++)
@@ -397,16 +404,15 @@ static bool shares_equations(const kt_model *model) {
     return true;
 }
 
-kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
-                                kt_parameter_work *parameter, kt_error *error) {
+/* Columns of changes, of which the first `moving` ones move positions. */
+static kt_status propagate(kt_projection_work *w, const double *q, const double *v, size_t moving, size_t columns,
+                           double *x, kt_parameter_work *parameter, kt_error *error) {
     const bool shared = w->dense && shares_equations(w->model);
-    kt_status status = kt_projection_run(w, q, v, error);
-    if (status == KT_OK)
-        status = propagate_positions(w, columns, x, parameter, error);
+    kt_status status = propagate_positions(w, moving, x, parameter, error);
     if (status == KT_OK)
         status = shared ? prepare_velocities(w, q, v, error) : factor_positions(w, q, error);
     if (status == KT_OK)
-        status = propagate_changes(w, q, columns, x, parameter, error);
+        status = propagate_changes(w, q, moving, x, parameter, error);
     if (status == KT_OK && !shared)
         status = prepare_velocities(w, q, v, error);
     if (status == KT_OK && parameter)
@@ -416,6 +422,31 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
     if (status == KT_OK)
         change_velocities(w, columns, x, parameter);
     return status;
+}
+
+/* The same by the changes of unit vectors: fewer columns than most steps have are solved for, and half of them move no
+ * positions. */
+static kt_status propagate_units(kt_projection_work *w, const double *q, const double *v, size_t columns, double *x,
+                                 kt_error *error) {
+    const size_t N = 2 * w->n;
+    memset(w->map, 0, N * N * sizeof *w->map);
+    for (size_t j = 0; j < N; j++)
+        w->map[j * (N + 1)] = 1.0;
+    const kt_status status = propagate(w, q, v, w->n, N, w->map, NULL, error);
+    for (size_t j = 0; j < columns && status == KT_OK; j++) {
+        memcpy(w->work, x + j * N, N * sizeof *x);
+        kt_dense_apply(w->map, (int)N, (int)N, w->work, x + j * N);
+    }
+    return status;
+}
+
+kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
+                                kt_parameter_work *parameter, kt_error *error) {
+    const kt_status status = kt_projection_run(w, q, v, error);
+    if (status != KT_OK)
+        return status;
+    return w->dense && !parameter && columns >= 2 * w->n ? propagate_units(w, q, v, columns, x, error)
+                                                         : propagate(w, q, v, columns, columns, x, parameter, error);
 }
 
 kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v, const double *e,

@@ -171,6 +171,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(char, factors, factors, "of `qr` or `kkt`")                                                                      \
     X(double, metric, m *m, "W")                                                                                       \
     X(double, half, m *m, "W Z")                                                                                       \
+    X(double, map, 4 * m * m, "the changes of unit vectors")                                                           \
     X(double, reduced, m *m, "Z' W Z, factored")                                                                       \
     X(double, force, n *n, "G = d(J' lambda - W x)/dq, n x n")                                                         \
     X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
@@ -179,7 +180,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(kt_v8, columns, 3 * n + p, "columns under way: xi, dv, right-hand sides")                                        \
     X(double, moved, KT_LANES *n, "these right-hand sides, then dx")                                                   \
     X(double, closed, KT_LANES *p, "those of J")                                                                       \
-    X(double, unit, n + p, "zeros, for kt_loop_matrices")                                                              \
+    X(double, unit, n, "zeros, or a unit vector")                                                                      \
     X(double, work, 4 * n + 2 * p, "vectors")                                                                          \
     X(double, response, n, "g: response to a gradient")                                                                \
     X(double, by_g, n, "W g")                                                                                          \

@@ -17,9 +17,13 @@ static void begin(kt_step_work *w, size_t columns) {
         memset(w->xi, 0, V * columns * sizeof *w->xi);
     }
     for (size_t j = 0; 2 * j < w->states; j++) {
-        memset(w->unit, 0, n * sizeof *w->unit);
-        w->unit[j] = 1.0;
-        kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
+        if (kt_is_plain(w->model)) {
+            w->start_q[j * Q + j] = 1.0;
+        } else {
+            memset(w->unit, 0, n * sizeof *w->unit);
+            w->unit[j] = 1.0;
+            kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
+        }
         w->start_v[(n + j) * V + j] = 1.0;
     }
 }

@@ -1,12 +1,13 @@
-/* What loops add to derivatives (constraint/dual_rows.h), against differences of their equations: of every type, in space
- * and in a plane, on the manifold and off it, for any accelerations and multipliers.
+/* What loops add to derivatives (constraint/gradient.h), against differences of their equations: of every type, in space
+ * and in a plane, on the manifold and off it, for any accelerations and multipliers; and planar loops against dual
+ * numbers (dual_rows.h).
  *
  * Differences of order eight, of steps H and H / 2: the second is off by 1 / 256 of what the first is off by, and so
  * their extrapolation by about 1 / 256 of their difference, or by rounding, some eps / H of the numbers.
  */
 #include "tangle.h"
 
-#include "constraint/dual_rows.h"
+#include "constraint/gradient.h"
 #include "model/model.h"
 
 #include <float.h>
@@ -84,7 +85,8 @@ typedef struct derivatives {
     double force[SQUARE], slack_q[MATRIX], slack_v[MATRIX];
 } derivatives;
 
-static bool derive(const motion *m, derivatives *d) {
+/* dual: all loops by dual numbers. */
+static bool derive(const motion *m, bool dual, derivatives *d) {
     static kt_support_dof dof[KT_TREE_NV];
     static int32_t chain[KT_TREE_SLOTS * 3];
     const kt_model *model = m->g->tree.model;
@@ -102,14 +104,14 @@ static bool derive(const motion *m, derivatives *d) {
                                .dof = dof,
                                .chain = chain};
     memset(d, 0, sizeof *d);
-    kt_dual_loops(&at, m->lambda, d->force, d->slack_q, d->slack_v);
+    (dual ? kt_dual_loops : kt_loop_linearize)(&at, m->lambda, d->force, d->slack_q, d->slack_v);
     return true;
 }
 
 /* Errors of a column, against the largest number of its matrix, or what rounding leaves of a difference of 0: eps / H.
  */
 typedef struct errors {
-    kt_worst force, slack_q, slack_v;
+    kt_worst force, slack_q, slack_v, dual;
 } errors;
 
 static void compare(const motion *m, const derivatives *d, int j, bool rate, errors *worst, int n) {
@@ -135,6 +137,18 @@ static void compare(const motion *m, const derivatives *d, int j, bool rate, err
     }
 }
 
+/* Planar loops by their own forms against dual numbers. */
+static void compare_dual(const motion *m, const derivatives *d, kt_worst *worst, int n) {
+    static derivatives dual;
+    const double *x = (const double *)d, *y = (const double *)&dual;
+    if (!derive(m, true, &dual))
+        return;
+    const int count = (int)(sizeof dual / sizeof *y);
+    const double bound = 1e-13 * fmax(1.0, kt_tree_largest(y, count));
+    for (int i = 0; i < count; i++)
+        kt_worst_near(worst, x[i], y[i], bound, "mechanism %d number %d", n, i);
+}
+
 static void put_off(tangle *g, kt_random *random) {
     double step[KT_TREE_NV], q[KT_TREE_NQ];
     for (int i = 0; i < g->tree.nv; i++) {
@@ -145,13 +159,14 @@ static void put_off(tangle *g, kt_random *random) {
     kt_position_add(g->tree.model, q, step, g->q);
 }
 
-static void check_all(tangle_plan plan, int types_wanted) {
+static void check_all(tangle_plan plan, int types_wanted, int flat_wanted) {
     kt_random random = kt_random_of_test();
     static tangle g;
     static derivatives d;
     static motion m;
-    errors worst = {kt_worst_make("d(A' lambda)"), kt_worst_make("d(b'' - A a)/dq"), kt_worst_make("d(b'' - A a)/dv")};
-    int types[KT_LOOP_TYPE_COUNT] = {0}, kinds = 0;
+    errors worst = {kt_worst_make("d(A' lambda)"), kt_worst_make("d(b'' - A a)/dq"), kt_worst_make("d(b'' - A a)/dv"),
+                    kt_worst_make("dual numbers")};
+    int types[KT_LOOP_TYPE_COUNT] = {0}, kinds = 0, flat = 0;
     for (int n = 0; n < MECHANISMS; n++) {
         if (tangle_grow(&g, &plan, &random)) {
             m.g = &g;
@@ -163,9 +178,13 @@ static void check_all(tangle_plan plan, int types_wanted) {
                 m.lambda[r] = kt_random_normal(&random);
             for (int i = 0; i < g.loops; i++)
                 types[g.loop[i].type]++;
-            for (int j = 0; j < g.tree.nv && (j > 0 || derive(&m, &d)); j++) {
+            for (int j = 0; j < g.tree.nv && (j > 0 || derive(&m, false, &d)); j++) {
                 compare(&m, &d, j, false, &worst, n);
                 compare(&m, &d, j, true, &worst, n);
+            }
+            if (!kt_loop_gradient_reads_space(g.tree.model)) {
+                compare_dual(&m, &d, &worst.dual, n);
+                flat++;
             }
         }
         tangle_free(&g);
@@ -173,6 +192,10 @@ static void check_all(tangle_plan plan, int types_wanted) {
     kt_check_worst(&worst.force);
     kt_check_worst(&worst.slack_q);
     kt_check_worst(&worst.slack_v);
+    if (flat_wanted > 0) {
+        kt_check_worst(&worst.dual);
+        kt_check_above("by their own forms", flat, flat_wanted);
+    }
     for (int i = 0; i < KT_LOOP_TYPE_COUNT; i++)
         kinds += types[i] > 0;
     kt_check_equal_int("types of loops", kinds, types_wanted);
@@ -182,7 +205,7 @@ KT_TEST(loops_change_as_differences_of_their_equations_do) {
     tangle_plan plan = tangle_plan_default();
     plan.loops = 3;
     plan.tree.bodies = 10;
-    check_all(plan, KT_LOOP_TYPE_COUNT);
+    check_all(plan, KT_LOOP_TYPE_COUNT, 0);
 }
 
 /* Screws and rolling have no form in a plane; curves are drawn in space alone. */
@@ -190,5 +213,5 @@ KT_TEST(loops_in_a_plane_change_as_differences_of_their_equations_do) {
     tangle_plan plan = tangle_plan_planar();
     plan.loops = 3;
     plan.tree.bodies = 10;
-    check_all(plan, KT_LOOP_TYPE_COUNT - 3);
+    check_all(plan, KT_LOOP_TYPE_COUNT - 3, 10);
 }
