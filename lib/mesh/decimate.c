@@ -33,11 +33,12 @@ static void find_box(clusters *c) {
     c->size = fmax(high.x - low.x, fmax(high.y - low.y, high.z - low.z));
 }
 
-/* The cube of a point, from 1. */
+/* The cube of a point, from 1. Points on the upper faces of the box are in its last cubes, so that one cube has all. */
 static uint64_t cube_of(const clusters *c, kt_vec3 x, int cubes) {
-    const double scale = c->size > 0.0 ? (double)cubes / c->size : 0.0;
-    const uint64_t i = (uint64_t)(scale * (x.x - c->low.x)), j = (uint64_t)(scale * (x.y - c->low.y)),
-                   k = (uint64_t)(scale * (x.z - c->low.z));
+    const double scale = c->size > 0.0 ? (double)cubes / c->size : 0.0, last = (double)(cubes - 1);
+    const uint64_t i = (uint64_t)fmin(scale * (x.x - c->low.x), last),
+                   j = (uint64_t)fmin(scale * (x.y - c->low.y), last),
+                   k = (uint64_t)fmin(scale * (x.z - c->low.z), last);
     return (i << 42 | j << 21 | k) + 1;
 }
 

@@ -72,6 +72,8 @@ static kt_status take(const struct aiScene *scene, kt_triangles *mesh, kt_error 
 
 kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     const char *dot = strrchr(path, '.');
+    if (size == 0) /* at which assimp ends the program */
+        return kt_error_set(error, KT_ERROR_SCENE, "", "the file is empty");
     struct aiPropertyStore *how = size <= UINT_MAX ? aiCreatePropertyStore() : NULL;
     if (how == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");

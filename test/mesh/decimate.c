@@ -74,3 +74,18 @@ KT_TEST(surface_without_area_vanishes) {
     kt_check_equal_int("vertices", mesh.vertex_count, 1);
     kt_triangles_free(&mesh);
 }
+
+/* Found by fuzzing: corners at the upper ends of the box were in cubes of their own, even of one cube for all. */
+KT_TEST(no_more_remain_of_triangles_that_lie_over_each_other) {
+    enum { COPIES = 20 };
+    double vertices[9] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0}, triangles[3 * COPIES];
+    kt_triangles mesh = {.vertices = NULL};
+    kt_error error = {0};
+    for (int i = 0; i < 3 * COPIES; i++)
+        triangles[i] = i % 3;
+    if (!kt_check_equal_int("made", kt_triangles_make(vertices, 3, triangles, COPIES, &mesh, &error), KT_OK))
+        return;
+    kt_check_equal_int("status", kt_triangles_decimate(&mesh, COPIES - 1, &error), KT_OK);
+    kt_check_equal_int("all in one cube", mesh.triangle_count, 0);
+    kt_triangles_free(&mesh);
+}

@@ -114,6 +114,9 @@ KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
     kt_check_near("half edges", kt_vec3_norm(kt_vec3_sub(solid.half, half)), 0.0, 1e-7);
     kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, centre)), 0.0, 1e-7);
     kt_mesh_free(&mesh);
+    kt_check_equal_int("emptied", truncate(path, 0), 0);
+    kt_check_equal_int("an empty file", kt_mesh_load(&from, 100, &mesh, &solid, &error), KT_ERROR_SCENE);
+    kt_check_text("is told", error.message, "the file is empty");
     (void)unlink(path);
 #else
     (void)collada;
