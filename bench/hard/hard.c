@@ -1,9 +1,11 @@
 /* The hard cases of test/hard in their full length: what is measured, its bound, and what MuJoCo and ODE make of the
  * same mechanism, where they have its joints and it is a motion that can be compared. All engines take the same fixed
  * step (where this one steps adaptively, the others take the step that the case names), and all are held to the same
- * measures, from the poses and velocities of their bodies. Nothing here is timed. */
+ * measures, from the poses and velocities of their bodies. Of motions with impacts, stick and slip (events.h) the time is measured,
+ * too. */
 #include "../report.h"
 #include "draw.h"
+#include "events.h"
 #include "peers.h"
 
 #include <getopt.h>
@@ -14,7 +16,7 @@
 static const char about[] =
     "Runs the cases on which engines break, and shows what is measured and its bound.\n"
     "Usage: bench-hard [OPTION...]\n\n"
-    "  --only N     the cases of kind N, 1 to 15\n"
+    "  --only N     the cases of kind N, 1 to 15; 16: motions with impacts, stick and slip\n"
     "  --short      as short as the tests run them\n"
     "  --alone      without the other engines\n"
     "  --markdown   prints a table in Markdown\n"
@@ -22,6 +24,8 @@ static const char about[] =
     "  --plot FILE  draws those that other engines can run, as SVG or PNG; --plot-dark FILE for a dark page\n"
     "  --help       this text\n\n"
     "Exit status: 0 all bounds hold, 1 one does not, 2 the command line or the file is wrong.\n";
+
+enum { EVENTS = KT_HARD_KINDS + 1 }; /* the kind of motions with events */
 
 typedef struct options {
     int only;
@@ -45,8 +49,8 @@ static int read_options(int argc, char **argv, options *o) {
         switch (found) {
         case ONLY:
             o->only = (int)strtol(optarg, NULL, 10);
-            if (o->only < 1 || o->only > KT_HARD_KINDS) {
-                (void)fprintf(stderr, "%s: '%s' is no kind of 1 to %d\n", argv[0], optarg, KT_HARD_KINDS);
+            if (o->only < 1 || o->only > EVENTS) {
+                (void)fprintf(stderr, "%s: '%s' is no kind of 1 to %d\n", argv[0], optarg, EVENTS);
                 return KT_BENCH_FAILED;
             }
             break;
@@ -178,6 +182,85 @@ static int gather(kt_hard_dots *dots, int count, const row *r) {
     return count;
 }
 
+/* ---- motions with impacts, stick and slip ------------------------------------------------------------------------ */
+
+static const kt_events_problem events[KT_EVENTS_COUNT] = {
+    {"block on a slope, 95 % of its margin", "creep in 10 s, m", 0.0, 10.0, 1e-3, 2.0, 9.81, 0.4434483364197382, 0.5, 0,
+     0, 0, 0, 0},
+    {"bouncing ball, to its rest", "height, m", 1e-13, 2.0, 1e-4, 1.0, 9.81, 0.0, 0.0, 0, 0, 0.5, 1.0, 0.1},
+    {"block on a spring on a belt", "place, m", 2e-9, 10.0, 1e-3, 2.0, 9.81, 0.0, 0.3, 50.0, 0.2, 0, 0, 0},
+};
+
+/* What an engine makes of a motion; processor time is the least of three runs. */
+static bool run_events(kt_events_engine *engine, kt_events_case which, kt_events_watch *watch) {
+    bool good = true;
+    double least = (double)INFINITY;
+    for (int i = 0; good && i < 3; i++) {
+        *watch = (kt_events_watch){.problem = &events[which], .which = which};
+        good = engine(watch);
+        least = fmin(least, watch->seconds);
+    }
+    watch->seconds = least;
+    return good;
+}
+
+static void print_events(const kt_events_problem *p, const char (*text)[2][CELL], const char *mark, const options *o) {
+    for (int line = 0; line < 2; line++) {
+        char bound[CELL] = "";
+        if (line == 0)
+            (void)snprintf(bound, sizeof bound, "%.1e%s", p->bound, mark);
+        const char *what = line == 0 ? p->measured : "processor time, s";
+        if (o->markdown)
+            printf("| %s | %s | %s | %s | %s | %s | %s | %s |\n", line ? "" : "16", line ? "" : p->name,
+                   line ? "" : "it rests, bounces or sticks", what, text[0][line], bound, text[1][line], text[2][line]);
+        else
+            printf("%2s %-34s %-46s %8s %8s%7s %-10s %s\n", line ? "" : "16", line ? "" : p->name, what, text[0][line],
+                   bound, "", text[1][line], text[2][line]);
+    }
+    (void)fflush(stdout);
+}
+
+static void write_events(kt_csv *csv, const kt_events_problem *p, const char (*text)[2][CELL]) {
+    for (int line = 0; line < 2; line++) {
+        kt_csv_number(csv, EVENTS);
+        kt_csv_text(csv, p->name);
+        kt_csv_text(csv, "it rests, bounces or sticks");
+        kt_csv_text(csv, line == 0 ? p->measured : "processor time, s");
+        kt_csv_text(csv, "");
+        kt_csv_text(csv, text[0][line]);
+        kt_csv_number(csv, line == 0 ? p->bound : (double)NAN);
+        kt_csv_text(csv, text[1][line]);
+        kt_csv_text(csv, text[2][line]);
+        kt_csv_text(csv, "");
+        kt_csv_line(csv);
+    }
+}
+
+/* Returns how many errors of this engine are over their bounds. */
+static int compare_events(const options *o, kt_csv *csv) {
+    static kt_events_engine *const engines[1 + PEERS] = {kt_events_kinetree, kt_events_mujoco, kt_events_ode};
+    int missed = 0;
+    for (int which = 0; which < KT_EVENTS_COUNT; which++) {
+        char text[1 + PEERS][2][CELL] = {{"-", "-"}, {"-", "-"}, {"-", "-"}};
+        bool held = false;
+        for (int k = 0; k < (o->alone ? 1 : 1 + PEERS); k++) {
+            kt_events_watch watch;
+            const bool good = run_events(engines[k], (kt_events_case)which, &watch);
+            if (good) {
+                (void)snprintf(text[k][0], CELL, "%.1e", watch.error);
+                (void)snprintf(text[k][1], CELL, "%.1e", watch.seconds);
+            } else {
+                (void)snprintf(text[k][0], CELL, "%s", watch.words);
+            }
+            held = held || (k == 0 && good && watch.error <= events[which].bound);
+        }
+        missed += !held;
+        print_events(&events[which], text, held ? "" : " MISSED", o);
+        write_events(csv, &events[which], text);
+    }
+    return missed;
+}
+
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
 static void head(const options *o) {
@@ -228,6 +311,10 @@ int main(int argc, char **argv) {
         print_row(&r, &o);
         write_row(&csv, &r);
         dot_count = gather(dots, dot_count, &r);
+    }
+    if (o.only == 0 || o.only == EVENTS) {
+        missed += compare_events(&o, &csv);
+        count += KT_EVENTS_COUNT;
     }
     if (!o.markdown)
         printf("\n%d measures, %d over their bounds\n", count, missed);

@@ -1,5 +1,6 @@
 /* In place of an engine, or of cairo, that this system does not have. */
 #include "draw.h"
+#include "events.h"
 #include "peers.h"
 
 #ifdef KT_WITHOUT_MUJOCO
@@ -11,6 +12,11 @@ bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *wat
     return false;
 }
 const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
+
+bool kt_events_mujoco(kt_events_watch *watch) {
+    watch->words[0] = '-';
+    return false;
+}
 #endif
 
 #ifdef KT_WITHOUT_ODE
@@ -22,6 +28,11 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
     return false;
 }
 const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
+
+bool kt_events_ode(kt_events_watch *watch) {
+    watch->words[0] = '-';
+    return false;
+}
 #endif
 
 #ifdef KT_WITHOUT_CAIRO
