@@ -48,6 +48,7 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, x0, s->x, "own states")                                                                                  \
     X(double, x_given, s->x, "before a search for an equilibrium")                                                     \
     X(double, x_begin, s->x, "at the beginning of a step")                                                             \
+    X(double, x_unit, s->x, "of own states, by which steps to an equilibrium are measured")                            \
     X(double, matrix, s->x > 0 ? (s->v + s->x) * (s->v + s->x) : 0, "of an equilibrium with own states")               \
     X(double, x_rate, s->x, "their rates")                                                                             \
     X(double, tau, s->v, "joint forces")                                                                               \

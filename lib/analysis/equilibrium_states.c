@@ -136,7 +136,7 @@ static double length_of(const search *s, const double *step) {
     for (int j = 0; j < s->dofs; j++)
         most = fmax(most, fabs(step[j]) / l->unit[s->out->velocity_coordinate[j]]);
     for (size_t k = 0; k < l->size.x; k++)
-        most = fmax(most, fabs(step[s->dofs + (int)k]) / fmax(1.0, fabs(l->x_begin[k])));
+        most = fmax(most, fabs(step[s->dofs + (int)k]) / l->x_unit[k]);
     return most;
 }
 
@@ -180,6 +180,13 @@ static kt_status begin_step(search *s, double d, kt_error *error) {
     return status;
 }
 
+/* The unit of an own state is 1, or its size, or the largest of so far: one that swings through zero is not small there. */
+static void choose_units(const search *s, bool so_far) {
+    const kt_linearization *l = s->l;
+    for (size_t k = 0; k < l->size.x; k++)
+        l->x_unit[k] = fmax(so_far ? l->x_unit[k] : 1.0, fabs(l->x_begin[k]));
+}
+
 /* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
 static kt_status step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
@@ -187,6 +194,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
+    choose_units(s, false);
     *length = 0.0;
     if (length_of(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
         return KT_OK;
@@ -221,6 +229,7 @@ static kt_status step_in_time(search *s, double d, double *length, kt_error *err
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
+    choose_units(s, true);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
         return refuse(s, "nothing holds a position or a state where it is", error);
     *length = length_of(s, l->step);
@@ -231,6 +240,8 @@ static kt_status step_in_time(search *s, double d, double *length, kt_error *err
 static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_error *error) {
     double d = FIRST;
     kt_status status = KT_OK;
+    for (size_t k = 0; k < s->l->size.x; k++)
+        s->l->x_unit[k] = 1.0;
     for (int i = 0; i < FOLLOWED_MOST && status == KT_OK; i++) {
         status = step_in_time(s, d, length, error);
         found->steps++;

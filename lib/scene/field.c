@@ -157,7 +157,9 @@ static void report_unknown(kt_reading *reading, kt_node *key) {
             more = kt_nearest_try(&nearest, fields->field[i].also);
     }
     kt_phrase mend = {.length = 0};
-    if (nearest.best != NULL) {
+    if (strspn(word, "+-.0123456789)") > 0) {
+        kt_phrase_add(&mend, "if it is part of a formula, put that in quotes: in { } and [ ] a comma ends it");
+    } else if (nearest.best != NULL) {
         kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
         reading->misspelt[find_field(fields, nearest.best)] = true;
     } else {

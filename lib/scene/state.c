@@ -38,9 +38,8 @@ static const kt_field state_fields[] = {
 };
 static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_OF(state_fields), .flow = true};
 
-/* All names, before any rate is read. */
-static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states) {
-    int k = r->description->state_count;
+/* All names, before any rate is read; the first of them is state k. */
+static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states, size_t k) {
     bool good = true;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
         states[k] = kt_state_default();
@@ -75,7 +74,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     kt_copy(states, scene->description.states, before * sizeof *states);
     kt_copy(nodes, r->state_nodes, before * sizeof *nodes);
     r->state_nodes = nodes;
-    r->names_are_known = read_names(r, scope, node, states) && r->names_are_known;
+    r->names_are_known = read_names(r, scope, node, states, before) && r->names_are_known;
     scene->description.states = states;
     scene->description.state_count = (int)count;
     for (int k = (int)before; k < scene->description.state_count; k++) {

@@ -242,3 +242,12 @@ KT_TEST(unknown_key_is_offered_those_there_are) {
     kt_check_text("message", error.message,
                   "output: unknown key 'xyzzy'; it can be interval, record, markers, columns");
 }
+
+/* Commas end values between braces: what is left of a formula there looks like keys. Without bodies, besides. */
+KT_TEST(rest_of_a_formula_that_a_comma_ends_is_no_key) {
+    static const char text[] = "kinetree: 1\nstates: {x: {initial: 1, 4): 2}}\n";
+    kt_scene scene;
+    kt_error error = {KT_OK, "", ""};
+    kt_check_equal_int("status", kt_scene_parse(NULL, text, strlen(text), &scene, NULL, NULL, &error), KT_ERROR_SCENE);
+    kt_check_contains("message", error.message, "unknown key '4)'; if it is part of a formula, put that in quotes");
+}
