@@ -245,7 +245,7 @@ KT_TEST(unknown_key_is_offered_those_there_are) {
 
 /* Commas end values between braces: what is left of a formula there looks like keys. Without bodies, besides. */
 KT_TEST(rest_of_a_formula_that_a_comma_ends_is_no_key) {
-    static const char text[] = "kinetree: 1\nstates: {x: {initial: 1, 4): 2}}\n";
+    static const char text[] = "kinetree: 1\nstates: {x: {rate: 1, 4): 2}}\n";
     kt_scene scene;
     kt_error error = {KT_OK, "", ""};
     kt_check_equal_int("status", kt_scene_parse(NULL, text, strlen(text), &scene, NULL, NULL, &error), KT_ERROR_SCENE);
