@@ -206,6 +206,11 @@ static void count_derivative(tally *t, kt_status status, double error, double si
     kt_worst_below(&t->worst, error, bound, "seed %d, d = %g, h = 1e-%d", s->seed, d, k);
 }
 
+/* Where nothing is singular two sequences of least steps reach positions that are apart by some h^4, the library's and the
+ * oracle's: at s = 0.93, v = 1.8 their derivatives differ by 1.0e-5 at h = 0.093, 6.5e-7 and 4.1e-8 at a half and a
+ * quarter of that. Steps are no longer. */
+#define STEP_MOST 0.02
+
 /* Derivatives of accelerations are known to c / d of their size. */
 static double acceleration_bound(double size, double d) { return (1e-9 + DBL_EPSILON / d) * size; }
 
@@ -361,7 +366,7 @@ KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
                     double push[QUAD_NV];
                     if (!near_state_at(&s, &m, pow(10.0, -k), &n))
                         continue;
-                    const double h = 0.1 * n.least;
+                    const double h = fmin(0.1 * n.least, STEP_MOST);
                     for (int j = 0; j < m.nv; j++)
                         along[j] = kt_random_normal(&r);
                     if (!quad_close_velocity(&m, n.q, along) || !oracle_change(&m, &n, along, dv, da) ||
