@@ -32,6 +32,7 @@ static const double temperature = 0.02;            /* lambda */
 
 /* Memory of the simulation and of the batch. */
 static _Alignas(KT_ALIGNMENT) unsigned char plant_memory[16 * 1024], planner_memory[128 * 1024];
+static _Alignas(KT_ALIGNMENT) unsigned char data_memory[16 * 1024], step_memory[32 * 1024]; /* for single rollouts */
 
 static kt_status describe(kt_model **model, kt_error *error) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
@@ -182,6 +183,44 @@ static kt_status experiment(kt_simulation *plant, controller *c, FILE *csv, doub
     return status;
 }
 
+/* ---- one by one -------------------------------------------------------------------------------------------------- */
+
+/* The cost of one rollout from the state q, v, as step_all adds it up. */
+static kt_status roll_out_alone(const controller *c, const kt_model *model, kt_data *data, int k, const double *q,
+                                const double *v, double *cost, kt_error *error) {
+    double x[2] = {q[CART], q[POLE]}, u[2] = {v[CART], v[POLE]};
+    kt_status status = KT_OK;
+    *cost = 0.0;
+    for (int i = 0; i < HORIZON && status == KT_OK; i++) {
+        const double torque[2] = {limited(c->plan[i] + c->noise[k][i]), 0.0};
+        const kt_step step = {.method = kt_method_find("rk4"), .t = (double)i * sample, .h = sample, .tau = torque};
+        status = kt_step_evaluate(model, data, step_memory, sizeof step_memory, &step, x, u, x, u, error);
+        *cost += (i == HORIZON - 1 ? 10.0 : 1.0) * cost_of(x, u, torque[CART]) / HORIZON;
+    }
+    return status;
+}
+
+/* All rollouts from one state once more, as a batch and one by one: they must cost the same. Writes rollouts a second. */
+static kt_status compare(controller *c, const kt_model *model, const double *q, const double *v, double *together,
+                         double *alone, kt_error *error) {
+    kt_data *data = NULL;
+    kt_status status = kt_data_init(model, data_memory, sizeof data_memory, &data, error);
+    double clock = processor_time();
+    if (status == KT_OK)
+        status = roll_out(c, q, v, error);
+    *together = ROLLOUTS / (processor_time() - clock);
+    clock = processor_time();
+    for (int k = 0; k < ROLLOUTS && status == KT_OK; k++) {
+        double cost;
+        status = roll_out_alone(c, model, data, k, q, v, &cost, error);
+        if (status == KT_OK && cost != c->cost[k])
+            status = kt_error_set(error, KT_ERROR_STEP, "rollout", "it costs %.17g in a batch and %.17g alone",
+                                  c->cost[k], cost);
+    }
+    *alone = ROLLOUTS / (processor_time() - clock);
+    return status;
+}
+
 int main(int argc, char **argv) {
     FILE *csv = argc == 3 && strcmp(argv[1], "--csv") == 0 ? fopen(argv[2], "w") : NULL;
     if (argc != 1 && csv == NULL) {
@@ -194,7 +233,7 @@ int main(int argc, char **argv) {
     kt_simulation *plant = NULL;
     kt_run fine = kt_run_default();
     kt_batch_options coarse = kt_batch_options_default();
-    double late = 0.0, far = 0.0;
+    double late = 0.0, far = 0.0, together = 0.0, alone = 0.0;
     fine.integrator = "rk4";
     fine.step = 1e-3;
     coarse.states = ROLLOUTS;
@@ -208,12 +247,17 @@ int main(int argc, char **argv) {
         status = kt_batch_init(model, &coarse, planner_memory, sizeof planner_memory, &c.planner, &error);
     if (status == KT_OK)
         status = experiment(plant, &c, csv, &late, &far, &error);
+    if (status == KT_OK)
+        status = compare(&c, model, kt_simulation_positions(plant), kt_simulation_velocities(plant), &together, &alone,
+                         &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
         status = kt_error_set(&error, KT_ERROR_FILE, argv[2], "cannot be written");
     if (status == KT_OK) {
         printf("in the last second within %.4f rad of upright; cart never further than %.3f m out\n", late, far);
         printf("%ld rollouts of %d steps, %.0f rollouts a second of processor time; %d fit into a sample\n", c.rollouts,
                HORIZON, (double)c.rollouts / c.seconds, (int)((double)c.rollouts / c.seconds * sample));
+        printf("the same, rolled out once more: %.0f a second as a batch, %.0f one by one, with the same costs\n",
+               together, alone);
         printf("%d rollouts take %zu bytes, %zu at once\n", ROLLOUTS, kt_batch_size(model, &coarse),
                kt_batch_report_of(c.planner).width);
     } else {

@@ -21,6 +21,7 @@ claim("cart_stays_on_its_rail", below("furthest, m", max(abs(x) for x in cart), 
 largest = max(abs(u) for u in force)
 claim("force_is_never_above_its_limit", [] if largest <= LIMIT else [f"{largest}"])
 claim("rollouts_per_second_are_told", [] if re.search(r"[1-9]\d* rollouts a second", said) else [said])
+claim("a_batch_has_the_costs_of_single_rollouts", [] if "one by one, with the same costs" in said else [said])
 
 _, again = run(sys.argv[1])
 claim("equal_runs_have_equal_bits", [key for key in run_of if run_of[key] != again[key]])

@@ -304,7 +304,7 @@ def ranks():
         print("skipped: mpirun is not on this machine")
         return
     pathlib.Path("slow.yaml").write_text(FALL.replace("duration: 2", "duration: 2, integrator: rk4, step: 1e-4"))
-    sweep = ["slow.yaml", "--vary", "g=1:2:600", "--quiet"]
+    sweep = ["slow.yaml", "--vary", "g=1:2:240", "--quiet"]
     run(*sweep, "--out", "p.csv")
     whole = pathlib.Path("p.csv").read_bytes()
     mpirun = ["mpirun", "--oversubscribe", "-n", "4"]
