@@ -70,8 +70,30 @@ static kt_status take(const struct aiScene *scene, kt_triangles *mesh, kt_error 
     return status;
 }
 
+/* The number of an attribute `count` whose name ends at `at`; 0: there is none. */
+static double announced(const char *at, const char *end) {
+    double count = 0.0;
+    while (at < end && strchr(" \t\r\n=\"'", *at) != NULL && *at != '\0')
+        at++;
+    for (; at < end && *at >= '0' && *at <= '9'; at++)
+        count = 10.0 * count + (*at - '0');
+    return count;
+}
+
+/* assimp takes memory for as many numbers as a file announces. More than it has bytes are none. */
+static bool announces_too_much(const char *text, size_t size) {
+    static const char word[] = {'c', 'o', 'u', 'n', 't'};
+    const char *end = text + size;
+    for (const char *at = text; (size_t)(end - at) >= sizeof word; at++)
+        if (memcmp(at, word, sizeof word) == 0 && announced(at + sizeof word, end) > (double)size)
+            return true;
+    return false;
+}
+
 kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     const char *dot = strrchr(path, '.');
+    if (announces_too_much(text, size))
+        return kt_error_set(error, KT_ERROR_SCENE, "", "the file announces more numbers (count) than it has bytes");
     if (size == 0) /* at which assimp ends the program */
         return kt_error_set(error, KT_ERROR_SCENE, "", "the file is empty");
     struct aiPropertyStore *how = size <= UINT_MAX ? aiCreatePropertyStore() : NULL;
