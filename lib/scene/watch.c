@@ -280,13 +280,6 @@ static kt_status find_sets(kt_scene_watch *watch, const kt_scene *scene, const k
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-bool kt_scene_sets(const kt_scene *scene) {
-    bool any = false;
-    for (int i = 0; scene != NULL && i < scene->event_count; i++)
-        any = any || scene->events[i].set_count > 0;
-    return any;
-}
-
 int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
 
 /* What the events of a scene become a part of. */

@@ -1,0 +1,125 @@
+/* What events set (reset.h): which names they have, and which numbers of a description can be set. */
+#include "effect/effect.h"
+#include "scene/reset.h"
+
+#include <stdint.h>
+#include <string.h>
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* Whether a mapping {set: {NAME: VALUE, ...}} has this name; NULL: any. */
+static bool sets(const kt_node *action, const char *name) {
+    kt_node *map = action->kind == KT_NODE_MAP ? kt_node_find(action, "set") : NULL;
+    if (map == NULL || map->kind != KT_NODE_MAP)
+        return false;
+    for (const kt_node *key = map->of.first; key != NULL; key = key->next->next)
+        if (name == NULL || (key->kind == KT_NODE_TEXT && strcmp(key->of.text, name) == 0))
+            return true;
+    return false;
+}
+
+static bool is_named(const kt_reader *r, const char *name) {
+    kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;
+    if (events == NULL || events->kind != KT_NODE_LIST)
+        return false;
+    for (const kt_node *event = events->of.first; event != NULL; event = event->next) {
+        const kt_node *then = event->kind == KT_NODE_MAP ? kt_node_find(event, "then") : NULL;
+        if (then == NULL)
+            continue;
+        if (sets(then, name))
+            return true;
+        for (const kt_node *one = then->kind == KT_NODE_LIST ? then->of.first : NULL; one != NULL; one = one->next)
+            if (sets(one, name))
+                return true;
+    }
+    return false;
+}
+
+bool kt_resets_are_named(const kt_reader *r) { return is_named(r, NULL); }
+bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->varying != NULL && is_named(r, name); }
+
+/* ---- numbers of a description -------------------------------------------------------------------------------------- */
+
+/* The index of the number at `at` among `count` from `first` on; -1: it is none of them. */
+static int index_in(const double *first, int count, const double *at) {
+    for (int k = 0; k < count; k++)
+        if (at == first + k)
+            return k;
+    return -1;
+}
+
+static bool find_in_body(const kt_body *body, const double *at, kt_reset_target *target) {
+    const struct {
+        kt_parameter_kind kind;
+        const double *first;
+        int count;
+    } parts[] = {{KT_PARAMETER_MASS, &body->mass, 1},
+                 {KT_PARAMETER_COM, &body->com.x, body->com_of_shape ? 0 : 3},
+                 {KT_PARAMETER_INERTIA, &body->inertia.xx, body->inertia_of_shape ? 0 : 6},
+                 {KT_PARAMETER_ARMATURE, body->joint.armature, (int)(sizeof body->joint.armature / sizeof(double))}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && body->variable_mass == NULL; i++) {
+        const int k = index_in(parts[i].first, parts[i].count, at);
+        if (k < 0)
+            continue;
+        target->kind = parts[i].kind;
+        target->component = k;
+        return true;
+    }
+    return false;
+}
+
+/* Numbers of loops and effects are those of their keys. */
+static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
+                         kt_reset_target *target) {
+    for (int i = 0; i < d->key_count; i++) {
+        const kt_key *key = &d->keys[i];
+        const void *member = (const char *)object + key->offset;
+        const bool is_number = key->kind == KT_KEY_NUMBER || key->kind == KT_KEY_DISTANCE;
+        int k = -1;
+        if (!of_loop && (is_number || key->kind == KT_KEY_SIX))
+            k = index_in(member, is_number ? 1 : 6, at);
+        target->kind = KT_PARAMETER_EFFECT;
+        const kt_function *functions = member;
+        for (int j = 0; k < 0 && j < (key->kind == KT_KEY_FUNCTION ? 1 : key->kind == KT_KEY_FUNCTIONS ? 3 : 0); j++)
+            if (at == &functions[j].value) {
+                k = j;
+                target->kind = of_loop                        ? KT_PARAMETER_LOOP_CURVE
+                               : key->kind == KT_KEY_FUNCTION ? KT_PARAMETER_EFFECT_CURVE
+                                                              : KT_PARAMETER_EFFECT_VALUE;
+            }
+        if (k < 0)
+            continue;
+        target->key = key;
+        target->component = k;
+        return true;
+    }
+    return false;
+}
+
+/* Whether `at` lies in one of the items of an array, and in which. */
+static bool lies_in(const void *items, int count, size_t size, const double *at, int *item) {
+    const uintptr_t begin = (uintptr_t)items, here = (uintptr_t)at;
+    if (count == 0 || here < begin || here >= begin + (size_t)count * size)
+        return false;
+    *item = (int)((here - begin) / size);
+    return true;
+}
+
+bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target) {
+    const kt_description *d = description;
+    *target = (kt_reset_target){.kind = KT_PARAMETER_GRAVITY, .component = index_in(&d->gravity.x, 3, at)};
+    if (target->component >= 0)
+        return true;
+    if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, &target->item))
+        return find_in_body(&d->bodies[target->item], at, target);
+    if (lies_in(d->loops, d->loop_count, sizeof *d->loops, at, &target->item)) {
+        const kt_loop *loop = &d->loops[target->item];
+        return find_in_keys(kt_loop_descriptor(loop->type), loop, true, at, target);
+    }
+    if (lies_in(d->effects, d->effect_count, sizeof *d->effects, at, &target->item)) {
+        const kt_effect *effect = &d->effects[target->item];
+        return !kt_effect_is_hard(effect) && !kt_effect_sticks(effect) &&
+               find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);
+    }
+    return false;
+}
