@@ -11,7 +11,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
-SCENES = {"cart-pole": (2, 2, 0), "arm7": (9, 7, 0), "humanoid": (30, 53, 0), "leg with four-bar": (4, 2, 1)}
+SCENES = {"cart-pole": (2, 2, 0), "arm7": (9, 7, 0), "humanoid": (30, 53, 0), "leg with four-bar": (4, 2, 1), "leg with hard stops": (4, 2, 4)}
 STACK = 65536  # bytes; a thread of a control program has a multiple
 
 
