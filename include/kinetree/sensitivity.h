@@ -96,7 +96,9 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
 
 /* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and
  * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that give no
- * derivatives see kt_acceleration_derivatives. Errors: as kt_step_evaluate and kt_acceleration_derivatives:
+ * derivatives see kt_acceleration_derivatives. A step in which a hard contact, stop or slack rope closes, or in which its
+ * reaction begins to pull, holds an event, whose impulse and time they would leave out: KT_ERROR_UNSUPPORTED, of the
+ * adjoint and of gradients over many steps, too. Errors: as kt_step_evaluate and kt_acceleration_derivatives:
  * KT_ERROR_SINGULAR next to a singular position of the loops, at a stage or after the step, where rounding leaves the
  * derivatives uncertain by more than 1e-3 of the largest. Outputs are then untouched. Cost: the derivatives of the
  * accelerations at each stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense

@@ -15,6 +15,7 @@
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     stage_loops.c        what loops add to it
  *     rollout.c            gradients over many steps, with checkpoints
+ *     contact.c            refuses steps in which hard contacts close or open
  *     projection.c         the derivative of the projection onto the loops
  *     projection_adjoint.c its adjoint
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
@@ -232,6 +233,16 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
+/* Rows of the largest model of the family, if it has hard contacts, stops or slack ropes; else 0. */
+#if KT_HAS_SWITCHES
+size_t kt_step_contact_rows(const kt_model *model);
+#else
+static inline size_t kt_step_contact_rows(const kt_model *model) {
+    (void)model;
+    return 0;
+}
+#endif
+
 /* Every array: type, name, count, meaning; N numbers of a state y = (q, v, x), n velocities, m own states, s stages that
  * count, c columns, of which at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all; r is 1
  * of linearly implicit methods, else 0. */
@@ -273,6 +284,8 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
     X(double, right, r *c *N, "right-hand sides")                                                                      \
     X(double, first, r *c *N, "the changes of the slope at the start")                                                 \
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
+    X(double, contact_row, kt_step_contact_rows(model), "gaps or reactions of hard contacts")                          \
+    X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0, "data for them")                \
     X(double, tiles, 2 * KT_LANES * n, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
@@ -338,6 +351,16 @@ static inline void kt_own_states_put(const kt_model *model, kt_data *data, const
 
 /* Whether stages are solved for accelerations alone: positions are plain numbers, and there are no own states. */
 static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
+
+/* Refuses derivatives of a step to `next` in which a hard contact closes or its reaction begins to pull (contact.c). */
+#if KT_HAS_SWITCHES
+KT_CHECKED kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error);
+#else
+static inline kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error) {
+    (void)w, (void)next, (void)error;
+    return KT_OK;
+}
+#endif
 
 /* Of models with own states: memory for so many columns, stages, and stages that are solved together; a_q .. f_x at a
  * state, into the blocks of a place; what own states add to the change of a slope, rotations xi being known

@@ -18,7 +18,9 @@ static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.g
 
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
-    const kt_status status = kt_step_stages(w, q, v, error);
+    kt_status status = kt_step_stages(w, q, v, error);
+    if (status == KT_OK)
+        status = kt_step_refuse_contacts(w, w->next, error);
     if (status != KT_OK)
         return status;
     memcpy(w->raw, w->next, N * sizeof *w->raw);

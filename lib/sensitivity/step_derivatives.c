@@ -77,6 +77,9 @@ static kt_status refuse_unknown(const kt_step_work *w, kt_error *error) {
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
+    const kt_status refused = kt_step_refuse_contacts(w, w->next, error);
+    if (refused != KT_OK)
+        return refused;
     for (size_t j = 0; j < columns; j++) {
         double *end = w->end + 2 * n * j;
         if (kt_is_plain(model))

@@ -1,0 +1,109 @@
+/* Hard contacts, stops and slack ropes in a step whose derivatives are asked for. These are those of the equations of the
+ * model, in which each is open or closed from the beginning of the step to its end; where one closes within it, or its
+ * reaction would begin to pull, the motion has an event there whose impulse and time the derivatives would leave out. They
+ * are refused, as what they say is wrong by more than rounding. */
+#include "dynamics/dynamics.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "model/switching.h"
+#include "sensitivity/sensitivity.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#if KT_HAS_SWITCHES
+
+/* Gaps within this part of the mechanism's length, or of 1 m or rad, and reactions within this part of the largest one touch. */
+static const double rounding = 1e-9;
+
+static uint64_t bit_of(const kt_model *model, size_t loop) { return (uint64_t)1 << kt_loop_switch(model, (int)loop); }
+
+static bool bounds(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE; }
+static double sign_of(const kt_loop_record *loop) { return loop->side == KT_SIDE_BELOW ? -1.0 : 1.0; }
+
+static kt_status refuse(const kt_step_work *w, size_t loop, const char *what, double size, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "contact '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)loop),
+                   w->step->t + w->step->h);
+    return kt_error_set(
+        error, KT_ERROR_UNSUPPORTED, where,
+        "it %s (%.3g) within the step, an event that derivatives of the step would leave out; take those "
+        "of steps before and behind it, each with the model that the simulation has there "
+        "(kt_simulation_model)",
+        what, size);
+}
+
+/* Gaps of those that are open. */
+static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
+    const kt_model *model = w->model, *all = kt_model_switched(model, model->set | mask);
+    const double least = -rounding * fmax(1.0, model->length);
+    kt_data *data = NULL;
+    kt_status status = kt_data_init(all, w->contact_memory, kt_data_size(model), &data, error);
+    if (status == KT_OK)
+        status = kt_loop_equations(all, data, w->step->t + w->step->h, next, next + model->n.q, NULL, w->contact_row,
+                                   NULL, NULL, error);
+    for (size_t i = 0; status == KT_OK && i < all->n.loop; i++) {
+        const kt_loop_record *loop = &all->loop[i];
+        if (!bounds(loop) || (model->set & bit_of(model, i)) != 0)
+            continue;
+        const double gap = sign_of(loop) * w->contact_row[loop->equation];
+        if (gap < least)
+            status = refuse(w, i, "closes", gap, error);
+    }
+    return status;
+}
+
+/* Reactions of those that are closed. */
+static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *error) {
+    const kt_model *model = w->model;
+    kt_data *data = NULL;
+    double most = 0.0;
+    kt_status status = kt_data_init(model, w->contact_memory, kt_data_size(model), &data, error);
+    if (status != KT_OK)
+        return status;
+    kt_own_states_put(model, data, next);
+    status = kt_multiplier_evaluate(model, data, w->step->t + w->step->h, next, next + model->n.q, w->step->tau,
+                                    w->step->external, w->contact_row, error);
+    for (size_t i = 0; status == KT_OK && i < model->n.row; i++)
+        most = fmax(most, fabs(w->contact_row[i]));
+    for (size_t i = 0; status == KT_OK && i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (!bounds(loop) || (model->set & bit_of(model, i)) == 0)
+            continue;
+        const double reaction = sign_of(loop) * w->contact_row[loop->equation];
+        if (reaction < -rounding * fmax(most, 1e-300))
+            status = refuse(w, i, "opens, as its reaction would pull,", reaction, error);
+    }
+    return status;
+}
+
+/* The switches of all that bounds a side. */
+static uint64_t mask_of(const kt_model *model) {
+    uint64_t mask = 0;
+    for (size_t i = 0; model->family != NULL && i < model->n.loop; i++)
+        if (bounds(&model->loop[i]))
+            mask |= bit_of(model, i);
+    return mask;
+}
+
+kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error) {
+    const kt_model *model = w->model;
+    const uint64_t mask = mask_of(model);
+    if (!KT_HAS_LOOPS || mask == 0)
+        return KT_OK;
+    kt_status status = (model->set & mask) != mask ? check_gaps(w, next, mask, error) : KT_OK;
+    if (status == KT_OK && (model->set & mask) != 0)
+        status = check_reactions(w, next, error);
+    return status;
+}
+
+size_t kt_step_contact_rows(const kt_model *model) {
+    size_t rows = 0;
+    for (uint64_t set = 0; mask_of(model) != 0 && set < kt_family_sets(model->family); set++) {
+        const kt_model *one = kt_family_model(model->family, set);
+        rows = one->n.row > rows ? one->n.row : rows;
+    }
+    return rows;
+}
+
+#endif
