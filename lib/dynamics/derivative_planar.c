@@ -12,8 +12,8 @@
  *                           D_ik = w J e . (F + m a_k - f) + P . (alpha J e - omega^2 e),   2 omega J e . P
  * and D_ki has P of k's own field, at rest before k. Relative to o, since trees may travel fast, and as
  * rnea_gradient_planar.c has it for the sum over i. Signs of joints about -n multiply both. */
-#include "dynamics/aba_planar.h"
 #include "dynamics/derivative.h"
+#include "dynamics/planar_external.h"
 
 /* Sums over a link and what it carries, and its origin relative to that of the link before. */
 typedef struct carried {
@@ -69,14 +69,9 @@ KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const
         const kt_body_record *body = &model->body[b];
         if (body->link == 0)
             continue;
-        const size_t k = (size_t)body->link - model->n.spatial + 1;
-        const kt_planar_rest *rest = &model->planar_rest[k];
-        const kt_mat3 *basis = &model->plane[rest->plane].basis;
-        const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
-        const kt_v2 x = kt_planar_sum(kt_v2_load(motion[k].rotation), arm[0], arm[1]);
-        const kt_v2 f = {kt_vec3_dot(basis->x, external[b].force), kt_vec3_dot(basis->y, external[b].force)};
-        links[k].f += f;
-        links[k].fx += kt_v2_dot(f, x);
+        const kt_planar_external_wrench l = kt_planar_external_of(model, motion, body, &external[b]);
+        links[l.link].f += l.force;
+        links[l.link].fx += kt_v2_dot(l.force, l.x);
     }
 }
 

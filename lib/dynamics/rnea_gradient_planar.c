@@ -10,7 +10,7 @@
  * A prismatic joint along e, carried at omega and alpha, adds w J e to u, alpha J e - omega^2 e and 2 omega J e to a:
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w. */
-#include "dynamics/aba_planar.h"
+#include "dynamics/planar_external.h"
 #include "dynamics/rnea_gradient.h"
 
 static const double still[2] = {0.0, 0.0};
@@ -83,16 +83,11 @@ KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const
         const kt_body_record *body = &model->body[b];
         if (body->link == 0)
             continue;
-        const size_t k = (size_t)body->link - model->n.spatial + 1;
-        const kt_planar_rest *rest = &model->planar_rest[k];
-        const kt_mat3 *basis = &model->plane[rest->plane].basis;
-        const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
-        const kt_v2 r = kt_planar_sum(kt_v2_load(motion[k].rotation), arm[0], arm[1]);
-        const kt_v2 f = {kt_vec3_dot(basis->x, external[b].force), kt_vec3_dot(basis->y, external[b].force)};
-        kt_planar_gradient_link *x = &links[k];
-        x->moment -= kt_vec3_dot(basis->z, external[b].moment) + across(r, f);
-        x->force -= f;
-        x->y -= across(x->u, f) - x->w * kt_v2_dot(r, f);
+        const kt_planar_external_wrench l = kt_planar_external_of(model, motion, body, &external[b]);
+        kt_planar_gradient_link *x = &links[l.link];
+        x->moment -= l.moment + across(l.x, l.force);
+        x->force -= l.force;
+        x->y -= across(x->u, l.force) - x->w * kt_v2_dot(l.x, l.force);
     }
 }
 
