@@ -171,7 +171,7 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
                                               "with numbers in place of parameters the formula has more than %d "
                                               "characters; compute a part of it as a parameter",
                                               KT_EXPRESSION_LENGTH_MAX);
-    if (names.varies || names.is_reset)
+    if (names.varies || names.is_reset || kt_is_varied(r, node))
         kt_varying_note_fixed(r, node, names.is_reset);
     *text = filled;
     return true;

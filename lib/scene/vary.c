@@ -79,6 +79,10 @@ static int variable_of(const kt_scene_variables *v, const kt_node *node) {
     return k < v->variable_count ? k : -1;
 }
 
+bool kt_is_varied(const kt_reader *r, const kt_node *node) {
+    return r->varying != NULL && variable_of(r->varying, node) >= 0;
+}
+
 /* Whether an expression depends on a variable; *is_reset: on a parameter that an event sets. */
 static bool depends(const kt_reader *r, const kt_expression *expression, bool *is_reset) {
     bool varies = false;

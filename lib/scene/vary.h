@@ -17,6 +17,9 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene);
 /* Notes that a number which has been read at this node is that of a variable, or by an expression that depends on one. */
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression);
 
+/* Whether a node is the value of a variable itself. */
+bool kt_is_varied(const kt_reader *r, const kt_node *node);
+
 /* Notes that something has been made of a parameter, here, that no later value can change; is_reset: of one that an event
  * sets. */
 void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset);
