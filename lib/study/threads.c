@@ -56,7 +56,8 @@ kt_status kt_threads_share(size_t count, size_t threads, kt_threads_call *call, 
     worker workers[KT_THREADS_MOST];
     size_t started = 1;
     atomic_init(&w.next, 0);
-    for (size_t i = 0; i < threads; i++)
+    workers[0] = (worker){.work = &w, .number = 0};
+    for (size_t i = 1; i < threads; i++)
         workers[i] = (worker){.work = &w, .number = i};
     while (started < threads && pthread_create(&workers[started].thread, NULL, take_items, &workers[started]) == 0)
         started++;
