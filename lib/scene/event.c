@@ -8,6 +8,7 @@
 #include "scene/expression.h"
 #include "scene/part.h"
 #include "scene/reset.h"
+#include "scene/vary.h"
 
 #include "base/names.h"
 
@@ -113,6 +114,7 @@ static bool read_value(kt_reader *r, const kt_scope *scope, kt_node *node, const
     if (inner == NULL)
         return kt_reader_out_of_memory(r);
     *inner = *node;
+    kt_varying_note(r, node, NULL); /* of a variable: the formula stays what was read */
     if (kt_is_expression(node)) {
         inner->of.text++;
         inner->column++;
