@@ -466,6 +466,9 @@ KT_TEST(wrong_laws_are_told) {
     m.effects[0].state_count = KT_LAW_STATE_MAX + 1;
     refuse(&m, "effect 'motor'", "states: the count is 17; it must be 0 to 16");
     m.effects[0].state_count = 2;
+    m.effects[0].variables = NULL;
+    refuse(&m, "effect 'motor'", "variables: the list is NULL, and its count 4");
+    m.effects[0].variables = of_motor;
     m.effects[0].formula[0] = "t";
     refuse(&m, "effect 'motor'", "both a formula and a law are given");
     m.effects[0].formula[0] = NULL;
