@@ -6,6 +6,7 @@
 #include "../report.h"
 
 #include "kinetree/batch.h"
+#include "kinetree/loop.h"
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 #ifdef KT_SCENES
@@ -62,7 +63,10 @@ static bool prepare(kt_states *s, kt_chain *chain, kt_error *error) {
             s->tau[i * nv + k] = random_number(&seed);
         }
         kt_position_add(chain->model, chain->q, step, s->q + i * nq);
-        status = kt_batch_set_state(s->batch, i, 0.0, s->q + i * nq, s->v + i * nv, error);
+        if (kt_loop_count(chain->model) > 0)
+            status = kt_state_assemble(chain->model, chain->data, 0.0, s->q + i * nq, s->v + i * nv, error);
+        if (status == KT_OK)
+            status = kt_batch_set_state(s->batch, i, 0.0, s->q + i * nq, s->v + i * nv, error);
         if (status == KT_OK)
             status = kt_batch_set_torque(s->batch, i, s->tau + i * nv, error);
     }
@@ -277,22 +281,15 @@ static void add_leg(kt_quadruped *r, double x, double y) {
     foot->slip = 0.01;
 }
 
-/* Effects of a quadruped that stands: contact and friction of its feet, springs and friction in its joints. */
-static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
-    kt_quadruped r = {.description = kt_description_default()};
+/* Compiles a description that a quadruped has been given. */
+static kt_status compile(kt_quadruped *r, kt_isa isa, kt_chain *chain, kt_error *error) {
     kt_model_options options = kt_model_options_default();
-    kt_body *trunk = add_body(&r, NULL, KT_JOINT_FREE, (kt_vec3){0.0, 0.0, 0.0});
-    trunk->joint.position[2] = 0.38;
-    trunk->mass = 6.0;
-    trunk->inertia = (kt_sym3){.xx = 0.02, .yy = 0.06, .zz = 0.07};
-    for (int leg = 0; leg < LEGS; leg++)
-        add_leg(&r, leg < 2 ? 0.2 : -0.2, leg % 2 ? 0.1 : -0.1);
-    r.description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    r.description.bodies = r.body;
-    r.description.effects = r.effect;
+    r->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    r->description.bodies = r->body;
+    r->description.effects = r->effect;
     options.isa = isa;
     *chain = (kt_chain){.n = 0};
-    kt_status status = kt_model_compile(&r.description, &options, &chain->model, error);
+    kt_status status = kt_model_compile(&r->description, &options, &chain->model, error);
     if (status == KT_OK)
         status = kt_data_create(chain->model, &chain->data, error);
     if (status != KT_OK)
@@ -300,8 +297,58 @@ static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
     chain->n = kt_model_nv(chain->model);
     chain->nq = kt_model_nq(chain->model);
     chain->q = calloc((size_t)chain->nq, sizeof *chain->q);
+    if (!chain->q)
+        return KT_ERROR_MEMORY;
     kt_model_initial(chain->model, chain->q, NULL);
-    return chain->q ? KT_OK : KT_ERROR_MEMORY;
+    return KT_OK;
+}
+
+/* A leg in a plane: a thigh and a rod behind it, both on the trunk, move a shank. */
+static void add_linkage(kt_quadruped *r, kt_loop *loop, double x) {
+    static const double mass[] = {0.8, 0.3, 0.1}, length[] = {0.2, 0.25, 0.19};
+    const kt_vec3 at[3] = {{x, 0.0, 0.0}, {0.0, 0.0, -length[0]}, {x - 0.05, 0.0, -0.03}};
+    const char *parent = r->name[0];
+    for (int k = 0; k < 3; k++) {
+        kt_body *body = add_body(r, k == 1 ? parent : r->name[0], KT_JOINT_REVOLUTE, at[k]);
+        body->joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+        body->mass = mass[k];
+        body->com = kt_vec3_make(0.0, 0.0, -0.5 * length[k]);
+        body->inertia = (kt_sym3){.xx = 2e-3, .yy = 2e-3, .zz = 1e-3};
+        parent = body->name;
+    }
+    *loop = kt_loop_default();
+    loop->name = parent;
+    loop->type = KT_LOOP_REVOLUTE;
+    loop->axis = kt_vec3_make(0.0, 1.0, 0.0);
+    loop->between[0] = (kt_end){.body = r->body[r->description.body_count - 2].name, .at = {-0.06, 0.0, -0.02}};
+    loop->between[1] = (kt_end){.body = parent, .at = {0.0, 0.0, -length[2]}};
+}
+
+/* A machine that walks in a plane on four-bars. */
+static kt_status make_walker(kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_quadruped r = {.description = kt_description_default()};
+    kt_loop loop[LEGS];
+    kt_body *trunk = add_body(&r, NULL, KT_JOINT_PLANAR, (kt_vec3){0.0, 0.0, 0.0});
+    trunk->joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    trunk->mass = 6.0;
+    trunk->inertia = (kt_sym3){.xx = 0.02, .yy = 0.06, .zz = 0.07};
+    for (int leg = 0; leg < LEGS; leg++)
+        add_linkage(&r, &loop[leg], 0.2 * leg - 0.3);
+    r.description.loops = loop;
+    r.description.loop_count = LEGS;
+    return compile(&r, isa, chain, error);
+}
+
+/* Effects of a quadruped that stands: contact and friction of its feet, springs and friction in its joints. */
+static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_quadruped r = {.description = kt_description_default()};
+    kt_body *trunk = add_body(&r, NULL, KT_JOINT_FREE, (kt_vec3){0.0, 0.0, 0.0});
+    trunk->joint.position[2] = 0.38;
+    trunk->mass = 6.0;
+    trunk->inertia = (kt_sym3){.xx = 0.02, .yy = 0.06, .zz = 0.07};
+    for (int leg = 0; leg < LEGS; leg++)
+        add_leg(&r, leg < 2 ? 0.2 : -0.2, leg % 2 ? 0.1 : -0.1);
+    return compile(&r, isa, chain, error);
 }
 
 /* ---- threads ----------------------------------------------------------------------------------------------------- */
@@ -380,9 +427,10 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
     } cases[] = {{"chain of 32", {4.0, 2.2}},
                  {"planar of 128", {4.0, 2.0}},
                  {"humanoid", {3.5, 2.0}},
-                 {"quadruped", {3.0, 1.8}}};
+                 {"quadruped", {3.0, 1.8}},
+                 {"four-bar legs", {3.0, 0.0}}};
     int worst = KT_BENCH_DONE;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         kt_chain chain;
         kt_error error;
         kt_status made = KT_OK;
@@ -392,6 +440,8 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
             made = make_planar(128, options->isa, &chain, &error);
         else if (i == 3)
             made = make_quadruped(options->isa, &chain, &error);
+        else if (i == 4)
+            made = make_walker(options->isa, &chain, &error);
         else {
 #ifdef KT_SCENES
             made = make_humanoid(options->isa, &chain, &error);

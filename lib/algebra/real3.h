@@ -7,6 +7,7 @@
  *   kt_real2   a vector in a plane:      combined by the functions whose names end in 2
  *   kt_real3   a vector in space:        combined by those whose names end in 3
  *   kt_condition   of each state
+ *   kt_index1  the place of a number among others, of each state
  *
  * A condition on which a recursion of one state ends does not end one of several: it is noted for which of them it holds
  * (kt_fails, kt_is_refused).
@@ -36,6 +37,7 @@ typedef double kt_real1;
 typedef kt_v2 kt_real2;
 typedef kt_v4 kt_real3;
 typedef bool kt_condition;
+typedef int32_t kt_index1;
 
 #define kt_make2(x, y) ((kt_v2){(x), (y)})
 #define kt_make3(x, y, z) ((kt_v4){(x), (y), (z), 0.0})
@@ -53,6 +55,7 @@ typedef bool kt_condition;
 #define kt_swap2 kt_v2_swap
 #define kt_across2 kt_v2_across
 #define kt_dot2 kt_v2_dot
+#define kt_dots2 kt_v2_dot2
 #define kt_dots3 kt_v4_dot2
 
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
@@ -78,6 +81,7 @@ KT_OPERATOR kt_real2 kt_scale2(kt_real1 s, kt_real2 a) { return kt_v2_splat(s) *
 
 typedef double kt_real1 __attribute__((vector_size(8 * KT_LANES)));
 typedef int64_t kt_condition __attribute__((vector_size(8 * KT_LANES)));
+typedef kt_condition kt_index1;
 typedef struct kt_real2 {
     kt_real1 x, y;
 } kt_real2;
@@ -141,6 +145,9 @@ KT_OPERATOR kt_real2 kt_across2(kt_real2 a) { return (kt_real2){-a.y, a.x}; }
 KT_OPERATOR kt_real1 kt_dot2(kt_real2 a, kt_real2 b) { return a.x * b.x + a.y * b.y; }
 
 /* a . b + c . d */
+KT_OPERATOR kt_real1 kt_dots2(kt_real2 a, kt_real2 b, kt_real2 c, kt_real2 d) {
+    return (a.x * b.x + c.x * d.x) + (a.y * b.y + c.y * d.y);
+}
 KT_OPERATOR kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
     return kt_sum3(kt_add3(kt_mul3(a, b), kt_mul3(c, d)));
 }

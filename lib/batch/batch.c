@@ -17,8 +17,19 @@ kt_batch_options kt_batch_options_default(void) {
     return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
 }
 
+bool kt_loops_fit_lanes(const kt_model *model) {
+    if (model->n.group == 0)
+        return true;
+    if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward)
+        return false;
+    for (size_t g = 0; g < model->n.group; g++)
+        if (model->group[g].form != KT_FORM_PIN)
+            return false;
+    return true;
+}
+
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
-    if (model->n.group > 0)
+    if (model->n.group > 0 && !kt_loops_fit_lanes(model))
         return NULL;
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
@@ -111,7 +122,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->method = options->method;
     made->n = n;
     made->has_formulas = kt_lanes_have_formulas(model);
-    made->why = made->kernels ? NULL : "it has loops, which are closed state by state";
+    made->why = made->kernels ? NULL : "it has loops other than single pins in planes: these are closed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

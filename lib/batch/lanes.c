@@ -2,6 +2,7 @@
 #include "batch/lanes.h"
 
 #include "dynamics/dynamics.h"
+#include "reduction/links.h"
 
 KT_ARENA_LAYOUT(lay_out, kt_data, KT_LANE_FIELDS, const kt_counts *n)
 
@@ -32,6 +33,23 @@ static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n
     return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
 }
 
+/* Of planar mechanisms each loop of which is one pin. */
+static void forward_closed(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                           const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+    KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
+    (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, v, tau, false, a);
+}
+
+static void forward_tree(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                         const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+    if (model->sweep != KT_SWEEP_PLANAR)
+        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward)
+                                   : KT_KERNEL(kt_forward))(model, data, q, v, tau, external, a);
+    if (model->sweep != KT_SWEEP_SPATIAL)
+        (void)(model->has_armature ? KT_KERNEL(kt_planar_armature_forward)
+                                   : KT_KERNEL(kt_planar_forward))(model, data, q, v, tau, external, a);
+}
+
 static kt_lane_mask forward(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
                             const double *external, double *a) {
     kt_data *data = work;
@@ -39,12 +57,10 @@ static kt_lane_mask forward(const kt_model *model, void *work, const double *q, 
     const kt_external *on_bodies = (const void *)external;
     kt_real1 *as = (void *)a;
     data->sound = kt_condition_true();
-    if (model->sweep != KT_SWEEP_PLANAR)
-        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, qs, vs, taus,
-                                                                                             on_bodies, as);
-    if (model->sweep != KT_SWEEP_SPATIAL)
-        (void)(model->has_armature ? KT_KERNEL(kt_planar_armature_forward)
-                                   : KT_KERNEL(kt_planar_forward))(model, data, qs, vs, taus, on_bodies, as);
+    if (KT_HAS_LOOPS && model->n.group > 0)
+        forward_closed(model, data, qs, vs, taus, on_bodies, as);
+    else
+        forward_tree(model, data, qs, vs, taus, on_bodies, as);
     return finite_lanes(data->sound, as, model->n.v);
 }
 

@@ -28,9 +28,9 @@ typedef struct kt_lane_kernels {
     size_t width;
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
-    /* Forward dynamics of the tree: a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
-     * Returns the lanes whose accelerations are finite and no joint of which is without inertia; the others' mean
-     * nothing. */
+    /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_loops_fit_lanes): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
+     * Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
+     * a singular position; the others' mean nothing. */
     kt_lane_mask (*forward)(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
                             const double *external, double *a);
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
@@ -53,6 +53,10 @@ typedef struct kt_lane_kernels {
     void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n);
 } kt_lane_kernels;
+
+/* Whether the accelerations of a model with loops are computed in lanes: it moves in planes, and each of its groups of
+ * loops is one pin that is solved in closed form (reduction/pin.h). */
+bool kt_loops_fit_lanes(const kt_model *model);
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
  * succeeded. Not for effects by formulas. */

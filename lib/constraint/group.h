@@ -8,7 +8,6 @@
 #include "base/arena.h"
 #include "base/isa.h"
 #include "linear/qr.h"
-#include "loop/loop.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -42,14 +41,14 @@ KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
 
 typedef struct kt_group_work {
     int m, k;
-    int32_t *pivot;
+    kt_index1 *pivot;
     /* Among redundant equations those with the larger weights are chosen (k; NULL if there are none), so that the
      * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
      * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
     const double *weight;
     double least;     /* lower bound of the size that the largest direction counts as */
     double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */
-#define KT_GROUP_DECLARE(name, count, meaning) double *name;
+#define KT_GROUP_DECLARE(name, count, meaning) kt_real1 *name;
     KT_GROUP_FIELDS(KT_GROUP_DECLARE)
 #undef KT_GROUP_DECLARE
 } kt_group_work;
@@ -66,7 +65,7 @@ static inline size_t kt_group_work_count(size_t m, size_t k) {
 /* Finds a group's matrices in the data. */
 KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
     const kt_group *group = &model->group[g];
-    double *base = data->dense + group->dense;
+    kt_real1 *base = data->dense + group->dense;
     const size_t *at = group->at;
     w->m = group->v_count;
     w->k = group->count[rows];
@@ -89,13 +88,13 @@ static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_da
 /* Second purposes of arrays that their first ones have left: after the elimination, accelerations (m) and the forces on
  * the coordinates that multipliers are computed from (m); sums A x (k) where there are no multipliers; singular values
  * (s) where the method has no reflectors (lib/study); of a pin, p / D (3) and its null vector n (m). */
-KT_INLINE double *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
-KT_INLINE double *kt_group_forces(const kt_group_work *w) { return w->half; }
-KT_INLINE double *kt_front_forces(const kt_group_work *w) { return w->free; }
-KT_INLINE double *kt_group_products(const kt_group_work *w) { return w->multiplier; }
-KT_INLINE double *kt_group_singular_values(const kt_group_work *w) { return w->reflector_scale; }
-KT_INLINE double *kt_pin_momentum(const kt_group_work *w) { return w->coupling; }
-KT_INLINE double *kt_pin_null_vector(const kt_group_work *w) { return w->basis; }
+KT_INLINE kt_real1 *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
+KT_INLINE kt_real1 *kt_group_forces(const kt_group_work *w) { return w->half; }
+KT_INLINE kt_real1 *kt_front_forces(const kt_group_work *w) { return w->free; }
+KT_INLINE kt_real1 *kt_group_products(const kt_group_work *w) { return w->multiplier; }
+KT_INLINE kt_real1 *kt_group_singular_values(const kt_group_work *w) { return w->reflector_scale; }
+KT_INLINE kt_real1 *kt_pin_momentum(const kt_group_work *w) { return w->coupling; }
+KT_INLINE kt_real1 *kt_pin_null_vector(const kt_group_work *w) { return w->basis; }
 
 #define KT_GROUP_COUNT(name, count, meaning) +1
 _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
@@ -115,6 +114,8 @@ void kt_rows_gather(const kt_model *model, const kt_group *group, int count, con
 static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
     return (size_t)model->group_link[group->link] >= model->n.spatial;
 }
+
+#ifndef KT_LANES
 
 /* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates
  * that change by a radian or the mechanism's length: its wrenches' components. */
@@ -184,6 +185,8 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
         violation->speed = fmax(violation->speed, largest / w->scale[r]);
     }
 }
+
+#endif
 
 /* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
  * from neighbouring states (singular_crossing.c). */

@@ -38,11 +38,6 @@ typedef struct kt_planar_wrench {
     int32_t slot;
 } kt_planar_wrench;
 
-/* The index of a link in the planar arrays; for link 0, the number to be added to the indices of links. */
-KT_INLINE int32_t kt_planar_index_shift(const kt_model *model, int32_t link) {
-    return link - (int32_t)model->n.spatial + 1;
-}
-
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const double *v,
                                     kt_planar_end *end) {

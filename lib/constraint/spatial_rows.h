@@ -10,6 +10,7 @@
 
 #include "constraint/group.h"
 #include "dynamics/sweep.h"
+#include "loop/loop.h"
 
 #include <string.h>
 

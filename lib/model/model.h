@@ -429,7 +429,9 @@ typedef struct kt_passage {
 #define KT_LANE_FIELDS(X)                                                                                              \
     KT_SWEEP_FIELDS(X)                                                                                                 \
     X(int32_t, lane_angle, KT_ANGLES(KT_LANES * n->angle), "positions that are angles, of each lane, and any others")  \
-    X(int32_t, lane_force_angle, KT_ANGLES(KT_LANES * n->force_link_angle), "those of links that carry forces")
+    X(int32_t, lane_force_angle, KT_ANGLES(KT_LANES * n->force_link_angle), "those of links that carry forces")        \
+    X(kt_real1, dense, n->dense, "matrices of the constraint groups")                                                  \
+    X(kt_index1, pivot, n->row, "order of the equations, group by group")
 
 /* What the recursions write, in code that is compiled for lanes: there these are the data. */
 struct kt_data {

@@ -30,8 +30,17 @@
                                       const kt_wrench *external);                                                      \
     size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *v, const double *tau,  \
                                             bool weightless, double *a);
+#ifdef KT_LANES
+/* In lanes (algebra/real3.h): planar links alone, and groups of one pin, in closed form. Lanes in which one of these needs
+ * the general method, or a joint is without inertia, are told by data->sound. */
+void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                       const kt_external *external);
+size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *v,
+                                             const kt_real1 *tau, bool weightless, kt_real1 *a);
+#else
 KT_LINKS_DECLARE(baseline)
 KT_LINKS_DECLARE(v3)
 KT_LINKS_DECLARE(v4)
+#endif
 
 #endif

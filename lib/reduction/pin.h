@@ -23,7 +23,7 @@
 #ifndef KT_REDUCTION_PIN_H
 #define KT_REDUCTION_PIN_H
 
-#include "constraint/planar_rows.h"
+#include "constraint/group.h"
 #include "dynamics/aba_planar.h"
 
 enum { KT_PIN_LINKS = 3 };
@@ -42,24 +42,26 @@ enum { KT_PIN_LINKS = 3 };
 /* The letters of the equations above, a row a link, in the order of the paths: links of the first end come first. */
 typedef struct kt_pin {
     const kt_planar_link *link[KT_PIN_LINKS];
-    kt_v2 offset[KT_PIN_LINKS]; /* from the previous link */
-    kt_v2 at[KT_PIN_LINKS];     /* from the parent's origin */
-    kt_v2 bias[KT_PIN_LINKS];   /* acceleration from the velocities alone */
-    kt_v2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
-    kt_v2 c[KT_PIN_LINKS];      /* rates of p2 - p1, columns of A */
-    kt_v2 drift;                /* -b'' */
-    double n[KT_PIN_LINKS];     /* null vector */
-    double x[KT_PIN_LINKS];     /* x0 */
+    kt_real2 offset[KT_PIN_LINKS]; /* from the previous link */
+    kt_real2 at[KT_PIN_LINKS];     /* from the parent's origin */
+    kt_real2 bias[KT_PIN_LINKS];   /* acceleration from the velocities alone */
+    kt_real2 along[KT_PIN_LINKS];  /* direction of prismatic joints */
+    kt_real2 c[KT_PIN_LINKS];      /* rates of p2 - p1, columns of A */
+    kt_real2 drift;                /* -b'' */
+    kt_real1 n[KT_PIN_LINKS];      /* null vector */
+    kt_real1 x[KT_PIN_LINKS];      /* x0 */
 } kt_pin;
 
-KT_INLINE double kt_pin_cross(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; }
+KT_INLINE kt_real1 kt_pin_cross(kt_real2 a, kt_real2 b) {
+    return KT_PART2(a, 0) * KT_PART2(b, 1) - KT_PART2(a, 1) * KT_PART2(b, 0);
+}
 
 KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->revolute; }
 
 /* One end of the loop, relative to the parent's origin. */
 typedef struct kt_pin_end {
-    kt_v2 point, rate, linear; /* linear: from the velocities alone */
-    double omega;
+    kt_real2 point, rate, linear; /* linear: from the velocities alone */
+    kt_real1 omega;
 } kt_pin_end;
 
 /* The group, its loop, the parent and the number of links on the path to the loop's first end. */
@@ -75,133 +77,143 @@ KT_INLINE int kt_pin_from(const kt_pin_group *g, int k) { return k ? g->first : 
 KT_INLINE int kt_pin_to(const kt_pin_group *g, int k) { return k ? KT_PIN_LINKS : g->first; }
 
 /* Follows the path to end k, from the parent's angular velocity w. */
-KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k, double w,
-                                   const double *v, kt_pin *p) {
+KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k, kt_real1 w,
+                                   const kt_real1 *v, kt_pin *p) {
     const kt_planar_loop *flat = g->flat;
     const int32_t *path = model->path + g->loop->path[k];
     const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
-    const kt_v2 none = {0.0, 0.0};
-    kt_v2 at = -kt_v2_load(flat->origin), rate = none, bias = none;
+    const kt_real2 none = kt_same2(0.0);
+    kt_real2 at = kt_minus2(kt_from2(flat->origin)), rate = none, bias = none;
     const int32_t first = kt_planar_index_shift(model, 0);
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
         const int32_t index = path[i - from] + first;
         const kt_planar_link *link = p->link[i] = &model->planar[index];
         const kt_planar_motion *m = &data->planar[index];
-        p->offset[i] = kt_v2_load(m->offset);
-        at += p->offset[i];
-        bias += kt_v2_load(m->linear);
-        rate += kt_v2_splat(w) * kt_v2_across(p->offset[i]);
+        p->offset[i] = kt_load2(m->offset);
+        at = kt_add2(at, p->offset[i]);
+        bias = kt_add2(bias, kt_load2(m->linear));
+        rate = kt_add2(rate, kt_scale2(w, kt_across2(p->offset[i])));
         w = m->omega;
         p->along[i] = none;
         if (!link->revolute) {
-            p->along[i] = kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
-            rate += kt_v2_splat(v[link->v]) * p->along[i];
+            p->along[i] = kt_planar_sum_of(kt_load2(m->rotation), link->along);
+            rate = kt_add2(rate, kt_scale2(v[link->v], p->along[i]));
         }
         p->at[i] = at;
         p->bias[i] = bias;
     }
-    const kt_v2 arm = kt_planar_sum(kt_v2_load(data->planar[flat->link[k]].rotation), flat->arm[k][0], flat->arm[k][1]);
-    return (kt_pin_end){.point = at + arm,
-                        .rate = rate + kt_v2_splat(w) * kt_v2_across(arm),
-                        .linear = bias - kt_v2_splat(w * w) * arm,
+    const kt_real2 arm = kt_planar_sum_of(kt_load2(data->planar[flat->link[k]].rotation), flat->arm[k]);
+    return (kt_pin_end){.point = kt_add2(at, arm),
+                        .rate = kt_add2(rate, kt_scale2(w, kt_across2(arm))),
+                        .linear = kt_sub2(bias, kt_scale2(w * w, arm)),
                         .omega = w};
 }
 
 /* Computes c_i and the drift. `first`: the number of links on the first end's path. */
 KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
-    const kt_v2 d = two->point - one->point, w1 = kt_v2_splat(one->omega);
-    const kt_v2 relative = (two->rate - one->rate) - w1 * kt_v2_across(d);
-    p->drift = (two->linear - one->linear) + w1 * (w1 * d - kt_v2_splat(2.0) * kt_v2_across(relative));
+    const kt_real2 d = kt_sub2(two->point, one->point);
+    const kt_real1 w = one->omega;
+    const kt_real2 relative = kt_sub2(kt_sub2(two->rate, one->rate), kt_scale2(w, kt_across2(d)));
+    p->drift =
+        kt_add2(kt_sub2(two->linear, one->linear),
+                kt_scale2(w, kt_sub2(kt_scale2(w, d), kt_mul2(kt_same2(2.0), kt_across2(relative)))));
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
-        p->c[i] = kt_pin_is_revolute(p, i) ? kt_v2_splat(sign * p->link[i]->sign) * kt_v2_across(two->point - p->at[i])
-                                           : kt_v2_splat(sign) * p->along[i];
+        p->c[i] = kt_pin_is_revolute(p, i)
+                      ? kt_mul2(kt_same2(sign * p->link[i]->sign), kt_across2(kt_sub2(two->point, p->at[i])))
+                      : kt_mul2(kt_same2(sign), p->along[i]);
     }
 }
 
 /* Computes n and x0; returns false near a singular position. usual: the usual size of the group's last independent
  * direction. */
-KT_INLINE bool kt_pin_reduce(double usual, kt_pin *p) {
-    const kt_v2 *c = p->c, b = -p->drift;
-    const kt_v2 squares = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    const double all = squares[0] + squares[1], small = KT_NEAR_SINGULAR * usual;
-    double *n = p->n, *x = p->x;
+KT_INLINE kt_condition kt_pin_reduce(double usual, kt_pin *p) {
+    const kt_real2 *c = p->c, b = kt_minus2(p->drift);
+    const kt_real2 squares = kt_add2(kt_add2(kt_mul2(c[0], c[0]), kt_mul2(c[1], c[1])), kt_mul2(c[2], c[2]));
+    const kt_real1 all = KT_PART2(squares, 0) + KT_PART2(squares, 1);
+    const double small = KT_NEAR_SINGULAR * usual;
+    kt_condition regular = kt_condition_true();
+    kt_real1 *n = p->n, *x = p->x;
     n[0] = kt_pin_cross(c[1], c[2]);
     n[1] = kt_pin_cross(c[2], c[0]);
     n[2] = kt_pin_cross(c[0], c[1]);
-    const double nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    const kt_real1 nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
     /* the size of the last direction in QR is |n| divided by the norm of the longest row of A, at most that of A */
-    if (!(nn > small * small * all && nn > KT_RANK_TOLERANCE * (all * all)))
-        return false;
-    const double one = 1.0 / nn, bx = b[0] * one, by = b[1] * one;
-    const double g0 = bx * c[0][1] - by * c[0][0], g1 = bx * c[1][1] - by * c[1][0], g2 = bx * c[2][1] - by * c[2][0];
+    if (kt_fails(&regular, nn > small * small * all) || kt_fails(&regular, nn > KT_RANK_TOLERANCE * (all * all)))
+        return kt_condition_false();
+    const kt_real1 one = 1.0 / nn, bx = KT_PART2(b, 0) * one, by = KT_PART2(b, 1) * one;
+    const kt_real1 g0 = bx * KT_PART2(c[0], 1) - by * KT_PART2(c[0], 0);
+    const kt_real1 g1 = bx * KT_PART2(c[1], 1) - by * KT_PART2(c[1], 0);
+    const kt_real1 g2 = bx * KT_PART2(c[2], 1) - by * KT_PART2(c[2], 0);
     x[0] = g1 * n[2] - g2 * n[1];
     x[1] = g2 * n[0] - g0 * n[2];
     x[2] = g0 * n[1] - g1 * n[0];
-    return true;
+    return regular;
 }
 
 /* The velocity of one link at the rates n, and its acceleration for x0. */
 typedef struct kt_pin_body {
-    double w, alpha;
-    kt_v2 u, a;
+    kt_real1 w, alpha;
+    kt_real2 u, a;
 } kt_pin_body;
 
 KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
-    const kt_v2 across = kt_v2_across(p->offset[i]);
-    body->u += kt_v2_splat(body->w) * across;
-    body->a += kt_v2_splat(body->alpha) * across;
+    const kt_real2 across = kt_across2(p->offset[i]);
+    body->u = kt_add2(body->u, kt_scale2(body->w, across));
+    body->a = kt_add2(body->a, kt_scale2(body->alpha, across));
     if (kt_pin_is_revolute(p, i)) {
         body->w += p->link[i]->sign * p->n[i];
         body->alpha += p->link[i]->sign * p->x[i];
     } else {
-        body->u += kt_v2_splat(p->n[i]) * p->along[i];
-        body->a += kt_v2_splat(p->x[i]) * p->along[i];
+        body->u = kt_add2(body->u, kt_scale2(p->n[i], p->along[i]));
+        body->a = kt_add2(body->a, kt_scale2(p->x[i], p->along[i]));
     }
 }
 
 /* M u of a link's articulated inertia. */
-KT_INLINE kt_v2 kt_pin_apply(const kt_planar_inertia *x, kt_v2 u) {
-    return (kt_v2){x->xx, x->yy} * u + kt_v2_splat(x->xy) * kt_v2_swap(u);
+KT_INLINE kt_real2 kt_pin_apply(const kt_planar_inertia *x, kt_real2 u) {
+    return kt_add2(kt_mul2(kt_make2(x->xx, x->yy), u), kt_scale2(x->xy, kt_swap2(u)));
 }
 
 /* Sums over the links: D, the virtual power of the wrenches along n, and if the parent moves the momentum p (about its
  * origin), Ic and W. */
 typedef struct kt_pin_sum {
-    double inertia, power, carried, moment; /* `carried`: the scale that D is compared with */
-    kt_v2 force;
+    kt_real1 inertia, power, carried, moment; /* `carried`: the scale that D is compared with */
+    kt_real2 force;
     kt_planar_inertia total;
 } kt_pin_sum;
 
-KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_v2 ground, bool rides,
+KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_real2 ground, bool rides,
                           const kt_planar_inertia *x, kt_pin_sum *sum) {
-    const kt_v2 h = kt_v2_load(x->h), a = body->a + (p->bias[i] + ground);
-    const double moment = x->j * body->w + kt_v2_dot(h, body->u);
-    const kt_v2 force = h * kt_v2_splat(body->w) + kt_pin_apply(x, body->u);
-    sum->inertia += body->w * moment + kt_v2_dot(body->u, force);
+    const kt_real2 h = kt_load2(x->h), a = kt_add2(body->a, kt_add2(p->bias[i], ground));
+    const kt_real1 moment = x->j * body->w + kt_dot2(h, body->u);
+    const kt_real2 force = kt_add2(kt_scale2(body->w, h), kt_pin_apply(x, body->u));
+    sum->inertia += body->w * moment + kt_dot2(body->u, force);
     sum->carried += p->n[i] * p->n[i] * p->link[i]->size;
     if (!rides) {
         sum->power +=
-            (moment * body->alpha + body->w * x->moment) + kt_v2_dot2(force, a, body->u, kt_v2_load(x->force));
+            (moment * body->alpha + body->w * x->moment) + kt_dots2(force, a, body->u, kt_load2(x->force));
         return;
     }
     kt_planar_inertia moved = *x;
-    const kt_v2 resists = kt_v2_load(x->force) + (h * kt_v2_splat(body->alpha) + kt_pin_apply(x, a));
-    moved.moment += x->j * body->alpha + kt_v2_dot(h, a);
-    kt_v2_store(moved.force, resists);
-    sum->power += body->w * moved.moment + kt_v2_dot(body->u, resists);
+    const kt_real2 resists =
+        kt_add2(kt_load2(x->force), kt_add2(kt_scale2(body->alpha, h), kt_pin_apply(x, a)));
+    moved.moment += x->j * body->alpha + kt_dot2(h, a);
+    kt_store2(moved.force, resists);
+    sum->power += body->w * moved.moment + kt_dot2(body->u, resists);
     sum->moment += moment + kt_pin_cross(p->at[i], force);
-    sum->force += force;
-    kt_planar_shift(&moved, (const double[2]){p->at[i][0], p->at[i][1]});
+    sum->force = kt_add2(sum->force, force);
+    kt_planar_shift(&moved, (const kt_real1[2]){KT_PART2(p->at[i], 0), KT_PART2(p->at[i], 1)});
     kt_planar_add(&sum->total, &moved);
 }
 
 /* Adds the group's inertia and bias wrench to the parent; `one` is 1 / D. */
-KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, kt_planar_inertia *parent) {
+KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, kt_real1 one, kt_real1 z, kt_planar_inertia *parent) {
     kt_planar_inertia x = sum->total;
-    const double moment = sum->moment, fx = sum->force[0], fy = sum->force[1], gx = fx * one, gy = fy * one;
+    const kt_real1 moment = sum->moment, fx = KT_PART2(sum->force, 0), fy = KT_PART2(sum->force, 1);
+    const kt_real1 gx = fx * one, gy = fy * one;
     x.j -= moment * (moment * one);
     x.h[0] -= moment * gx;
     x.h[1] -= moment * gy;
@@ -216,10 +228,11 @@ KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, double one, double z, k
 
 /* Adds the links of the path to end k to the sums; the parent is at rest. */
 KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k,
-                               const kt_pin *p, kt_v2 ground, const double *tau, kt_pin_sum *sum) {
+                               const kt_pin *p, kt_real2 ground, const kt_real1 *tau, kt_pin_sum *sum) {
     const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
     const bool rides = g->top != 0;
-    kt_pin_body body = {.w = 0.0, .u = {0.0, 0.0}, .a = {0.0, 0.0}};
+    const kt_real1 zero = kt_real1_splat(0.0);
+    kt_pin_body body = {.w = zero, .alpha = zero, .u = kt_same2(0.0), .a = kt_same2(0.0)};
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
         kt_pin_move(p, i, &body);
@@ -228,28 +241,30 @@ KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const
     }
 }
 
-KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g, const double *gravity,
-                                const double *v, const double *tau, double *a) {
+KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g,
+                                        const double *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
     const kt_group *group = g->group;
     const int32_t top = g->top;
-    const kt_v2 none = {0.0, 0.0}, ground = top ? none : -kt_v2_load(gravity);
-    const double omega = data->planar[top].omega;
+    const kt_real2 none = kt_same2(0.0), ground = top ? none : kt_minus2(kt_from2(gravity));
+    const kt_real1 omega = data->planar[top].omega;
     kt_pin p;
-    kt_pin_sum sum = {.inertia = 0.0, .force = none};
+    kt_pin_sum sum = {.inertia = kt_real1_splat(0.0), .force = none};
+    kt_condition solved;
     const kt_pin_end first_end = kt_pin_follow(model, data, g, 0, omega, v, &p);
     const kt_pin_end second_end = kt_pin_follow(model, data, g, 1, omega, v, &p);
     kt_pin_relate(&first_end, &second_end, g->first, &p);
-    if (!kt_pin_reduce(group->usual[KT_ROWS_ALL], &p))
-        return false;
+    solved = kt_pin_reduce(group->usual[KT_ROWS_ALL], &p);
+    if (kt_fails(&solved, solved))
+        return solved;
     kt_pin_sum_path(model, data, g, 0, &p, ground, tau, &sum);
     kt_pin_sum_path(model, data, g, 1, &p, ground, tau, &sum);
-    if (!(sum.inertia > KT_PIN_INERTIA * sum.carried))
-        return false;
-    const double one = 1.0 / sum.inertia, z = -sum.power * one;
+    if (kt_fails(&solved, sum.inertia > KT_PIN_INERTIA * sum.carried))
+        return kt_condition_false();
+    const kt_real1 one = 1.0 / sum.inertia, z = -sum.power * one;
     if (top == 0) {
         for (int i = 0; i < KT_PIN_LINKS; i++)
             a[p.link[i]->v] = p.x[i] + p.n[i] * z;
-        return true;
+        return solved;
     }
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
@@ -257,22 +272,22 @@ KT_INLINE bool kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_p
         w.free[p.link[i]->local] = p.x[i] + p.n[i] * z;
         kt_pin_null_vector(&w)[p.link[i]->local] = p.n[i];
     }
-    double *momentum = kt_pin_momentum(&w);
+    kt_real1 *momentum = kt_pin_momentum(&w);
     momentum[0] = sum.moment * one;
-    kt_v2_store(momentum + 1, sum.force * kt_v2_splat(one));
+    kt_store2(momentum + 1, kt_scale2(one, sum.force));
     kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
-    return true;
+    return solved;
 }
 
 /* Does the same as kt_planar_group_respond, for a group of one pin. */
 KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const kt_group *group, int32_t top,
-                              double *a) {
+                              kt_real1 *a) {
     const kt_planar_motion *up = &data->planar[top];
     const int32_t *v = model->group_v + group->v;
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
-    const double *momentum = kt_pin_momentum(&w), *n = kt_pin_null_vector(&w);
-    const double pull = momentum[0] * up->alpha + (momentum[1] * up->linear[0] + momentum[2] * up->linear[1]);
+    const kt_real1 *momentum = kt_pin_momentum(&w), *n = kt_pin_null_vector(&w);
+    const kt_real1 pull = momentum[0] * up->alpha + (momentum[1] * up->linear[0] + momentum[2] * up->linear[1]);
     for (int i = 0; i < KT_PIN_LINKS; i++)
         a[v[i]] = w.free[i] - n[i] * pull;
 }

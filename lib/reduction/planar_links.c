@@ -1,16 +1,21 @@
 /* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h): what spatial_links.c is
  * in space. No joint connects planar and spatial links, and a group is entirely planar or entirely spatial.
  */
+#include "reduction/links.h"
+#include "reduction/pin.h"
+
+#ifndef KT_LANES
 #include "reduction/components.h"
 #include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/kernel.h"
-#include "reduction/links.h"
-#include "reduction/pin.h"
 #include "reduction/planar_group.h"
+#endif
 
 static const double none[2] = {0.0, 0.0};
+
+#ifndef KT_LANES
 
 void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const double *q) {
     kt_planar_motion *motion = data->planar;
@@ -33,14 +38,45 @@ void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const
     }
 }
 
-void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                       const kt_wrench *external) {
+#endif
+
+void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                       const kt_external *external) {
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
         kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
     if (external)
         kt_planar_external(model, data->planar, external);
 }
+
+/* Eliminates a group of one pin, whose equations have not been filled; returns false if it needs the general
+ * method. */
+static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
+                                  const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
+    const kt_group *group = &model->group[g];
+    const int32_t index = model->group_loop[group->loop];
+    kt_pin_group pin = {.group = group, .loop = &model->loop[index], .flat = &model->planar_loop[index], .top = top};
+#ifndef KT_LANES
+    data->near[g] = false;
+    data->rank[g] = group->rank[KT_ROWS_ALL];
+#endif
+    switch (pin.loop->length[0]) { /* pin.first is a constant in each */
+    case 0:
+        pin.first = 0;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
+    case 1:
+        pin.first = 1;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
+    case 2:
+        pin.first = 2;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
+    default:
+        pin.first = 3;
+        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
+    }
+}
+
+#ifndef KT_LANES
 
 /* The same by fronts, after the bias. */
 static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau,
@@ -99,30 +135,7 @@ static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int
     return eliminate_dense(model, data, group, &w, top, tau, false, a);
 }
 
-/* Does the same for a group of one pin, whose equations have not been filled; returns false if it needs the general
- * method. */
-static bool eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                          const double *v, const double *tau, double *a) {
-    const kt_group *group = &model->group[g];
-    const int32_t index = model->group_loop[group->loop];
-    kt_pin_group pin = {.group = group, .loop = &model->loop[index], .flat = &model->planar_loop[index], .top = top};
-    data->near[g] = false;
-    data->rank[g] = group->rank[KT_ROWS_ALL];
-    switch (pin.loop->length[0]) { /* pin.first is a constant in each */
-    case 0:
-        pin.first = 0;
-        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
-    case 1:
-        pin.first = 1;
-        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
-    case 2:
-        pin.first = 2;
-        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
-    default:
-        pin.first = 3;
-        return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
-    }
-}
+#endif
 
 /* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
  * in closed form for these velocities; otherwise they have been factored like all others. Links of groups that
@@ -130,9 +143,12 @@ static bool eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32
 typedef struct closure {
     const kt_model *model;
     kt_data *data;
-    const double *gravity, *v;
-    double *a;
+    const double *gravity;
+    const kt_real1 *v;
+    kt_real1 *a;
 } closure;
+
+#ifndef KT_LANES
 
 KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
     return c->data->special_form[link->group] && c->model->group[link->group].form == KT_FORM_DELASSUS;
@@ -151,36 +167,10 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
     d.inverse[link->local] = 1.0 / (kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u))) + link->armature);
 }
 
-static kt_elimination eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
+static bool eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].form == KT_FORM_PIN;
-    const bool done = pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
-                          : eliminate_whole(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
-    return done ? KT_ELIMINATION_ENDED : KT_ELIMINATION_SINGULAR;
-}
-
-/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the
- * tree. */
-KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                                      kt_planar_carried *x, kt_planar_response *response, const closure *c,
-                                      kt_planar_eliminate *joint) {
-    if (link->group < 0)
-        return joint(link, m, tau, x, response, NULL);
-    if (is_delassus(c, link)) {
-        store_inverse(c, link, m, x);
-        return joint(link, m, tau, x, response, NULL);
-    }
-    c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
-    return link->first_of_group ? eliminate_group(c, link, tau) : KT_ELIMINATION_ENDED;
-}
-
-KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
-    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
-}
-
-static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const double *tau,
-                                         kt_planar_carried *x, kt_planar_response *response, void *context) {
-    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
+    return pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+               : eliminate_whole(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
 }
 
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
@@ -200,27 +190,6 @@ static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32
     kt_planar_group_respond(model, data, group, &w, top, a);
 }
 
-KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, double *alpha, kt_v2 *linear,
-                       kt_planar_motion *m, double *a, void *context) {
-    const closure *c = context;
-    if (link->group < 0 || is_delassus(c, link)) {
-        kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
-        return;
-    }
-    if (link->first_of_group && link->parent)
-        respond_group(c->model, c->data, link->group, link->parent, c->v != NULL, a);
-    if (link->carries_others) {
-        kt_planar_acceleration(link, &c->data->planar[link->parent], a, m);
-        *alpha = m->alpha;
-        *linear = kt_v2_load(m->linear);
-    }
-}
-
-static __attribute__((noinline)) size_t backward_armature(const kt_model *model, kt_data *data, const kt_plane *plane,
-                                                          const double *tau, closure *c) {
-    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_armature, c);
-}
-
 /* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
  * n.group. */
 static size_t solve_delassus(const closure *c, const kt_plane *plane) {
@@ -234,8 +203,82 @@ static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     return model->n.group;
 }
 
-size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const double *v, const double *tau,
-                                             bool weightless, double *a) {
+#else
+
+KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
+    (void)c, (void)link;
+    return false;
+}
+KT_INLINE void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
+                             const kt_planar_carried *x) {
+    (void)c, (void)link, (void)m, (void)x;
+}
+
+KT_INLINE size_t solve_delassus(const closure *c, const kt_plane *plane) {
+    (void)plane;
+    return c->model->n.group;
+}
+
+static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
+    return eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a);
+}
+
+static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
+    (void)pins;
+    kt_pin_respond(model, data, &model->group[g], top, a);
+}
+
+#endif
+
+/* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the
+ * tree. */
+KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
+                                      kt_planar_carried *x, kt_planar_response *response, const closure *c,
+                                      kt_planar_eliminate *joint) {
+    if (link->group < 0)
+        return joint(link, m, tau, x, response, c->data);
+    if (is_delassus(c, link)) {
+        store_inverse(c, link, m, x);
+        return joint(link, m, tau, x, response, c->data);
+    }
+    c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
+    return link->first_of_group && kt_is_refused(c->data, eliminate_group(c, link, tau)) ? KT_ELIMINATION_SINGULAR
+                                                                                         : KT_ELIMINATION_ENDED;
+}
+
+KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
+                                   kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
+}
+
+static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
+                                         kt_planar_carried *x, kt_planar_response *response, void *context) {
+    return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
+}
+
+KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha, kt_real2 *linear,
+                       kt_planar_motion *m, kt_real1 *a, void *context) {
+    const closure *c = context;
+    if (link->group < 0 || is_delassus(c, link)) {
+        kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
+        return;
+    }
+    if (link->first_of_group && link->parent)
+        respond_group(c->model, c->data, link->group, link->parent, c->v != NULL, a);
+    if (link->carries_others) {
+        kt_planar_acceleration(link, &c->data->planar[link->parent], a, m);
+        *alpha = m->alpha;
+        *linear = kt_load2(m->linear);
+    }
+}
+
+static __attribute__((noinline)) size_t backward_armature(const kt_model *model, kt_data *data, const kt_plane *plane,
+                                                          const kt_real1 *tau, closure *c) {
+    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_armature, c);
+}
+
+size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *v,
+                                             const kt_real1 *tau, bool weightless, kt_real1 *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};

@@ -1,9 +1,11 @@
-/* Every bundled scene as a batch: with loops and effects, which are computed state by state. The states lie around the
- * initial one, loops closed. */
+/* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states lie
+ * around the initial one, loops closed. */
 #include "check.h"
+#include "linkages.h"
 #include "many.h"
 #include "scene_files.h"
 
+#include "dynamics/dynamics.h"
 #include "kinetree/closure.h"
 #include "kinetree/joint.h"
 #include "kinetree/mechanism.h"
@@ -13,13 +15,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* States that differ from the initial one by little, in positions, velocities and forces. */
-static void draw_states(kt_many *many, kt_data *data, kt_random *random) {
+/* States that differ from the initial one by `most` in positions, and in velocities and forces. */
+static void draw_states(kt_many *many, kt_data *data, double most, kt_random *random) {
     double *step = calloc(many->nv + 1, sizeof *step);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
         double *q = many->q + i * many->nq, *v = many->v + i * many->nv;
         for (size_t k = 0; k < many->nv; k++) {
-            step[k] = kt_random_uniform(random, -0.02, 0.02);
+            step[k] = kt_random_uniform(random, -most, most);
             v[k] += kt_random_uniform(random, -0.1, 0.1);
             many->tau[i * many->nv + k] = kt_random_uniform(random, -1.0, 1.0);
             many->a[i * many->nv + k] = kt_random_uniform(random, -1.0, 1.0);
@@ -51,7 +53,7 @@ static void compare(const char *name, const kt_scene *scene, kt_random *random, 
         kt_check_true("variable masses are refused", kt_batch_create(model, &one, &batch, &error) != KT_OK);
         kt_batch_free(batch);
     } else if (kt_many_make(&many, model, kt_method_find("rk4"))) {
-        draw_states(&many, data, random);
+        draw_states(&many, data, 0.02, random);
         int different = kt_many_compare_forward(&many, data) + kt_many_compare_inverse(&many, data);
         if (many.nv <= 200) /* of large ones each step takes long, state by state, and again */
             different +=
@@ -92,3 +94,50 @@ KT_TEST(bundled_scenes_have_the_bits_of_single_states) {
     kt_check_above("scenes in lanes", s.in_lanes, 10);
     kt_check_equal_int("results that differ", s.different, 0);
 }
+
+enum { LINKAGES = 80 };
+
+/* Random linkages of which some states are near singular positions: these leave the lanes. */
+static void compare_linkages(kt_isa isa, const char *name) {
+    kt_random random = kt_random_of_test();
+    int different = 0;
+    uint64_t in_lanes = 0, alone = 0;
+    for (int n = 0; n < LINKAGES && kt_isa_resolve(isa) == isa; n++) {
+        static kt_linkages linkages;
+        const kt_model_options options = {.isa = isa};
+        kt_model *model = NULL;
+        kt_data *data = NULL;
+        kt_many many;
+        kt_error error;
+        kt_linkages_describe(&linkages, n % 5 == 4, &random);
+        if (kt_model_compile(&linkages.description, &options, &model, &error) != KT_OK ||
+            kt_data_create(model, &data, &error) != KT_OK ||
+            !kt_many_make(&many, model, kt_method_find(n % 2 ? "dopri5" : "rk4"))) {
+            kt_note("linkage %d: %s: %s", n, error.where, error.message);
+            kt_check_true("a linkage is compiled", false);
+            return;
+        }
+        draw_states(&many, data, n % 5 == 4 ? 1e-3 : 0.1, &random);
+        many.threads = 1 + (size_t)n % KT_MANY_THREADS;
+        different += kt_many_compare_forward(&many, data) + kt_many_compare_inverse(&many, data) +
+                     kt_many_compare_steps(&many, data, 1e-3, 2) + kt_many_compare_semi_implicit(&many, data, 1e-3, 2);
+        const kt_batch_report report = kt_batch_report_of(many.batch);
+        in_lanes += report.in_lanes;
+        alone += report.alone;
+        kt_many_free(&many);
+        kt_data_free(data);
+        kt_model_free(model);
+    }
+    if (kt_isa_resolve(isa) != isa) {
+        kt_skip(name, KT_NO_ISA);
+        return;
+    }
+    kt_note("%s: %llu evaluations in lanes, %llu alone", name, (unsigned long long)in_lanes, (unsigned long long)alone);
+    kt_check_equal_int("states that differ", different, 0);
+    kt_check_above("evaluations in lanes for one alone", (double)in_lanes / (double)(alone + 1), 4.0);
+    kt_check_above("evaluations that leave the lanes", (double)alone, 1.0);
+}
+
+KT_TEST(linkages_have_the_bits_of_single_states_on_the_baseline) { compare_linkages(KT_ISA_BASE, "baseline"); }
+KT_TEST(linkages_have_the_bits_of_single_states_on_v3) { compare_linkages(KT_ISA_V3, "v3"); }
+KT_TEST(linkages_have_the_bits_of_single_states_on_v4) { compare_linkages(KT_ISA_V4, "v4"); }

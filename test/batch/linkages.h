@@ -1,0 +1,24 @@
+/* Random mechanisms in a plane each loop of which is one pin that closes three coordinates: four-bars, cranks with
+ * sliders and inverted ones, one upon the other, on the ground and on a body that moves. */
+#ifndef KT_TEST_BATCH_LINKAGES_H
+#define KT_TEST_BATCH_LINKAGES_H
+
+#include "kinetree/model.h"
+#include "random.h"
+
+enum { KT_LINKAGES_MOST = 4, KT_LINKAGE_BODIES = 4 };
+
+typedef struct kt_linkages {
+    kt_body body[1 + KT_LINKAGES_MOST * KT_LINKAGE_BODIES];
+    kt_loop loop[KT_LINKAGES_MOST];
+    kt_effect effect[2 * KT_LINKAGES_MOST];
+    char name[1 + KT_LINKAGES_MOST * KT_LINKAGE_BODIES][8];
+    kt_vec3 at[1 + KT_LINKAGES_MOST * KT_LINKAGE_BODIES]; /* where the origins are at q = 0 */
+    kt_description description;
+} kt_linkages;
+
+/* Describes such a mechanism, whose loops are closed at q = 0. `flat`: its links then lie along one line, so that loops
+ * are at a singular position there. */
+void kt_linkages_describe(kt_linkages *linkages, bool flat, kt_random *random);
+
+#endif
