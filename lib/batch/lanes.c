@@ -43,8 +43,8 @@ static void forward_closed(const kt_model *model, kt_data *data, const kt_real1 
 static void forward_tree(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                          const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
     if (model->sweep != KT_SWEEP_PLANAR)
-        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward)
-                                   : KT_KERNEL(kt_forward))(model, data, q, v, tau, external, a);
+        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, q, v, tau,
+                                                                                             external, a);
     if (model->sweep != KT_SWEEP_SPATIAL)
         (void)(model->has_armature ? KT_KERNEL(kt_planar_armature_forward)
                                    : KT_KERNEL(kt_planar_forward))(model, data, q, v, tau, external, a);

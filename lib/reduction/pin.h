@@ -115,9 +115,8 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     const kt_real2 d = kt_sub2(two->point, one->point);
     const kt_real1 w = one->omega;
     const kt_real2 relative = kt_sub2(kt_sub2(two->rate, one->rate), kt_scale2(w, kt_across2(d)));
-    p->drift =
-        kt_add2(kt_sub2(two->linear, one->linear),
-                kt_scale2(w, kt_sub2(kt_scale2(w, d), kt_mul2(kt_same2(2.0), kt_across2(relative)))));
+    p->drift = kt_add2(kt_sub2(two->linear, one->linear),
+                       kt_scale2(w, kt_sub2(kt_scale2(w, d), kt_mul2(kt_same2(2.0), kt_across2(relative)))));
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
@@ -193,13 +192,11 @@ KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_re
     sum->inertia += body->w * moment + kt_dot2(body->u, force);
     sum->carried += p->n[i] * p->n[i] * p->link[i]->size;
     if (!rides) {
-        sum->power +=
-            (moment * body->alpha + body->w * x->moment) + kt_dots2(force, a, body->u, kt_load2(x->force));
+        sum->power += (moment * body->alpha + body->w * x->moment) + kt_dots2(force, a, body->u, kt_load2(x->force));
         return;
     }
     kt_planar_inertia moved = *x;
-    const kt_real2 resists =
-        kt_add2(kt_load2(x->force), kt_add2(kt_scale2(body->alpha, h), kt_pin_apply(x, a)));
+    const kt_real2 resists = kt_add2(kt_load2(x->force), kt_add2(kt_scale2(body->alpha, h), kt_pin_apply(x, a)));
     moved.moment += x->j * body->alpha + kt_dot2(h, a);
     kt_store2(moved.force, resists);
     sum->power += body->w * moved.moment + kt_dot2(body->u, resists);
@@ -249,22 +246,21 @@ KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, co
     const kt_real1 omega = data->planar[top].omega;
     kt_pin p;
     kt_pin_sum sum = {.inertia = kt_real1_splat(0.0), .force = none};
-    kt_condition solved;
     const kt_pin_end first_end = kt_pin_follow(model, data, g, 0, omega, v, &p);
     const kt_pin_end second_end = kt_pin_follow(model, data, g, 1, omega, v, &p);
     kt_pin_relate(&first_end, &second_end, g->first, &p);
-    solved = kt_pin_reduce(group->usual[KT_ROWS_ALL], &p);
-    if (kt_fails(&solved, solved))
-        return solved;
+    kt_condition regular = kt_pin_reduce(group->usual[KT_ROWS_ALL], &p);
+    if (kt_fails(&regular, regular))
+        return kt_condition_false();
     kt_pin_sum_path(model, data, g, 0, &p, ground, tau, &sum);
     kt_pin_sum_path(model, data, g, 1, &p, ground, tau, &sum);
-    if (kt_fails(&solved, sum.inertia > KT_PIN_INERTIA * sum.carried))
+    if (kt_fails(&regular, sum.inertia > KT_PIN_INERTIA * sum.carried))
         return kt_condition_false();
     const kt_real1 one = 1.0 / sum.inertia, z = -sum.power * one;
     if (top == 0) {
         for (int i = 0; i < KT_PIN_LINKS; i++)
             a[p.link[i]->v] = p.x[i] + p.n[i] * z;
-        return solved;
+        return regular;
     }
     kt_group_work w;
     kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
@@ -276,7 +272,7 @@ KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, co
     momentum[0] = sum.moment * one;
     kt_store2(momentum + 1, kt_scale2(one, sum.force));
     kt_pin_onto_parent(&sum, one, z, &data->planar_inertia[top]);
-    return solved;
+    return regular;
 }
 
 /* Does the same as kt_planar_group_respond, for a group of one pin. */

@@ -256,8 +256,8 @@ static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_pl
     return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
 }
 
-KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha, kt_real2 *linear,
-                       kt_planar_motion *m, kt_real1 *a, void *context) {
+KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha,
+                       kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context) {
     const closure *c = context;
     if (link->group < 0 || is_delassus(c, link)) {
         kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);

@@ -42,7 +42,8 @@ static int add_linkage(kt_linkages *x, int parent, bool flat, kt_random *random)
         int *on = &last[k < first ? 0 : 1];
         *on = add_link(x, *on, draw_offset(flat, random), k == slides, random);
     }
-    kt_vec3 point = kt_vec3_make(kt_random_uniform(random, 0.2, 1.0), 0.0, flat ? 0.0 : kt_random_uniform(random, 0.2, 1.0));
+    kt_vec3 point =
+        kt_vec3_make(kt_random_uniform(random, 0.2, 1.0), 0.0, flat ? 0.0 : kt_random_uniform(random, 0.2, 1.0));
     if (last[1] >= 0)
         point = kt_vec3_add(point, x->at[last[1]]);
     kt_loop *loop = &x->loop[x->description.loop_count++];

@@ -19,6 +19,6 @@ typedef struct kt_linkages {
 
 /* Describes such a mechanism, whose loops are closed at q = 0. `flat`: its links then lie along one line, so that loops
  * are at a singular position there. */
-void kt_linkages_describe(kt_linkages *linkages, bool flat, kt_random *random);
+void kt_linkages_describe(kt_linkages *x, bool flat, kt_random *random);
 
 #endif
