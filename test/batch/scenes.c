@@ -134,7 +134,7 @@ static void compare_linkages(kt_isa isa, const char *name) {
     }
     kt_note("%s: %llu evaluations in lanes, %llu alone", name, (unsigned long long)in_lanes, (unsigned long long)alone);
     kt_check_equal_int("states that differ", different, 0);
-    kt_check_above("evaluations in lanes for one alone", (double)in_lanes / (double)(alone + 1), 4.0);
+    kt_check_above("evaluations in lanes for one alone", (double)in_lanes / (double)(alone + 1), 2.0);
     kt_check_above("evaluations that leave the lanes", (double)alone, 1.0);
 }
 
