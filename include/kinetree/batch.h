@@ -24,10 +24,12 @@
  * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature;
  * effects, of which bushings, thrusts and a caller's own are evaluated lane by lane within a group (those by formulas make
  * all effects be evaluated state by state, as are the rates of own states, and their forces enter the lanes); the stages of
- * explicit methods, the rates of quaternions and their norms. Of mechanisms that move in planes and whose loops are pins
- * that close three coordinates each (four-bars, cranks with sliders: the form `pin`), accelerations are computed in
- * lanes, except next to singular positions, and loops are closed state by state after steps. All else of models with
- * loops is computed state by state, as are the states that a lane cannot compute; kt_batch_report counts both.
+ * explicit methods, the rates of quaternions and their norms. Of mechanisms that move in planes and whose loops hold
+ * points together, or to lines, that nothing drives (linkages of pins and sliders), in groups of fewer than 40
+ * coordinates, accelerations and the closing of loops after steps: in closed form or by QR with pivots of each state's
+ * own. A state next to a singular position, or whose loops need more than the usual iterations, is computed by itself.
+ * Other models with loops are computed state by state, as are the states that a lane cannot compute; kt_batch_report
+ * counts both.
  *
  * One thread may use a batch at a time, but for kt_batch_compute_block, by which several share the work. Only
  * kt_batch_create allocates.

@@ -28,6 +28,11 @@
 typedef double kt_plain;
 
 #define KT_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
+/* The larger of two numbers; the other one where one is NaN (in lanes: the first one where the second one is). */
+KT_OPERATOR double kt_most1(double a, double b) { return fmax(a, b); }
+KT_OPERATOR bool kt_is_finite1(double x) { return isfinite(x); }
+KT_OPERATOR double kt_sqrt1(double x) { return sqrt(x); }
+KT_OPERATOR double kt_abs1(double x) { return fabs(x); }
 KT_OPERATOR bool kt_is_anywhere(bool condition) { return condition; }
 KT_OPERATOR bool kt_not(bool condition) { return !condition; }
 KT_OPERATOR kt_plain kt_plain_of(double x) { return x; }
@@ -42,6 +47,8 @@ KT_OPERATOR kt_real kt_choose(kt_condition condition, kt_real a, kt_real b) {
     return (kt_real)((condition & (kt_condition)a) | (~condition & (kt_condition)b));
 }
 #define KT_CHOOSE(condition, a, b) kt_choose(condition, a, b)
+KT_OPERATOR kt_real kt_most1(kt_real a, kt_real b) { return kt_choose(b > a, b, a); }
+KT_OPERATOR kt_condition kt_is_finite1(kt_real x) { return x - x == kt_real1_splat(0.0); }
 KT_OPERATOR bool kt_is_anywhere(kt_condition condition) {
     int64_t any = 0;
     for (int lane = 0; lane < KT_LANES; lane++)
@@ -71,6 +78,8 @@ KT_INLINE kt_real kt_pow(kt_real x, double exponent) {
 }
 KT_OPERATOR kt_real kt_abs(kt_real x) { return (kt_real)((kt_condition)x & INT64_MAX); }
 KT_OPERATOR kt_real kt_max(kt_real x, double least) { return kt_choose(x > least, x, kt_real_of(least)); }
+KT_OPERATOR kt_real1 kt_sqrt1(kt_real1 x) { return kt_sqrt(x); }
+KT_OPERATOR kt_real1 kt_abs1(kt_real1 x) { return kt_abs(x); }
 
 #elif !defined(KT_DUAL)
 

@@ -60,6 +60,7 @@ typedef int32_t kt_index1;
 
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return true; }
+KT_OPERATOR kt_index1 kt_index1_of(int32_t i) { return i; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return false; }
 
 KT_OPERATOR kt_real3 kt_zero3(void) { return kt_v4_splat(0.0); }
@@ -93,6 +94,7 @@ typedef struct kt_real3 {
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x - (kt_real1){0}; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return (kt_condition){0}; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return ~(kt_condition){0}; }
+KT_OPERATOR kt_index1 kt_index1_of(int32_t i) { return (kt_index1){0} + i; }
 
 KT_OPERATOR kt_real3 kt_make3(kt_real1 x, kt_real1 y, kt_real1 z) { return (kt_real3){x, y, z}; }
 KT_OPERATOR kt_real3 kt_zero3(void) { return (kt_real3){.x = {0}}; }

@@ -1,12 +1,15 @@
 /* Many states of one model: their memory.
  *
- * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees are computed
- * for a group at once (lanes.c). All else is computed state by state, by the calls for one state: effects, whose forces
- * then enter the lanes; models with loops; and a lane that cannot be computed, for the error that names the joint.
+ * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees, effects and
+ * the loops of linkages in planes (kt_loops_fit_lanes) are computed for a group at once (lanes.c). All else is computed
+ * state by state, by the calls for one state: effects by formulas, whose forces then enter the lanes; other models with
+ * loops; and a lane that cannot be computed, for the error that names the joint.
  */
 #include "batch/batch.h"
 
+#include "constraint/group.h"
 #include "mechanism/evaluate.h"
+#include "reduction/method.h"
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -17,13 +20,31 @@ kt_batch_options kt_batch_options_default(void) {
     return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
 }
 
+static bool is_along(const kt_model *model, int32_t loop) {
+    const kt_planar_loop *flat = &model->planar_loop[loop];
+    for (int i = 0; i < flat->count; i++)
+        if (flat->row[i].kind != KT_PLANAR_ROW_ALONG)
+            return false;
+    return model->loop[loop].term_count == 0;
+}
+
+static bool group_fits(const kt_model *model, const kt_group *group) {
+    if ((group->form != KT_FORM_PIN && group->form != KT_FORM_DENSE) || group->v_count >= KT_LARGE)
+        return false;
+    for (int i = 0; i < group->loop_count; i++)
+        if (!is_along(model, model->group_loop[group->loop + i]))
+            return false;
+    return true;
+}
+
 bool kt_loops_fit_lanes(const kt_model *model) {
     if (model->n.group == 0)
         return true;
-    if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward)
+    if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward ||
+        !model->reduction->pins || model->driven || model->disagreement > 0.0)
         return false;
     for (size_t g = 0; g < model->n.group; g++)
-        if (model->group[g].form != KT_FORM_PIN)
+        if (!group_fits(model, &model->group[g]))
             return false;
     return true;
 }
@@ -65,6 +86,7 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
     n.nv = model->n.v;
     n.nx = KT_OWN_STATES(&model->n);
     n.N = n.nq + n.nv + n.nx;
+    n.loops = model->n.group;
     n.body = kt_where(model->n.force_link, model->n.body);
     n.lane_bytes = kernels ? kernels->layout(model, NULL) : 0;
     n.data_bytes = kt_data_size(model);
@@ -122,7 +144,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->method = options->method;
     made->n = n;
     made->has_formulas = kt_lanes_have_formulas(model);
-    made->why = made->kernels ? NULL : "it has loops other than single pins in planes: these are closed state by state";
+    made->why = made->kernels
+                    ? NULL
+                    : "it has loops in space, driven ones or large groups of them: these are computed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

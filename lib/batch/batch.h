@@ -10,7 +10,7 @@
 /* Numbers that the groups and a workspace take; nx own states, N = nq + nv + nx. */
 typedef struct kt_batch_counts {
     size_t states, groups, width, stages, threads;
-    size_t nq, nv, nx, N, body;
+    size_t nq, nv, nx, N, body, loops;
     size_t lane_bytes, data_bytes, work_bytes;
 } kt_batch_counts;
 
@@ -21,6 +21,7 @@ typedef struct kt_batch_counts {
     X(double, wrench, n->width * 6 * n->body, "wrenches on bodies of a group")                                         \
     X(double, stage, n->width * n->N, "the state of a stage")                                                          \
     X(double, slope, n->width * n->N * n->stages, "slopes of the stages")                                              \
+    X(double, moved, kt_where(n->loops, n->width *(n->nq + n->nv)), "the state of a stage, its loops being closed")    \
     X(kt_stage_term, term, n->stages, "a row of the method's table without zeros")                                     \
     X(double, one_q, kt_lanes8(n->nq), "positions of one state")                                                       \
     X(double, one_v, kt_lanes8(n->nv), "velocities of one state")                                                      \

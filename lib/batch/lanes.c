@@ -1,8 +1,9 @@
 /* The recursions of lib/dynamics in lanes: workspace, choice by what the model has, and which lanes are sound. */
 #include "batch/lanes.h"
 
+#include "base/copy.h"
+#include "closure/lane_project.h"
 #include "dynamics/dynamics.h"
-#include "reduction/links.h"
 
 KT_ARENA_LAYOUT(lay_out, kt_data, KT_LANE_FIELDS, const kt_counts *n)
 
@@ -20,6 +21,7 @@ static size_t layout(const kt_model *model, void *memory) {
     kt_data *data = memory;
     if (!memory)
         return bytes;
+    kt_clear(data->rest, kt_where(model->n.group, model->n.v) * sizeof *data->rest);
     spread_angles(model->angle, model->n.angle, data->lane_angle);
     spread_angles(model->force_link_angle, model->n.force_link_angle, data->lane_force_angle);
     return bytes;
@@ -31,13 +33,6 @@ static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n
     for (size_t i = 0; i < n; i++)
         excess += x[i] - x[i];
     return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
-}
-
-/* Of planar mechanisms each loop of which is one pin. */
-static void forward_closed(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                           const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
-    KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
-    (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, v, tau, false, a);
 }
 
 static void forward_tree(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
@@ -58,10 +53,17 @@ static kt_lane_mask forward(const kt_model *model, void *work, const double *q, 
     kt_real1 *as = (void *)a;
     data->sound = kt_condition_true();
     if (KT_HAS_LOOPS && model->n.group > 0)
-        forward_closed(model, data, qs, vs, taus, on_bodies, as);
+        KT_KERNEL(kt_groups_accelerate)(model, data, qs, vs, taus, on_bodies, as);
     else
         forward_tree(model, data, qs, vs, taus, on_bodies, as);
     return finite_lanes(data->sound, as, model->n.v);
+}
+
+static kt_lane_mask project(const kt_model *model, void *work, kt_lane_mask live, double *q, double *v) {
+    kt_condition lanes = kt_condition_false();
+    for (int lane = 0; lane < KT_LANES; lane++)
+        lanes[lane] = (live >> lane & 1U) ? -1 : 0;
+    return KT_HAS_LOOPS ? kt_mask_of(KT_KERNEL(kt_project)(model, work, lanes, (void *)q, (void *)v)) : 0;
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
@@ -113,6 +115,7 @@ const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .layout = layout,
                                                             .forward = forward,
                                                             .effects = effects,
+                                                            .project = project,
                                                             .inverse = inverse,
                                                             .energy = energy,
                                                             .rate = KT_KERNEL(kt_rates),

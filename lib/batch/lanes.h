@@ -44,6 +44,9 @@ typedef struct kt_lane_kernels {
      * Returns the lanes whose motion is finite. */
     kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
                            double *kinetic, double *potential);
+    /* Closes the loops of the live lanes, as kt_state_project, at positions and velocities. Returns the lanes that are
+     * closed; the others' numbers mean nothing. */
+    kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, double *q, double *v);
     /* Writes the rates of positions. */
     void (*rate)(const kt_model *model, const double *q, const double *v, double *out);
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
@@ -54,8 +57,8 @@ typedef struct kt_lane_kernels {
                     double *const *k, size_t n);
 } kt_lane_kernels;
 
-/* Whether the accelerations of a model with loops are computed in lanes: it moves in planes, and each of its groups of
- * loops is one pin that is solved in closed form (reduction/pin.h). */
+/* Whether a model with loops is computed in lanes: it moves in planes, its groups of loops are pins (reduction/pin.h) or
+ * dense matrices of some coordinates, and their equations are along directions and do not depend on time. */
 bool kt_loops_fit_lanes(const kt_model *model);
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback

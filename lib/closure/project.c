@@ -41,8 +41,6 @@
 #define LEFT_MOVING 1e-9
 #define RESOLVED 1.5e-8
 
-enum { VELOCITY_MOST = KT_VELOCITY_STEPS_MAX / 2 }; /* in each of two attempts */
-
 /* The size of the smallest direction of the groups that are near a singular position, over its usual size; 0 where one
  * is lost altogether, and `last` is the size of the one before. */
 static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
@@ -110,7 +108,7 @@ static kt_closure project_velocities(const kt_model *model, kt_data *data, bool 
     const double given = violation->speed;
     double before = (double)INFINITY;
     for (int i = 0; violation->slip > 10.0 * KT_CLOSED * violation->speed && violation->slip < 0.5 * before; i++) {
-        if (i == VELOCITY_MOST) {
+        if (i == KT_VELOCITY_STEPS) {
             data->closing.capped = 1;
             break;
         }

@@ -2,11 +2,7 @@
 #ifndef KT_CLOSURE_PROJECT_H
 #define KT_CLOSURE_PROJECT_H
 
-#include "dynamics/dynamics.h"
 #include "kinetree/closure.h"
-#include "kinetree/dynamics.h"
-#include "kinetree/loop.h"
-#include "reduction/kernel.h"
 
 #include <float.h>
 
@@ -17,6 +13,16 @@
 /* The gap that counts as closed: after a step (from a position near to closed), and after a search. */
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
+
+/* Steps of velocities in each of two attempts. */
+enum { KT_VELOCITY_STEPS = KT_VELOCITY_STEPS_MAX / 2 };
+
+#ifndef KT_LANES
+
+#include "dynamics/dynamics.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
+#include "reduction/kernel.h"
 
 typedef enum kt_closure {
     KT_CLOSURE_DONE = 0,
@@ -93,5 +99,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
 
 /* Assembles the initial state into q and v; leaves them untouched if that fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
+
+#endif
 
 #endif

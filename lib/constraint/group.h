@@ -5,6 +5,7 @@
 #ifndef KT_CONSTRAINT_GROUP_H
 #define KT_CONSTRAINT_GROUP_H
 
+#include "algebra/real.h"
 #include "base/arena.h"
 #include "base/isa.h"
 #include "linear/qr.h"
@@ -37,7 +38,7 @@
     X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
     X(front, group->front.count, "of the elimination by fronts (front.h)")
 
-KT_INLINE double kt_larger(double a, double b) { return a > b ? a : b; }
+KT_INLINE kt_real1 kt_larger(kt_real1 a, kt_real1 b) { return KT_CHOOSE(a > b, a, b); }
 
 typedef struct kt_group_work {
     int m, k;
@@ -130,13 +131,15 @@ static inline double kt_front_reach(const kt_model *model, bool planar, const kt
     return most / w->scale[r];
 }
 
+#endif
+
 /* The largest violations of the equations. */
 typedef struct kt_violation {
-    double position; /* m or rad, over holonomic equations */
-    double gap;      /* the same, each relative to its scale: decides about closure */
-    double velocity; /* m/s or rad/s */
-    double slip;     /* the same, each relative to its scale */
-    double speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
+    kt_real1 position; /* m or rad, over holonomic equations */
+    kt_real1 gap;      /* the same, each relative to its scale: decides about closure */
+    kt_real1 velocity; /* m/s or rad/s */
+    kt_real1 slip;     /* the same, each relative to its scale */
+    kt_real1 speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
 } kt_violation;
 
 /* Speeds, relative to their units (a radian, the mechanism's length), that count as rest: in all the time that a
@@ -144,18 +147,20 @@ typedef struct kt_violation {
  * by 1e-16 with each projection, until 5e-324 is compared with a bound that underflows to 0. */
 #define KT_SPEED_LEAST 1e-100
 
+#ifndef KT_LANES
 static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
+#endif
 
 /* Adds phi of a group to the violation. */
 static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
-        const double x = fabs(w->residual[r]);
-        violation->gap = fmax(violation->gap, x / w->scale[r]);
-        if (x > violation->position || isnan(x)) /* keeps a NaN */
-            violation->position = x;
+        const kt_real1 x = kt_abs1(w->residual[r]);
+        violation->gap = kt_most1(violation->gap, x / w->scale[r]);
+        violation->position = KT_CHOOSE((x > violation->position) | (x != x), x, violation->position); /* keeps a NaN */
     }
 }
 
+#ifndef KT_LANES
 /* Adds -(A v + phi_t) to the violation and stores it in `right`, which holds A v; size: the largest terms of A v. */
 static inline void kt_group_violation(const kt_group_work *w, const double *size, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
@@ -168,25 +173,25 @@ static inline void kt_group_violation(const kt_group_work *w, const double *size
     }
 }
 
+#endif
+
 /* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
 static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                               const double *v, kt_violation *violation) {
+                                               const kt_real1 *v, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
-        double sum = w->rate[r], largest = fabs(w->rate[r]);
+        kt_real1 sum = w->rate[r], largest = kt_abs1(w->rate[r]);
         for (int i = 0; i < w->m; i++) {
-            const double term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
+            const kt_real1 term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
             sum += term;
-            largest = fmax(largest, fabs(term));
+            largest = kt_most1(largest, kt_abs1(term));
         }
         w->right[r] = -sum;
-        if (fabs(sum) > violation->velocity || isnan(sum))
-            violation->velocity = fabs(sum);
-        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
-        violation->speed = fmax(violation->speed, largest / w->scale[r]);
+        violation->velocity =
+            KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
+        violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w->scale[r]);
+        violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
     }
 }
-
-#endif
 
 /* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
  * from neighbouring states (singular_crossing.c). */

@@ -20,30 +20,35 @@
 #ifndef KT_CONSTRAINT_PLANAR_ROWS_H
 #define KT_CONSTRAINT_PLANAR_ROWS_H
 
-#include "constraint/spatial_rows.h"
+#include "constraint/group.h"
 #include "dynamics/sweep_planar.h"
+
+#ifndef KT_LANES
+#include "constraint/spatial_rows.h"
+#endif
 
 #include <float.h>
 
 /* An end of a loop relative to the ancestor's origin, as if that were at rest; `linear` is the acceleration that the
  * velocities alone give. */
 typedef struct kt_planar_end {
-    double arm[2]; /* from its link's origin */
-    double point[2], velocity[2], linear[2], omega;
+    kt_real1 arm[2]; /* from its link's origin */
+    kt_real1 point[2], velocity[2], linear[2], omega;
 } kt_planar_end;
 
 /* A row's force on the second end at its point and moment about n, for a unit multiplier; its index among the rows. */
 typedef struct kt_planar_wrench {
-    double force[2], moment;
+    kt_real1 force[2], moment;
     int32_t slot;
 } kt_planar_wrench;
 
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
-                                    const kt_planar_loop *flat, int k, bool moving, const double *v,
+                                    const kt_planar_loop *flat, int k, bool moving, const kt_real1 *v,
                                     kt_planar_end *end) {
     const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_planar_index_shift(model, 0);
-    double x = -flat->origin[0], y = -flat->origin[1], vx = 0.0, vy = 0.0, ax = 0.0, ay = 0.0;
-    double w = moving ? data->planar[flat->ancestor].omega : 0.0;
+    const kt_real1 zero = kt_real1_splat(0.0);
+    kt_real1 x = kt_real1_splat(-flat->origin[0]), y = kt_real1_splat(-flat->origin[1]);
+    kt_real1 vx = zero, vy = zero, ax = zero, ay = zero, w = moving ? data->planar[flat->ancestor].omega : zero;
     for (int i = 0; i < count; i++) {
         const kt_planar_link *link = &model->planar[path[i] + first];
         const kt_planar_motion *m = &data->planar[path[i] + first];
@@ -57,7 +62,7 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
         ay += m->linear[1];
         w = m->omega;
         if (!link->revolute) {
-            double u[2];
+            kt_real1 u[2];
             kt_planar_along(link, m, u);
             vx += v[link->v] * u[0];
             vy += v[link->v] * u[1];
@@ -75,9 +80,9 @@ KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, 
 
 /* The quantities that the rows of a loop share. */
 typedef struct kt_planar_relative {
-    double d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
-    double relative[2];              /* a2 - a1 - 2 w1 J u + w1^2 d */
-    double w;                        /* w2 - w1 */
+    kt_real1 d[2], rate[2], linear[2]; /* d; d'; a2 - a1 */
+    kt_real1 relative[2];              /* a2 - a1 - 2 w1 J u + w1^2 d */
+    kt_real1 w;                        /* w2 - w1 */
     const kt_planar_motion *first, *second;
 } kt_planar_relative;
 
@@ -88,8 +93,8 @@ KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat,
         r->rate[k] = end[1].velocity[k] - end[0].velocity[k];
         r->linear[k] = end[1].linear[k] - end[0].linear[k];
     }
-    const double w1 = end[0].omega, twice = 2.0 * w1, ww = w1 * w1;
-    const double ux = r->rate[0] + w1 * r->d[1], uy = r->rate[1] - w1 * r->d[0];
+    const kt_real1 w1 = end[0].omega, twice = 2.0 * w1, ww = w1 * w1;
+    const kt_real1 ux = r->rate[0] + w1 * r->d[1], uy = r->rate[1] - w1 * r->d[0];
     r->relative[0] = r->linear[0] + (twice * uy + ww * r->d[0]);
     r->relative[1] = r->linear[1] - (twice * ux - ww * r->d[1]);
     r->w = end[1].omega - w1;
@@ -98,25 +103,29 @@ KT_INLINE void kt_planar_relate(const kt_data *data, const kt_planar_loop *flat,
 }
 
 /* theta: cosine and sine. */
-KT_INLINE void kt_planar_angle(const kt_planar_loop *flat, const kt_planar_relative *r, double *cosine, double *sine) {
+KT_INLINE void kt_planar_angle(const kt_planar_loop *flat, const kt_planar_relative *r, kt_real1 *cosine,
+                               kt_real1 *sine) {
     const kt_planar_motion *a = r->first, *b = r->second;
-    const double c = a->c * b->c + a->s * b->s, s = a->c * b->s - a->s * b->c;
+    const kt_real1 c = a->c * b->c + a->s * b->s, s = a->c * b->s - a->s * b->c;
     *cosine = c * flat->c - s * flat->s;
     *sine = s * flat->c + c * flat->s;
 }
 
 /* phi, phi_t and phi'' for zero joint accelerations. */
 typedef struct kt_planar_value {
-    double residual, rate, bias;
+    kt_real1 residual, rate, bias;
 } kt_planar_value;
 
 KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt_planar_relative *r,
                                               kt_planar_wrench *w) {
     kt_planar_rotate(r->first, row->e, w->force);
-    w->moment = 0.0;
+    w->moment = kt_real1_splat(0.0);
     return (kt_planar_value){.residual = (w->force[0] * r->d[0] + w->force[1] * r->d[1]) + row->constant,
+                             .rate = kt_real1_splat(0.0),
                              .bias = w->force[0] * r->relative[0] + w->force[1] * r->relative[1]};
 }
+
+#ifndef KT_LANES
 
 /* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
 KT_INLINE double kt_planar_turn(double c, double s) {
@@ -168,6 +177,8 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
+#endif
+
 /* A loop with its form in the plane, and the indices of its rows among those of its group. */
 typedef struct kt_loop_in_plane {
     const kt_loop_record *loop;
@@ -175,6 +186,7 @@ typedef struct kt_loop_in_plane {
     const int32_t *slot;
 } kt_loop_in_plane;
 
+#ifndef KT_LANES
 /* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number. */
 #define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
@@ -184,13 +196,20 @@ KT_ROWS_IN_SPACE_DECLARE(baseline)
 KT_ROWS_IN_SPACE_DECLARE(v3)
 KT_ROWS_IN_SPACE_DECLARE(v4)
 #undef KT_ROWS_IN_SPACE_DECLARE
+#endif
 
-/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. */
+/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. In
+ * lanes all rows are along a direction (kt_loops_fit_lanes). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
                                       const kt_planar_relative *r, double t, kt_planar_wrench *rows) {
     const kt_planar_loop *flat = x->flat;
-    int count = 0, in_space = 0;
+    int count = 0;
+#ifndef KT_LANES
+    int in_space = 0;
+#else
+    (void)model, (void)data, (void)end, (void)t;
+#endif
     for (int i = 0; i < flat->count; i++) {
         const kt_planar_row *row = &flat->row[i];
         const int32_t at = x->slot[row->row];
@@ -202,6 +221,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
         case KT_PLANAR_ROW_ALONG:
             value = kt_planar_row_along(row, r, out);
             break;
+#ifndef KT_LANES
         case KT_PLANAR_ROW_ROTATION:
             value = kt_planar_row_rotation(flat, row, r, out);
             break;
@@ -214,23 +234,32 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
         case KT_PLANAR_ROW_SPATIAL:
             in_space++;
             continue;
+#else
+        case KT_PLANAR_ROW_ROTATION:
+        case KT_PLANAR_ROW_ORTHOGONAL:
+        case KT_PLANAR_ROW_DISTANCE:
+        case KT_PLANAR_ROW_SPATIAL:
+#endif
         case KT_PLANAR_ROW_VOID:
         default:
             continue;
         }
         out->slot = at;
         w->residual[at] = value.residual;
-        w->closes[at] = 1.0;
-        w->scale[at] = row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0;
+        w->closes[at] = kt_real1_splat(1.0);
+        w->scale[at] = kt_real1_splat(
+            row->kind == KT_PLANAR_ROW_ALONG || row->kind == KT_PLANAR_ROW_DISTANCE ? model->length : 1.0);
         w->rate[at] = value.rate;
         w->right[at] = -value.bias;
         count++;
     }
+#ifndef KT_LANES
     if (in_space) {
         const kt_group_work work = *w; /* copies, so that for all other loops *w and *x need not be in memory */
         const kt_loop_in_plane same = *x;
         count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, &same, end, t, rows + count);
     }
+#endif
     return count;
 }
 
@@ -242,30 +271,30 @@ KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop 
         const int32_t at = slot[flat->row[i].row];
         if (at < 0)
             continue;
-        w->residual[at] = w->rate[at] = w->right[at] = 0.0;
-        w->closes[at] = w->scale[at] = 1.0;
+        w->residual[at] = w->rate[at] = w->right[at] = kt_real1_splat(0.0);
+        w->closes[at] = w->scale[at] = kt_real1_splat(1.0);
     }
 }
 
 /* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
-                                   const double arm[2]) {
+                                   const kt_real1 arm[2]) {
     const double sign = k ? 1.0 : -1.0;
     const int32_t *path = model->path + loop->path[k], first = kt_planar_index_shift(model, 0), stride = w->m;
     const kt_planar_link *links = model->planar + first;
     const kt_planar_motion *motion = data->planar + first;
-    double *a = w->a, ax = arm[0], ay = arm[1];
+    kt_real1 *a = w->a, ax = arm[0], ay = arm[1];
     for (int i = loop->length[k] - 1; i >= 0; i--) {
         const kt_planar_link *link = &links[path[i]];
         const kt_planar_motion *m = &motion[path[i]];
-        double *column = a + link->local;
+        kt_real1 *column = a + link->local;
         if (link->revolute) {
             const double n = sign * link->sign;
             for (int r = 0; r < count; r++)
                 column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
         } else {
-            double u[2];
+            kt_real1 u[2];
             kt_planar_along(link, m, u);
             for (int r = 0; r < count; r++)
                 column[rows[r].slot * stride] = sign * (rows[r].force[0] * u[0] + rows[r].force[1] * u[1]);
@@ -276,7 +305,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
 }
 
 KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                     const kt_loop_in_plane *x, bool moving, const double *v, double t) {
+                                     const kt_loop_in_plane *x, bool moving, const kt_real1 *v, double t) {
     kt_planar_end end[2];
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -285,25 +314,30 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
     kt_planar_relate(data, x->flat, end, &r);
     const int count = kt_planar_rows_evaluate(model, data, w, x, end, &r, t, rows);
     kt_planar_rows_void(w, x->flat, x->slot);
-    const double first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
+    const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
     kt_planar_rows_path(model, data, w, x->loop, 0, rows, count, first);
     kt_planar_rows_path(model, data, w, x->loop, 1, rows, count, end[1].arm);
 }
 
 /* Does the same as kt_rows_fill, in the plane. */
 KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                   bool moving, const double *q, const double *v, double t) {
+                                   bool moving, const kt_real1 *q, const kt_real1 *v, double t) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < w->m * w->k; i++)
-        w->a[i] = 0.0;
+        w->a[i] = kt_real1_splat(0.0);
     for (int i = 0; i < group->loop_count; i++) {
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
         const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop)};
-        if (loop->term_count)
+#ifndef KT_LANES
+        if (loop->term_count) {
             kt_rows_relation(model, group, w, loop, x.slot[0], q, t);
-        else
-            kt_planar_rows_frames(model, data, w, &x, moving, v, t);
+            continue;
+        }
+#else
+        (void)q;
+#endif
+        kt_planar_rows_frames(model, data, w, &x, moving, v, t);
     }
 }
 

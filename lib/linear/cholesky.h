@@ -2,21 +2,21 @@
 #ifndef KT_LINEAR_CHOLESKY_H
 #define KT_LINEAR_CHOLESKY_H
 
-#include "algebra/lane.h"
+#include "algebra/real.h"
 
 #include <math.h>
 
 /* y = a x for an m x n matrix */
-static inline void kt_dense_apply(const double *a, int m, int n, const double *x, double *y) {
+static inline void kt_dense_apply(const kt_real1 *a, int m, int n, const kt_real1 *x, kt_real1 *y) {
     for (int i = 0; i < m; i++)
-        y[i] = 0.0;
+        y[i] = kt_real1_splat(0.0);
     for (int j = 0; j < n; j++)
         for (int i = 0; i < m; i++)
             y[i] += a[(size_t)j * (size_t)m + (size_t)i] * x[j];
 }
 
-KT_INLINE double kt_dense_dot(const double *a, const double *b, int n) {
-    double sum = 0.0;
+KT_INLINE kt_real1 kt_dense_dot(const kt_real1 *a, const kt_real1 *b, int n) {
+    kt_real1 sum = kt_real1_splat(0.0);
     for (int i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
@@ -25,31 +25,32 @@ KT_INLINE double kt_dense_dot(const double *a, const double *b, int n) {
 /* A = L L': L replaces the lower triangle of A (n x n in columns `stride` numbers apart), which alone is read. Returns
  * false if A is not positive definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj
  * itself). */
-KT_INLINE bool kt_dense_cholesky_within(double *a, size_t stride, int n, const double *size) {
+KT_INLINE kt_condition kt_dense_cholesky_within(kt_real1 *a, size_t stride, int n, const kt_real1 *size) {
+    kt_condition positive = kt_condition_true();
     for (int j = 0; j < n; j++) {
-        double *column = a + (size_t)j * stride;
-        const double whole = size ? size[j] : column[j];
+        kt_real1 *column = a + (size_t)j * stride;
+        const kt_real1 whole = size ? size[j] : column[j];
         for (int k = 0; k < j; k++) {
-            const double f = a[(size_t)k * stride + (size_t)j];
+            const kt_real1 f = a[(size_t)k * stride + (size_t)j];
             for (int i = j; i < n; i++)
                 column[i] -= a[(size_t)k * stride + (size_t)i] * f;
         }
-        if (!(column[j] > 1e-14 * whole))
-            return false;
-        const double d = 1.0 / sqrt(column[j]);
+        if (kt_fails(&positive, column[j] > 1e-14 * whole))
+            return kt_condition_false();
+        const kt_real1 d = 1.0 / kt_sqrt1(column[j]);
         for (int i = j; i < n; i++)
             column[i] *= d;
     }
-    return true;
+    return positive;
 }
 
 /* The same of a matrix that is stored as a whole. */
-KT_INLINE bool kt_dense_cholesky(double *a, int n, const double *size) {
+KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, int n, const kt_real1 *size) {
     return kt_dense_cholesky_within(a, (size_t)n, n, size);
 }
 
 /* x = (L L')^-1 x */
-KT_INLINE void kt_dense_solve(const double *l, int n, double *x) {
+KT_INLINE void kt_dense_solve(const kt_real1 *l, int n, kt_real1 *x) {
     for (int j = 0; j < n; j++) {
         x[j] /= l[(size_t)j * (size_t)(n + 1)];
         for (int i = j + 1; i < n; i++)

@@ -5,15 +5,15 @@
 #ifndef KT_LINEAR_QR_H
 #define KT_LINEAR_QR_H
 
-#include "algebra/lane.h"
+#include "algebra/real.h"
 
 #include <math.h>
 
 /* A matrix A (m x k), then its factors; reflector_scale (t) and pivot: k. */
 typedef struct kt_qr {
     int m, k;
-    double *factor, *reflector_scale;
-    int32_t *pivot;
+    kt_real1 *factor, *reflector_scale;
+    kt_index1 *pivot;
 } kt_qr;
 
 /* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
@@ -30,6 +30,8 @@ typedef struct kt_qr {
 #define KT_RANK_CLOSED 1e-13
 #define KT_RANK_MOVING 1e-11
 
+#ifndef KT_LANES
+
 static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
     double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
     for (int i = 0; i < m; i++) {
@@ -42,9 +44,50 @@ static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
     w->pivot[b] = p;
 }
 
+/* The number with this index among k. */
+KT_INLINE double kt_pick(const double *x, int k, int32_t index) {
+    (void)k;
+    return x[index];
+}
+KT_INLINE double kt_pick_of(const double *x, int k, int32_t index) { return kt_pick(x, k, index); }
+
+#else
+
+/* Swaps two numbers where a condition holds. */
+KT_INLINE void kt_swap_where(kt_condition here, kt_real1 *x, kt_real1 *y) {
+    const kt_real1 t = *x;
+    *x = kt_choose(here, *y, *x);
+    *y = kt_choose(here, t, *y);
+}
+
+KT_INLINE void kt_swap_columns_where(kt_condition here, const kt_qr *w, int m, int a, int b) {
+    kt_real1 *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
+    for (int i = 0; i < m; i++)
+        kt_swap_where(here, &x[i], &y[i]);
+    const kt_index1 p = w->pivot[a];
+    w->pivot[a] = (here & w->pivot[b]) | (~here & p);
+    w->pivot[b] = (here & p) | (~here & w->pivot[b]);
+}
+
+/* The number with this index among k; of the model's, which all states share. */
+KT_INLINE kt_real1 kt_pick(const kt_real1 *x, int k, kt_index1 index) {
+    kt_real1 found = x[0];
+    for (int c = 1; c < k; c++)
+        found = kt_choose(index == c, x[c], found);
+    return found;
+}
+KT_INLINE kt_real1 kt_pick_of(const double *x, int k, kt_index1 index) {
+    kt_real1 found = kt_real1_splat(x[0]);
+    for (int c = 1; c < k; c++)
+        found = kt_choose(index == c, kt_real1_splat(x[c]), found);
+    return found;
+}
+
+#endif
+
 /* x -= t u (u . x), u = (1, tail) from row j on. */
-KT_INLINE void kt_reflect(const double *restrict u, double t, int j, int m, double *restrict x) {
-    double sum = x[j];
+KT_INLINE void kt_reflect(const kt_real1 *restrict u, kt_real1 t, int j, int m, kt_real1 *restrict x) {
+    kt_real1 sum = x[j];
     for (int i = j + 1; i < m; i++)
         sum += u[i] * x[i];
     sum *= t;
@@ -53,8 +96,8 @@ KT_INLINE void kt_reflect(const double *restrict u, double t, int j, int m, doub
         x[i] -= sum * u[i];
 }
 
-KT_INLINE double kt_squares(const double *x, int from, int m) {
-    double sum = 0.0;
+KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
+    kt_real1 sum = kt_real1_splat(0.0);
     for (int i = from; i < m; i++)
         sum += x[i] * x[i];
     return sum;
@@ -63,19 +106,21 @@ KT_INLINE double kt_squares(const double *x, int from, int m) {
 /* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
  * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
  * would lose their digits where the rank ends. */
-KT_INLINE void kt_eliminate_column(const kt_qr *w, int m, int j, double *norm) {
-    double *u = w->factor + (size_t)j * (size_t)m;
-    const double size = sqrt(norm[j]), r = u[j] > 0.0 ? -size : size, u0 = u[j] - r, t = -u0 / r;
+KT_INLINE void kt_eliminate_column(const kt_qr *w, int m, int j, kt_real1 *norm) {
+    kt_real1 *u = w->factor + (size_t)j * (size_t)m;
+    const kt_real1 size = kt_sqrt1(norm[j]), r = KT_CHOOSE(u[j] > 0.0, -size, size), u0 = u[j] - r, t = -u0 / r;
     for (int i = j + 1; i < m; i++)
         u[i] /= u0;
     w->reflector_scale[j] = t;
     u[j] = r;
     for (int c = j + 1; c < w->k; c++) {
-        double *x = w->factor + (size_t)c * (size_t)m;
+        kt_real1 *x = w->factor + (size_t)c * (size_t)m;
         kt_reflect(u, t, j, m, x);
         norm[c] = kt_squares(x, j + 1, m);
     }
 }
+
+#ifndef KT_LANES
 
 /* The longest column from j on; *all is the sum of all squares from there. */
 KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
@@ -101,20 +146,46 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, int best, double *norm) 
     kt_eliminate_column(w, m, j, norm);
 }
 
+#else
+
+/* The same of several states, of which each has its own order of the columns. */
+KT_INLINE kt_index1 kt_longest_column(const kt_real1 *norm, int j, int k, kt_real1 *all) {
+    kt_index1 best = kt_condition_false() + j;
+    kt_real1 sum = kt_real1_splat(0.0), most = norm[j];
+    for (int c = j; c < k; c++) {
+        const kt_condition longer = norm[c] > most;
+        sum += norm[c];
+        best = (longer & c) | (~longer & best);
+        most = kt_choose(longer, norm[c], most);
+    }
+    *all = sum;
+    return best;
+}
+
+KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
+    for (int c = j + 1; c < w->k; c++) {
+        kt_swap_columns_where(best == c, w, m, j, c);
+        kt_swap_where(best == c, &norm[j], &norm[c]);
+    }
+    kt_eliminate_column(w, m, j, norm);
+}
+
+#endif
+
 /* Divides weights out of the first `rank` columns of R again: A W P = Q R W. */
 KT_INLINE void kt_qr_unweight(const kt_qr *w, int m, int rank, const double *weight) {
     for (int c = 0; c < rank; c++) {
-        const double by = weight[w->pivot[c]];
+        const kt_real1 by = kt_pick_of(weight, w->k, w->pivot[c]);
         for (int i = 0; i <= c; i++)
             w->factor[(size_t)c * (size_t)m + (size_t)i] /= by;
     }
 }
 
 /* y = R1^-T P' b, `rank` numbers: R1' is lower triangular, its row i is column i of R. */
-KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const double *b, double *y) {
+KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const kt_real1 *b, kt_real1 *y) {
     for (int i = 0; i < rank; i++) {
-        const double *r = w->factor + (size_t)i * (size_t)m;
-        double sum = b[w->pivot[i]];
+        const kt_real1 *r = w->factor + (size_t)i * (size_t)m;
+        kt_real1 sum = kt_pick(b, w->k, w->pivot[i]);
         for (int j = 0; j < i; j++)
             sum -= r[j] * y[j];
         y[i] = sum / r[i];
@@ -122,7 +193,7 @@ KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const dou
 }
 
 /* y <- R1^-1 y, `rank` numbers. */
-KT_INLINE void kt_qr_solve(const kt_qr *w, int m, int rank, double *y) {
+KT_INLINE void kt_qr_solve(const kt_qr *w, int m, int rank, kt_real1 *y) {
     for (int i = rank - 1; i >= 0; i--) {
         for (int j = i + 1; j < rank; j++)
             y[i] -= w->factor[(size_t)j * (size_t)m + (size_t)i] * y[j];

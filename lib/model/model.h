@@ -431,7 +431,10 @@ typedef struct kt_passage {
     X(int32_t, lane_angle, KT_ANGLES(KT_LANES * n->angle), "positions that are angles, of each lane, and any others")  \
     X(int32_t, lane_force_angle, KT_ANGLES(KT_LANES * n->force_link_angle), "those of links that carry forces")        \
     X(kt_real1, dense, n->dense, "matrices of the constraint groups")                                                  \
-    X(kt_index1, pivot, n->row, "order of the equations, group by group")
+    X(kt_index1, pivot, n->row, "order of the equations, group by group")                                              \
+    X(kt_rows, factored, n->group, "which equations of each group")                                                    \
+    X(kt_real1, delta, kt_where(n->group, n->v), "a step in positions or velocities")                                  \
+    X(kt_real1, rest, kt_where(n->group, n->v), "velocities or forces of zero")
 
 /* What the recursions write, in code that is compiled for lanes: there these are the data. */
 struct kt_data {

@@ -18,20 +18,20 @@
 enum { KT_SHORT = 9 };
 
 /* y += N (N' M N)^-1 z, or with `anew` y = N (N' M N)^-1 z; z is overwritten. */
-KT_INLINE void kt_group_expand_basis(const kt_group_work *w, int dofs, bool anew, double *z, double *restrict y) {
+KT_INLINE void kt_group_expand_basis(const kt_group_work *w, int dofs, bool anew, kt_real1 *z, kt_real1 *restrict y) {
     const int m = w->m;
     kt_dense_solve(w->reduced, dofs, z);
     for (int i = 0; i < m && anew; i++)
-        y[i] = dofs ? w->basis[i] * z[0] : 0.0;
+        y[i] = dofs ? w->basis[i] * z[0] : kt_real1_splat(0.0);
     for (int c = anew ? 1 : 0; c < dofs; c++) {
-        const double *restrict n = w->basis + (size_t)c * (size_t)m;
+        const kt_real1 *restrict n = w->basis + (size_t)c * (size_t)m;
         for (int i = 0; i < m; i++)
             y[i] += n[i] * z[c];
     }
 }
 
 /* y = M x */
-KT_INLINE void kt_group_apply_mass(const kt_group_work *w, const double *x, double *y) {
+KT_INLINE void kt_group_apply_mass(const kt_group_work *w, const kt_real1 *x, kt_real1 *y) {
     const int m = w->m;
     if (m >= KT_SHORT)
         kt_dense_apply(w->mass, m, m, x, y);
@@ -42,12 +42,12 @@ KT_INLINE void kt_group_apply_mass(const kt_group_work *w, const double *x, doub
 
 /* Computes the lower triangle of N' M N. The rounding error of entry cc is proportional to size[c]: n' M n may be the
  * remainder of terms n_i^2 M_ii that cancel. */
-KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
+KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, kt_real1 *size) {
     const int m = w->m;
-    double *half = w->half; /* M n */
+    kt_real1 *half = w->half; /* M n */
     for (int c = 0; c < dofs; c++) {
-        const double *n = w->basis + (size_t)c * (size_t)m;
-        double sum = 0.0;
+        const kt_real1 *n = w->basis + (size_t)c * (size_t)m;
+        kt_real1 sum = kt_real1_splat(0.0);
         kt_group_apply_mass(w, n, half);
         for (int i = 0; i < m; i++)
             sum += n[i] * n[i] * w->mass[i * (m + 1)];
@@ -60,14 +60,16 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, double *size) {
 /* Computes y (free) and K (gain) from the factored equations with right-hand side `right`; returns false if N' M N is
  * singular. `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own
  * functions, which are then inlined. */
-KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank, int width) {
+KT_INLINE kt_condition kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank,
+                                      int width) {
     const int m = w->m, dofs = m - rank;
-    double *size = w->work, *z = w->work + m, *half = w->half;
+    kt_real1 *size = w->work, *z = w->work + m, *half = w->half;
     particular(w, rank, w->right, w->free);
     basis(w, rank);
     kt_group_reduce(w, dofs, size);
-    if (!kt_dense_cholesky(w->reduced, dofs, size))
-        return false;
+    kt_condition regular = kt_dense_cholesky(w->reduced, dofs, size);
+    if (kt_fails(&regular, regular))
+        return regular;
     kt_group_apply_mass(w, w->free, half);
     for (int i = 0; i < m; i++)
         half[i] = w->bias[i] - half[i];
@@ -75,19 +77,20 @@ KT_INLINE bool kt_group_solve(kt_particular *particular, kt_basis *basis, const 
         z[c] = kt_dense_dot(w->basis + (size_t)c * (size_t)m, half, m);
     kt_group_expand_basis(w, dofs, false, z, w->free);
     for (int c = 0; c < width; c++) {
-        double *k = w->gain + (size_t)c * (size_t)m;
+        kt_real1 *k = w->gain + (size_t)c * (size_t)m;
         for (int r = 0; r < dofs; r++) {
-            const double *n = w->basis + (size_t)r * (size_t)m;
-            double sum = 0.0;
+            const kt_real1 *n = w->basis + (size_t)r * (size_t)m;
+            kt_real1 sum = kt_real1_splat(0.0);
             for (int i = 0; i < m; i++)
                 sum += n[i] * w->coupling[width * i + c];
             z[r] = sum;
         }
         kt_group_expand_basis(w, dofs, true, z, k);
     }
-    return true;
+    return regular;
 }
 
+#ifndef KT_LANES
 /* x <- x - N (N' N)^-1 N' x for x in `free`: the least of the solutions. Returns false if N' N is singular. */
 static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_group_work *w, int rank) {
     const int m = w->m, dofs = m - rank;
@@ -104,5 +107,7 @@ static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_g
     kt_group_expand_basis(w, dofs, false, z, w->free);
     return true;
 }
+
+#endif
 
 #endif

@@ -5,10 +5,12 @@
 #include "constraint/group.h"
 
 /* x (m): a solution of the independent equations of A x = b (k). */
-typedef void kt_particular(const kt_group_work *w, int rank, const double *b, double *x);
+typedef void kt_particular(const kt_group_work *w, int rank, const kt_real1 *b, kt_real1 *x);
 
 /* w->basis: m x (m - rank), A basis = 0. */
 typedef void kt_basis(const kt_group_work *w, int rank);
+
+#ifndef KT_LANES
 
 /* A method of solving A x = b for the coordinates (qr_method.c; others in lib/study). `cap` is the structural rank. */
 typedef struct kt_reduction_kind {
@@ -49,5 +51,15 @@ KT_REDUCTION_EXTERN(kt_reduction_qr)
 
 /* Returns a method's functions for an instruction set; NULL: those of QR. */
 const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa isa);
+
+#else
+
+/* The method of this instruction set in lanes, for groups of fewer coordinates than KT_LARGE (qr_method.c). `factor`
+ * returns the states whose rank is `cap`, and `solve` those whose reduced inertia is regular. */
+kt_condition KT_KERNEL(kt_qr_factor)(const kt_group_work *w, int cap);
+kt_particular KT_KERNEL(kt_qr_particular);
+kt_condition KT_KERNEL(kt_qr_solve_group)(const kt_group_work *w, int rank, int width);
+
+#endif
 
 #endif

@@ -16,7 +16,7 @@ enum { KT_PLANAR_WIDTH = 3 };
  * and the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus
  * gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
-                                        double ax, double ay) {
+                                        kt_real1 ax, kt_real1 ay) {
     const int32_t *index = model->group_link + group->link, count = group->link_count,
                   first = kt_planar_index_shift(model, 0);
     for (int l = 0; l < count; l++) {
@@ -24,7 +24,7 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
         const int32_t up = model->planar[k].parent;
         const kt_planar_motion *m = &data->planar[k];
         kt_planar_inertia *x = &data->planar_inertia[k];
-        double *linear = data->planar_response[k].bias_linear;
+        kt_real1 *linear = data->planar_response[k].bias_linear;
         linear[0] = m->linear[0];
         linear[1] = m->linear[1];
         if (up != top) {
@@ -41,10 +41,10 @@ static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, co
 }
 
 /* The component of (moment, force) along the degree of freedom of the link with planar index k. */
-KT_INLINE double kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t k, double moment, double fx,
-                                     double fy) {
+KT_INLINE kt_real1 kt_planar_along_dof(const kt_model *model, const kt_data *data, int32_t k, kt_real1 moment,
+                                       kt_real1 fx, kt_real1 fy) {
     const kt_planar_link *link = &model->planar[k];
-    double u[2];
+    kt_real1 u[2];
     if (link->revolute)
         return link->sign * moment;
     kt_planar_along(link, &data->planar[k], u);
@@ -57,7 +57,7 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
                                       int32_t k, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[k];
     const int m = w->m, own = link->local;
-    double moment, fx, fy, u[2];
+    kt_real1 moment, fx, fy, u[2];
     if (link->revolute) {
         moment = link->sign * c->j;
         fx = link->sign * c->h[0];
@@ -71,19 +71,19 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
         w->mass[own * (m + 1)] = u[0] * fx + u[1] * fy;
     }
     for (int32_t j = k;;) {
-        const double *r = data->planar[j].offset;
+        const kt_real1 *r = data->planar[j].offset;
         j = model->planar[j].parent;
         if (j == 0)
             return;
         moment += r[0] * fy - r[1] * fx;
         if (j == top)
             break;
-        const double x = kt_planar_along_dof(model, data, j, moment, fx, fy);
+        const kt_real1 x = kt_planar_along_dof(model, data, j, moment, fx, fy);
         const int other = model->planar[j].local;
         w->mass[own * m + other] = x;
         w->mass[other * m + own] = x;
     }
-    double *coupling = w->coupling + KT_PLANAR_WIDTH * own;
+    kt_real1 *coupling = w->coupling + KT_PLANAR_WIDTH * own;
     coupling[0] = moment;
     coupling[1] = fx;
     coupling[2] = fy;
@@ -92,11 +92,11 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
 /* Computes M, F and tau - h; if the parent accelerates, `total` is the inertia and bias wrench on it while x = 0: (Ic,
  * W). */
 static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
-                                            const kt_group_work *w, int32_t top, const double *tau,
+                                            const kt_group_work *w, int32_t top, const kt_real1 *tau,
                                             kt_planar_inertia *total) {
-    *total = (kt_planar_inertia){.j = 0.0};
+    *total = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
     for (int i = 0; i < w->m * w->m; i++)
-        w->mass[i] = 0.0;
+        w->mass[i] = kt_real1_splat(0.0);
     const int32_t *index = model->group_link + group->link, first = kt_planar_index_shift(model, 0);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const int32_t k = index[l] + first;
@@ -116,8 +116,8 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
                                                kt_planar_inertia *parent) {
     const size_t m = (size_t)w->m;
     for (size_t i = 0; i < m; i++) {
-        const double *f = w->coupling + KT_PLANAR_WIDTH * i;
-        const double y = w->free[i], kn = w->gain[i], kx = w->gain[m + i], ky = w->gain[2 * m + i];
+        const kt_real1 *f = w->coupling + KT_PLANAR_WIDTH * i;
+        const kt_real1 y = w->free[i], kn = w->gain[i], kx = w->gain[m + i], ky = w->gain[2 * m + i];
         total->moment += f[0] * y;
         total->force[0] += f[1] * y;
         total->force[1] += f[2] * y;
@@ -134,12 +134,12 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
 /* Writes the accelerations of the group's coordinates, which follow from those of the parent with the planar index
  * `top`, to a. */
 static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
-                                           const kt_group_work *w, int32_t top, double *a) {
+                                           const kt_group_work *w, int32_t top, kt_real1 *a) {
     const int m = w->m;
     const int32_t *v = model->group_v + group->v;
     const kt_planar_motion *p = &data->planar[top];
     for (int i = 0; i < m; i++) {
-        double x = w->free[i];
+        kt_real1 x = w->free[i];
         if (top)
             x -= w->gain[i] * p->alpha + (w->gain[m + i] * p->linear[0] + w->gain[2 * m + i] * p->linear[1]);
         a[v[i]] = x;

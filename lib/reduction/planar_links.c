@@ -3,6 +3,7 @@
  */
 #include "reduction/links.h"
 #include "reduction/pin.h"
+#include "reduction/planar_group.h"
 
 #ifndef KT_LANES
 #include "reduction/components.h"
@@ -10,14 +11,11 @@
 #include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/kernel.h"
-#include "reduction/planar_group.h"
 #endif
 
 static const double none[2] = {0.0, 0.0};
 
-#ifndef KT_LANES
-
-void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const double *q) {
+void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q) {
     kt_planar_motion *motion = data->planar;
     kt_planar_gather(model, data, q);
     kt_planar_ground_set(none, &motion[0]);
@@ -27,18 +25,16 @@ void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const
 }
 
 /* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
-void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const double *v) {
+void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v) {
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
         kt_planar_velocity(link, &data->planar[link->parent], v, m);
         kt_planar_wrench_set(link, m->omega, m);
         if (link->branches)
-            data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
+            data->planar_inertia[k] = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
     }
 }
-
-#endif
 
 void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                        const kt_external *external) {
@@ -47,6 +43,35 @@ void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, con
         kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
     if (external)
         kt_planar_external(model, data->planar, external);
+}
+
+KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group,
+                                       const kt_group_work *w, int32_t top, const kt_real1 *tau, bool has_armature,
+                                       kt_real1 *a) {
+    kt_planar_inertia total;
+    kt_planar_group_assemble(model, data, group, w, top, tau, &total);
+    for (int i = 0; i < w->m && has_armature; i++)
+        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
+    const int width = top ? KT_PLANAR_WIDTH : 0;
+#ifndef KT_LANES
+    const bool regular = model->reduction->solve(w, data->rank[group - model->group], width);
+    if (!regular)
+        return false;
+#else
+    const kt_condition regular =
+        KT_KERNEL(kt_qr_solve_group)(w, group->rank[data->factored[group - model->group]], width);
+#endif
+    if (top)
+        kt_planar_group_onto_parent(w, &total, &data->planar_inertia[top]);
+    else
+        kt_planar_group_respond(model, data, group, w, 0, a);
+    return regular;
+}
+
+static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_model *model, kt_data *data,
+                                                                       const kt_group *group, const kt_group_work *w,
+                                                                       int32_t top, const kt_real1 *tau, kt_real1 *a) {
+    return eliminate_dense(model, data, group, w, top, tau, true, a);
 }
 
 /* Eliminates a group of one pin, whose equations have not been filled; returns false if it needs the general
@@ -95,27 +120,6 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int
     x.force[1] = total.bias[2];
     kt_planar_add(&data->planar_inertia[top], &x);
     return true;
-}
-
-KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
-                               int32_t top, const double *tau, bool has_armature, double *a) {
-    kt_planar_inertia total;
-    kt_planar_group_assemble(model, data, group, w, top, tau, &total);
-    for (int i = 0; i < w->m && has_armature; i++)
-        w->mass[i * (w->m + 1)] += model->armature[model->group_v[group->v + i]];
-    if (!model->reduction->solve(w, data->rank[group - model->group], top ? KT_PLANAR_WIDTH : 0))
-        return false;
-    if (top)
-        kt_planar_group_onto_parent(w, &total, &data->planar_inertia[top]);
-    else
-        kt_planar_group_respond(model, data, group, w, 0, a);
-    return true;
-}
-
-static __attribute__((noinline)) bool eliminate_dense_armature(const kt_model *model, kt_data *data,
-                                                               const kt_group *group, const kt_group_work *w,
-                                                               int32_t top, const double *tau, double *a) {
-    return eliminate_dense(model, data, group, w, top, tau, true, a);
 }
 
 /* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
@@ -220,12 +224,28 @@ KT_INLINE size_t solve_delassus(const closure *c, const kt_plane *plane) {
 }
 
 static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
-    return eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a);
+    const kt_model *model = c->model;
+    const kt_group *group = &model->group[link->group];
+    const size_t g = (size_t)link->group;
+    kt_group_work w;
+    if (c->v && group->form == KT_FORM_PIN)
+        return eliminate_pin(model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a);
+    kt_group_find(model, c->data, g, c->data->factored[g], &w);
+    kt_planar_group_bias(model, c->data, group, link->parent, kt_real1_splat(-c->gravity[0]),
+                         kt_real1_splat(-c->gravity[1]));
+    return group->has_armature ? eliminate_dense_armature(model, c->data, group, &w, link->parent, tau, c->a)
+                               : eliminate_dense(model, c->data, group, &w, link->parent, tau, false, c->a);
 }
 
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
-    (void)pins;
-    kt_pin_respond(model, data, &model->group[g], top, a);
+    const kt_group *group = &model->group[g];
+    kt_group_work w;
+    if (pins && group->form == KT_FORM_PIN) {
+        kt_pin_respond(model, data, group, top, a);
+        return;
+    }
+    kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
+    kt_planar_group_respond(model, data, group, &w, top, a);
 }
 
 #endif

@@ -14,8 +14,11 @@
  * reflector are so small that OpenBLAS leaves them to one thread, while products of blocks are divided, and rounded,
  * according to the number of threads.
  */
-#include "linear/lapack.h"
 #include "reduction/maggi_kane.h"
+
+#ifndef KT_LANES
+#include "linear/lapack.h"
+#endif
 
 #include <math.h>
 #include <string.h>
@@ -24,12 +27,12 @@
 enum { KT_BLOCKED = 96 };
 
 /* Copies A' with the columns' weights, and computes their squared norms. */
-KT_INLINE void begin(const kt_group_work *w, int m, double *norm) {
-    const double *restrict a = w->a;
-    double *restrict x = w->factor;
+KT_INLINE void begin(const kt_group_work *w, int m, kt_real1 *norm) {
+    const kt_real1 *restrict a = w->a;
+    kt_real1 *restrict x = w->factor;
     for (int c = 0; c < w->k; c++, a += m, x += m) {
         const double weight = w->weight ? w->weight[c] : 1.0;
-        w->pivot[c] = c;
+        w->pivot[c] = kt_index1_of(c);
         for (int i = 0; i < m; i++)
             x[i] = weight * a[i];
         norm[c] = kt_squares(x, 0, m);
@@ -46,18 +49,21 @@ static void unweight(const kt_group_work *w, int rank) {
         kt_qr_unweight(&qr, w->m, rank, w->weight);
 }
 
-KT_INLINE int factor_any(const kt_group_work *w, int cap) {
+/* Returns the rank, at most cap, or -1 if a number is not finite. In lanes, where *full becomes the states whose rank is
+ * cap, it is cap. */
+KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
     const int m = w->m;
-    double first = 0.0, all, *norm = w->work;
+    kt_real1 first = kt_real1_splat(0.0), all, *norm = w->work;
     const kt_qr qr = qr_of(w);
     begin(w, m, norm);
     for (int j = 0; j < cap; j++) {
-        const int best = kt_longest_column(norm, j, w->k, &all);
-        if (!isfinite(all))
+        const kt_index1 best = kt_longest_column(norm, j, w->k, &all);
+        if (kt_fails(full, kt_is_finite1(all)))
             return -1;
+        const kt_real1 longest = kt_pick(norm, w->k, best);
         if (j == 0)
-            first = kt_larger(norm[best], w->least * w->least);
-        if (!(norm[best] > w->tolerance * w->tolerance * first))
+            first = kt_larger(longest, kt_real1_splat(w->least * w->least));
+        if (kt_fails(full, longest > w->tolerance * w->tolerance * first))
             return j;
         kt_qr_step(&qr, m, j, best, norm);
     }
@@ -76,15 +82,18 @@ KT_INLINE kt_group_work four_bar(const kt_group_work *w) {
     return known;
 }
 
-static int factor_small(const kt_group_work *w, int cap) {
+/* As factor_any. */
+static int factor_small(const kt_group_work *w, int cap, kt_condition *full) {
     if (is_four_bar(w, cap)) {
         const kt_group_work known = four_bar(w);
-        return factor_any(&known, 2);
+        return factor_any(&known, 2, full);
     }
-    const int rank = factor_any(w, cap);
+    const int rank = factor_any(w, cap, full);
     unweight(w, rank);
     return rank;
 }
+
+#ifndef KT_LANES
 
 static int factor_large(kt_group_work *w, int cap) {
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
@@ -108,12 +117,15 @@ static int factor_large(kt_group_work *w, int cap) {
 static int factor(kt_group_work *w, int cap) {
     if (w->m == 0 || w->k == 0)
         return 0;
-    return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap);
+    return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap, NULL);
 }
 
+#endif
+
 /* X (m x columns) = Q X with the first `count` reflectors, or Q' X. */
-KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double *x, int columns) {
+KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, kt_real1 *x, int columns) {
     const size_t m = (size_t)w->m;
+#ifndef KT_LANES
     if (w->m >= KT_LARGE && count > 0) {
         const bool blocks = w->m >= KT_BLOCKED && 4 * columns > w->m;
         const int size = blocks ? (int)kt_group_work_count(m, (size_t)w->k) : columns;
@@ -121,6 +133,7 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double 
                               size);
         return;
     }
+#endif
     for (int c = 0; c < columns; c++)
         for (int i = 0; i < count; i++) {
             const int j = transposed ? i : count - 1 - i;
@@ -128,21 +141,31 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, double 
         }
 }
 
-KT_INLINE void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+KT_INLINE void particular(const kt_group_work *w, int rank, const kt_real1 *b, kt_real1 *x) {
     const kt_qr qr = qr_of(w);
     kt_qr_solve_transposed(&qr, w->m, rank, b, x);
     for (int i = rank; i < w->m; i++)
-        x[i] = 0.0;
+        x[i] = kt_real1_splat(0.0);
     apply(w, rank, false, x, 1);
 }
 
 KT_INLINE void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
-    memset(w->basis, 0, m * (m - (size_t)rank) * sizeof(double));
+    memset(w->basis, 0, m * (m - (size_t)rank) * sizeof *w->basis);
     for (size_t c = (size_t)rank; c < m; c++)
-        w->basis[(c - (size_t)rank) * m + c] = 1.0;
+        w->basis[(c - (size_t)rank) * m + c] = kt_real1_splat(1.0);
     apply(w, rank, false, w->basis, w->m - rank);
 }
+
+static kt_condition solve(const kt_group_work *w, int rank, int width) {
+    if (is_four_bar(w, rank)) {
+        const kt_group_work known = four_bar(w);
+        return kt_group_solve(particular, basis, &known, 2, width);
+    }
+    return kt_group_solve(particular, basis, w, rank, width);
+}
+
+#ifndef KT_LANES
 
 static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const kt_qr qr = qr_of(w);
@@ -150,14 +173,6 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
     kt_qr_solve(&qr, w->m, rank, g);
     for (int i = 0; i < w->k; i++)
         lambda[w->pivot[i]] = i < rank ? g[i] : 0.0;
-}
-
-static bool solve(const kt_group_work *w, int rank, int width) {
-    if (is_four_bar(w, rank)) {
-        const kt_group_work known = four_bar(w);
-        return kt_group_solve(particular, basis, &known, 2, width);
-    }
-    return kt_group_solve(particular, basis, w, rank, width);
 }
 
 static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
@@ -174,3 +189,20 @@ const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .basis = basis,
                                                       .solve = solve,
                                                       .multipliers = multipliers};
+
+#else
+
+kt_condition KT_KERNEL(kt_qr_factor)(const kt_group_work *w, int cap) {
+    kt_condition full = kt_condition_true();
+    if (w->m > 0 && w->k > 0)
+        (void)factor_small(w, cap, &full);
+    return full;
+}
+
+void KT_KERNEL(kt_qr_particular)(const kt_group_work *w, int rank, const kt_real1 *b, kt_real1 *x) {
+    particular(w, rank, b, x);
+}
+
+kt_condition KT_KERNEL(kt_qr_solve_group)(const kt_group_work *w, int rank, int width) { return solve(w, rank, width); }
+
+#endif

@@ -1,0 +1,36 @@
+/* The constraint groups of several states at once (algebra/real3.h): of mechanisms in planes whose groups are pins or
+ * small dense matrices, and whose equations are along directions (kt_loops_fit_lanes of batch/lanes.h). What is computed
+ * of a state are the operations of driver.c and groups.c. States that are near a singular position of a group, or in
+ * which equations are lost that are independent at others, are told and mean nothing. */
+#ifndef KT_REDUCTION_LANE_GROUPS_H
+#define KT_REDUCTION_LANE_GROUPS_H
+
+#include "constraint/group.h"
+
+#ifdef KT_LANES
+
+/* Accelerations; states that cannot be computed are told by data->sound. */
+void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                     const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+
+/* Fills the equations at q, and `right` with -A v. Returns the states whose numbers are finite. */
+kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                            kt_violation *violation);
+
+/* `right` and the violation of velocities again, for other velocities. */
+void KT_KERNEL(kt_groups_velocity_violation)(const kt_model *model, kt_data *data, const kt_real1 *v,
+                                             kt_violation *violation);
+
+/* Factors the equations as filled. Returns the states that are regular. */
+kt_condition KT_KERNEL(kt_groups_prepare)(const kt_model *model, kt_data *data, kt_rows rows);
+
+/* `right` becomes -phi in groups whose gap is above the goal, otherwise 0. */
+void KT_KERNEL(kt_groups_aim)(const kt_model *model, kt_data *data, double goal);
+
+/* Computes the least step with A step = right as last factored, in coordinates or in kinetic energy, into data->delta.
+ * Returns the states in which no inertia is singular. */
+kt_condition KT_KERNEL(kt_groups_step)(const kt_model *model, kt_data *data, kt_metric metric);
+
+#endif
+
+#endif
