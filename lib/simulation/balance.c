@@ -24,7 +24,9 @@
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 15, HALVINGS = 20 };
+/* Before a dead point of a drive its power grows without bound, and is what rounding makes of it in the end: a step gets
+ * no more than so many panels, tried or taken. */
+enum { NODES = 15, HALVINGS = 20, PANELS_MOST = 128 };
 
 /* Estimates are those of the embedded formula, whose order is the lower one, so that errors are far below them. From
  * this number of tolerances on the works are integrated again: on the bundled scenes that is next to never, and doing
@@ -125,7 +127,7 @@ static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
         length *= 0.5;
         kt_power power[NODES];
         panel->to = panel->from + 1.5 * length < t1 ? panel->from + length : t1;
-        if (!find_powers(simulation, panel, power))
+        if (panel->tried++ == PANELS_MOST || !find_powers(simulation, panel, power))
             return false;
         expand(panel, power);
         const double error = error_of(simulation, panel, power);

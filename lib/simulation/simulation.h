@@ -109,6 +109,7 @@ typedef struct kt_corners {
 enum { KT_PANEL_TERMS = 13 };
 typedef struct kt_work_panel {
     bool known;
+    int tried;                 /* panels of this step, tried or taken */
     double from, to, next;     /* s; the length that the next one should have */
     kt_work start;             /* at `from`, since the start of the run */
     kt_work b[KT_PANEL_TERMS]; /* from there, in Legendre's polynomials */

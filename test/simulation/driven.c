@@ -346,6 +346,42 @@ KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
     kt_model_free(model);
 }
 
+/* A crank that is driven, from rest, to where its four-bar is stretched and goes no farther, at 1.43329539 s: the power
+ * grows without bound. */
+static const char stretched[] =
+    "kinetree: 1\n"
+    "gravity: [0, -9.81, 0]\n"
+    "bodies:\n"
+    "  - {name: crank, joint: {type: revolute, position: 0.8700121311548521}, mass: 1, shape: {type: rod, to: "
+    "[0.9798656002108206, 0, 0]}}\n"
+    "  - {name: coupler, parent: crank, joint: {type: revolute, at: [0.9798656002108206, 0, 0], position: "
+    "-1.0175237795390186}, mass: 2, shape: {type: rod, to: [0.9936992499808137, 0, 0]}}\n"
+    "  - {name: rocker, joint: {type: revolute, at: [1.287658927953888, 0, 0], position: 1.0737144445328868}, mass: 1, "
+    "shape: {type: rod, to: [0.6859059152705063, 0, 0]}}\n"
+    "  - {name: clock, joint: {type: revolute, at: [0, 5, 0], position: -1}, mass: 0.1, shape: {type: rod, to: [0.1, "
+    "0, "
+    "0]}}\n"
+    "loops:\n"
+    "  - {name: close, type: revolute, between: [{body: coupler, at: [0.9936992499808137, 0, 0]}, {body: rocker, at: "
+    "[0.6859059152705063, 0, 0]}]}\n"
+    "  - {name: drive, type: motion, joint: crank, position: {polynomial: [0.8700121311548521, 0.5450830478123165]}}\n"
+    "initial: {hold: []}\n";
+
+/* A run with a balance ended never, in panels of a millionth of a step; without one in 0.05 s. */
+KT_TEST(works_before_a_dead_point_are_given_up) {
+    kt_error error = {KT_OK, "", ""};
+    kt_model *model = compile(stretched, &error);
+    kt_run run = kt_run_fixed("dopri5", 0.0, 2.0);
+    run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_check_true("ends there", kt_simulation_advance(simulation, 2.0, &error) != KT_OK);
+    kt_note("%s: %s", error.where, error.message);
+    kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-7);
+    kt_check_below("evaluations for works", (double)kt_simulation_counts_get(simulation).balance, 1e5);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* A checkpoint between records of one long step. */
 KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     static account whole, first, second;
