@@ -39,9 +39,12 @@ static void draw_ellipsoid(const double half[3], kt_pose pose, kt_shape *shape) 
     end[longest] = half[longest] - shape->radius;
     shape->type = end[longest] > 1e-6 * half[longest] ? KT_SHAPE_ROD : KT_SHAPE_SPHERE;
     const kt_vec3 v = kt_vec3_make(end[0], end[1], end[2]);
-    shape->at = shape->type == KT_SHAPE_ROD ? kt_pose_apply(pose, kt_vec3_scale(-1.0, v)) : pose.position;
-    if (shape->type == KT_SHAPE_ROD)
-        shape->to = kt_pose_apply(pose, v);
+    if (shape->type == KT_SHAPE_SPHERE) {
+        shape->at = pose.position;
+        return;
+    }
+    shape->from = kt_pose_apply(pose, kt_vec3_scale(-1.0, v));
+    shape->to = kt_pose_apply(pose, v);
 }
 
 bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
@@ -168,8 +171,8 @@ static void find_distances(sizes *s) {
 static double reach_of(const kt_shape *shape) {
     const double half = shape->type == KT_SHAPE_CYLINDER ? 0.5 * shape->length : 0.0;
     const double own = shape->type == KT_SHAPE_BOX ? 0.5 * kt_vec3_norm(shape->size) : shape->radius + half;
-    const double far = shape->type == KT_SHAPE_ROD ? kt_vec3_norm(shape->to) : 0.0;
-    return own + fmax(kt_vec3_norm(shape->at), far);
+    const bool is_rod = shape->type == KT_SHAPE_ROD;
+    return own + (is_rod ? fmax(kt_vec3_norm(shape->from), kt_vec3_norm(shape->to)) : kt_vec3_norm(shape->at));
 }
 
 static double reach_of_shapes(const kt_body *body) {

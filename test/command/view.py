@@ -6,6 +6,7 @@ columns and forces against its columns.
 import base64
 import csv
 import json
+import os
 import math
 import pathlib
 import re
@@ -18,6 +19,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 KINETREE, SCENES = sys.argv[1:]
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
 
 
 def kinetree(*words, folder, text=None):

@@ -197,7 +197,7 @@ KT_TEST(ellipsoids_are_drawn_as_rods_as_long_or_spheres) {
     const kt_shape *rod = &find_body(&scene, "a")->shape, *ball = &find_body(&scene, "b")->shape;
     kt_check_equal_int("rod", rod->type, KT_SHAPE_ROD);
     kt_check_near("radius", rod->radius, 2.0, 1e-15);
-    kt_check_equal_bits("from", &rod->at.x, (const double[]){1.0, -5.0, 3.0}, 3);
+    kt_check_equal_bits("from", &rod->from.x, (const double[]){1.0, -5.0, 3.0}, 3);
     kt_check_equal_bits("to", &rod->to.x, (const double[]){1.0, 9.0, 3.0}, 3);
     kt_check_equal_int("ball", ball->type, KT_SHAPE_SPHERE);
     kt_check_near("its radius", ball->radius, 2.0, 1e-15);

@@ -122,7 +122,7 @@ static const char *const stiff[] = {"fishing-rod", "five-bar", "flyball-governor
                                     "servo-arm",   "shot"};
 
 /* Scenes in which that is so at a coarse tolerance alone. */
-static const char *const coarse[] = {"dc-motor", "pid-arm"};
+static const char *const coarse[] = {"dc-motor", "parachute", "pid-arm"};
 
 static bool is_among(const char *const *scenes, size_t count, const char *scene) {
     for (size_t i = 0; i < count; i++)
