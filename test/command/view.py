@@ -6,8 +6,8 @@ columns and forces against its columns.
 import base64
 import csv
 import json
-import os
 import math
+import os
 import pathlib
 import re
 import struct
