@@ -239,7 +239,8 @@ static void check_resets(kt_reader *r, const kt_scene *scene) {
     for (size_t i = 0; i < v->count; i++) {
         const double *at = v->followers[i].at;
         kt_reset_target target;
-        const bool is_parameter = at >= r->parameter_values && at < r->parameter_values + r->parameter_count;
+        const bool is_parameter =
+            r->parameter_count > 0 && at >= r->parameter_values && at < r->parameter_values + r->parameter_count;
         if (v->followers[i].is_reset && !is_parameter && !kt_reset_target_of(&scene->description, at, &target))
             refuse_reset(r, v->followers[i].node);
         v->followers[i].node = NULL;
