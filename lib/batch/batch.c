@@ -1,7 +1,7 @@
 /* Many states of one model: their memory.
  *
  * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees, effects and
- * the loops of linkages in planes (kt_loops_fit_lanes) are computed for a group at once (lanes.c). All else is computed
+ * the loops of linkages in planes (kt_lanes_fit_model) are computed for a group at once (lanes.c). All else is computed
  * state by state, by the calls for one state: effects by formulas, whose forces then enter the lanes; other models with
  * loops; and a lane that cannot be computed, for the error that names the joint.
  */
@@ -37,7 +37,7 @@ static bool group_fits(const kt_model *model, const kt_group *group) {
     return true;
 }
 
-bool kt_loops_fit_lanes(const kt_model *model) {
+bool kt_lanes_fit_model(const kt_model *model) {
     if (model->n.group == 0)
         return true;
     if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward ||
@@ -50,7 +50,7 @@ bool kt_loops_fit_lanes(const kt_model *model) {
 }
 
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
-    if (model->n.group > 0 && !kt_loops_fit_lanes(model))
+    if (model->n.group > 0 && !kt_lanes_fit_model(model))
         return NULL;
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)

@@ -101,7 +101,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
     const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
     const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};
     kt_lane_mask done = 0;
-    if (batch->kernels && group->model && kt_loops_fit_lanes(group->model))
+    if (batch->kernels && group->model && kt_lanes_fit_model(group->model))
         done = batch->has_formulas && group->model->n.effect > 0
                    ? accelerate_with_formulas(w, group, t)
                    : kt_lanes_accelerate(batch->kernels, group->model, &at, &work);

@@ -28,7 +28,7 @@ typedef struct kt_lane_kernels {
     size_t width;
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
-    /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_loops_fit_lanes): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
+    /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_lanes_fit_model): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
      * Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
      * a singular position; the others' mean nothing. */
     kt_lane_mask (*forward)(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
@@ -59,7 +59,7 @@ typedef struct kt_lane_kernels {
 
 /* Whether a model with loops is computed in lanes: it moves in planes, its groups of loops are pins (reduction/pin.h) or
  * dense matrices of some coordinates, and their equations are along directions and do not depend on time. */
-bool kt_loops_fit_lanes(const kt_model *model);
+bool kt_lanes_fit_model(const kt_model *model);
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
  * succeeded. Not for effects by formulas. */

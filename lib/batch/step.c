@@ -157,7 +157,7 @@ static kt_lane_mask project(kt_batch_work *w, const kt_batch_group *group) {
     const kt_batch_counts *n = &batch->n;
     const size_t N = n->width * (n->nq + n->nv);
     double *moved = w->moved;
-    if (!batch->kernels || !group->model || !kt_loops_fit_lanes(group->model))
+    if (!batch->kernels || !group->model || !kt_lanes_fit_model(group->model))
         return 0;
     kt_copy(moved, w->stage, N * sizeof *moved);
     const kt_lane_mask closed =

@@ -199,7 +199,7 @@ KT_ROWS_IN_SPACE_DECLARE(v4)
 #endif
 
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. In
- * lanes all rows are along a direction (kt_loops_fit_lanes). */
+ * lanes all rows are along a direction (kt_lanes_fit_model). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
                                       const kt_planar_relative *r, double t, kt_planar_wrench *rows) {

@@ -1,5 +1,5 @@
 /* The constraint groups of several states at once (algebra/real3.h): of mechanisms in planes whose groups are pins or
- * small dense matrices, and whose equations are along directions (kt_loops_fit_lanes of batch/lanes.h). What is computed
+ * small dense matrices, and whose equations are along directions (kt_lanes_fit_model of batch/lanes.h). What is computed
  * of a state are the operations of driver.c and groups.c. States that are near a singular position of a group, or in
  * which equations are lost that are independent at others, are told and mean nothing. */
 #ifndef KT_REDUCTION_LANE_GROUPS_H
