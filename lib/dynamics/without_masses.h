@@ -5,7 +5,8 @@
 #include "dynamics/dynamics.h"
 
 static inline void mirror(size_t n, double *matrix) { kt_mass_mirror_baseline(n, matrix); }
-static inline size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
+static inline size_t kinematics(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                const double *a) {
     return kt_kernels_of(model->isa, model->sweep, false)->kinematics(model, data, q, v, a);
 }
 static inline size_t follow(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a) {
