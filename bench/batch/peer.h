@@ -1,4 +1,4 @@
-/* Steps of a batch beside those of MuJoCo. */
+/* Steps of a batch, compared with those of MuJoCo. */
 #ifndef KT_BENCH_BATCH_PEER_H
 #define KT_BENCH_BATCH_PEER_H
 

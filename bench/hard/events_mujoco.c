@@ -3,9 +3,9 @@
  * removes slip. MuJoCo has no restitution: the contact of a ball is a spring and a damper that do not pull, whose damping ratio gives
  * back e (T. Schwager, T. Poeschel, Granular Matter 9, 2007); with a time constant of twenty steps the error was the least of 2 to 80. */
 #include "events.h"
+#include "mujoco.h"
 
 #include <math.h>
-#include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,21 +50,10 @@ static char *write_scene(const kt_events_watch *watch, size_t *size) {
 }
 
 static mjModel *load(kt_events_watch *watch) {
-    char reason[300] = "";
+    char reason[KT_MUJOCO_REASON];
     size_t size = 0;
-    mjModel *model = NULL;
     char *text = write_scene(watch, &size);
-    mjVFS *files = malloc(sizeof *files);
-    if (text && files) {
-        mj_defaultVFS(files);
-        if (mj_makeEmptyFileVFS(files, "scene.xml", (int)size) == 0) {
-            memcpy(files->filedata[mj_findFileVFS(files, "scene.xml")], text, size);
-            model = mj_loadXML("scene.xml", files, reason, sizeof reason);
-        }
-        mj_deleteVFS(files);
-    }
-    free(files);
-    free(text);
+    mjModel *model = kt_mujoco_read(text, size, reason);
     if (!model)
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", reason);
     return model;

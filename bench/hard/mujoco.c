@@ -3,10 +3,11 @@
  * The fourth-order Runge-Kutta method with the case's step; constraints, which are soft by design, as stiff as is
  * advised: a time constant of two steps.
  */
+#include "mujoco.h"
+
 #include "../peers/principal.h"
 #include "peers.h"
 
-#include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -109,22 +110,28 @@ static char *write_scene(const kt_hard *h, double step, size_t *size) {
 
 enum { DEEP_MOST = 90 };
 
-static mjModel *load(const kt_hard *h, double step, char *words) {
-    char reason[300] = "";
-    size_t size = 0;
+mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]) {
     mjModel *model = NULL;
-    char *text = write_scene(h, step, &size);
     mjVFS *files = malloc(sizeof *files);
+    reason[0] = '\0';
     if (text && files) {
         mj_defaultVFS(files);
         if (mj_makeEmptyFileVFS(files, "scene.xml", (int)size) == 0) {
             memcpy(files->filedata[mj_findFileVFS(files, "scene.xml")], text, size);
-            model = mj_loadXML("scene.xml", files, reason, sizeof reason);
+            model = mj_loadXML("scene.xml", files, reason, KT_MUJOCO_REASON);
         }
         mj_deleteVFS(files);
     }
     free(files);
     free(text);
+    return model;
+}
+
+static mjModel *load(const kt_hard *h, double step, char *words) {
+    char reason[KT_MUJOCO_REASON];
+    size_t size = 0;
+    char *text = write_scene(h, step, &size);
+    mjModel *model = kt_mujoco_read(text, size, reason);
     if (!model)
         (void)snprintf(words, KT_HARD_WORDS, "%s",
                        strstr(reason, "mass and inertia")      ? "refused: needs mass"
