@@ -8,8 +8,9 @@
  *
  * Both are zeros of a function g along time, and are found by exclusion and bisection (Moore, Kearfott and Cloud 2009,
  * chapter 8): g has none in an interval over whose bounds (jet.h) 0 is not, and at most one where 0 is not in the bounds
- * of g'. Other intervals are halved, the earlier half first. What is left when they are very short is a zero at which
- * the sign does not change, as of (t - 1)^2, or two that cancel.
+ * of g'. Other intervals are halved, the earlier half first, and so are those in a part of which g is not defined: the
+ * branch may change there without a zero, as that of sqrt(t - 1) < 3 at t = 1. What is left when they are very short is
+ * a zero at which the sign does not change, as of (t - 1)^2, or two that cancel.
  */
 #include "expression/corner.h"
 
@@ -21,7 +22,8 @@
 typedef struct search {
     const kt_expression *expression;
     bool corners;
-    int effort; /* intervals that may still be looked at */
+    double after; /* the time after which changes are sought: one at that time is known */
+    int effort;   /* intervals that may still be looked at */
 } search;
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
@@ -39,7 +41,9 @@ static finding find(kt_interval g, kt_interval slope, double nothing) {
 
 static void meet(void *user, const kt_jet *decision) {
     finding *worst = user;
-    const finding here = find(decision->c[0], decision->c[1], 0.0);
+    const finding here = decision->defined == KT_DEFINED           ? find(decision->c[0], decision->c[1], 0.0)
+                         : decision->defined == KT_DEFINED_NOWHERE ? NOTHING
+                                                                   : UNKNOWN;
     if (here > *worst)
         *worst = here;
 }
@@ -51,7 +55,9 @@ static finding bound_on(search *s, double from, double to) {
     s->effort--;
     const kt_jet jet = kt_expression_bound(s->expression, from, to, s->corners ? meet : NULL, &worst);
     double nothing = rounding * jet.size + underflow;
-    for (int k = 1; k < KT_JET_ORDER && !s->corners; k++) {
+    if (s->corners || jet.defined == KT_DEFINED_NOWHERE)
+        return worst;
+    for (int k = 1; k < KT_JET_ORDER; k++) {
         nothing /= to - from;
         const finding here = find(jet.c[k], jet.c[k + 1], nothing);
         worst = here > worst ? here : worst;
@@ -108,9 +114,9 @@ static double first_change(search *s, double from, double to, double *clear) {
         }
         if (found == UNKNOWN && s->effort <= 0)
             return HUGE_VAL;
-        const double inside = fmin(nextafter(begin, HUGE_VAL), last);
-        if (found != NOTHING && signature_of(s, inside) != signature_of(s, last))
-            return change_between(s, inside, last);
+        const double first = begin > s->after ? begin : fmin(nextafter(begin, HUGE_VAL), last);
+        if (found != NOTHING && signature_of(s, first) != signature_of(s, last))
+            return change_between(s, first, last);
         *clear = begin = last;
         depth--;
     }
@@ -122,6 +128,7 @@ static double first_change(search *s, double from, double to, double *clear) {
 static double seek(search *s, double t, double limit, bool *known) {
     static const double first_length = 1.0 / 1024.0;
     double from = t, length = fmax(first_length, 1e-9 * fabs(t)), clear = t;
+    s->after = t;
     s->effort = EFFORT;
     *known = true;
     while (from < limit) {

@@ -9,7 +9,8 @@
  *     s = sin x, c = cos x    k s_k = sum_(i>0) i x_i c_(k-i),  k c_k = -sum_(i>0) i x_i s_(k-i)
  *
  * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. An interval is widened by two roundings
- * in each operation, so that it holds what exact arithmetic gives.
+ * in each operation, so that it holds what exact arithmetic gives. Where a value may be NaN is kept besides its bounds,
+ * which are those of its numbers alone: a comparison with NaN is one of numbers again.
  */
 #include "expression/jet.h"
 
@@ -23,17 +24,21 @@ static const kt_interval zero = {0.0, 0.0};
 
 /* ---- intervals --------------------------------------------------------------------------------------------------- */
 
+/* What is too large for a number may be one in exact arithmetic, so that no interval lies at infinity alone. */
 static kt_interval widened(double lo, double hi) {
     if (isnan(lo) || isnan(hi))
         return everything;
     if (lo == 0.0 && hi == 0.0)
         return zero;
-    const kt_interval wide = {lo - 2.0 * DBL_EPSILON * fabs(lo) - DBL_TRUE_MIN,
-                              hi + 2.0 * DBL_EPSILON * fabs(hi) + DBL_TRUE_MIN};
+    const double least = fmin(lo, DBL_MAX), most = fmax(hi, -DBL_MAX);
+    const kt_interval wide = {least - 2.0 * DBL_EPSILON * fabs(least) - DBL_TRUE_MIN,
+                              most + 2.0 * DBL_EPSILON * fabs(most) + DBL_TRUE_MIN};
     return wide;
 }
 
 static bool is_point(kt_interval x, double value) { return x.lo == value && x.hi == value; }
+static bool holds(kt_interval x, double value) { return x.lo <= value && value <= x.hi; }
+static bool holds_infinity(kt_interval x) { return holds(x, HUGE_VAL) || holds(x, -HUGE_VAL); }
 
 static kt_interval add(kt_interval x, kt_interval y) { return widened(x.lo + y.lo, x.hi + y.hi); }
 static kt_interval negate(kt_interval x) { return (kt_interval){-x.hi, -x.lo}; }
@@ -53,7 +58,7 @@ static kt_interval scale(double factor, kt_interval x) { return multiply((kt_int
 static kt_interval divide(kt_interval x, kt_interval y) {
     if (is_point(x, 0.0) && !is_point(y, 0.0))
         return zero;
-    if (y.lo <= 0.0 && y.hi >= 0.0)
+    if (holds(y, 0.0))
         return everything;
     return multiply(x, widened(1.0 / y.hi, 1.0 / y.lo));
 }
@@ -120,8 +125,16 @@ static kt_jet jet_scale(double factor, const kt_jet *x) {
     return z;
 }
 
+/* To the bit, so that -2 remains a whole number. */
+static kt_jet jet_minus(const kt_jet *x) {
+    kt_jet z = {.size = 0.0};
+    for (int k = 0; k <= ORDER; k++)
+        z.c[k] = negate(x->c[k]);
+    return z;
+}
+
 static kt_jet jet_difference(const kt_jet *x, const kt_jet *y) {
-    const kt_jet minus = jet_scale(-1.0, y);
+    const kt_jet minus = jet_minus(y);
     return jet_sum(x, &minus);
 }
 
@@ -238,7 +251,7 @@ static kt_jet jet_tan(const kt_jet *x) {
 
 /* (e^x + sign e^-x) / 2 */
 static kt_jet jet_hyperbolic(const kt_jet *x, double sign) {
-    const kt_jet minus = jet_scale(-1.0, x), e = jet_exp(x);
+    const kt_jet minus = jet_minus(x), e = jet_exp(x);
     kt_jet other = jet_exp(&minus);
     other = jet_scale(sign, &other);
     other = jet_sum(&e, &other);
@@ -269,12 +282,17 @@ static kt_jet jet_whole_power(const kt_jet *x, int n) {
     return z;
 }
 
-/* e^(y log x), which is defined for x > 0 alone; whole exponents have their own way. */
-static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
+static bool is_whole(const kt_jet *y) {
     static const double most = 1048576.0;
     const double n = y->c[0].lo;
+    return is_constant(y) && is_point(y->c[0], n) && n == rint(n) && fabs(n) <= most && y->defined == KT_DEFINED;
+}
+
+/* e^(y log x), which is defined for x > 0 alone; whole exponents have their own way. */
+static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
+    const double n = y->c[0].lo;
     const kt_jet one = number(1.0);
-    if (is_constant(y) && is_point(y->c[0], n) && n == rint(n) && fabs(n) <= most) {
+    if (is_whole(y)) {
         const kt_jet z = jet_whole_power(x, (int)fabs(n));
         return n < 0.0 ? jet_quotient(&one, &z) : z;
     }
@@ -283,6 +301,67 @@ static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
     kt_jet z = jet_log(x);
     z = jet_product(&z, y);
     return jet_exp(&z);
+}
+
+/* ---- where there is a value -------------------------------------------------------------------------------------- */
+
+static kt_definedness worse(kt_definedness a, kt_definedness b) { return a > b ? a : b; }
+
+/* Of a function that is defined from lo to hi. */
+static kt_definedness defined_between(kt_interval x, double lo, double hi) {
+    return x.hi < lo || x.lo > hi ? KT_DEFINED_NOWHERE : x.lo < lo || x.hi > hi ? KT_DEFINED_IN_PART : KT_DEFINED;
+}
+
+static kt_definedness unless(bool fails) { return fails ? KT_DEFINED_IN_PART : KT_DEFINED; }
+
+/* Of z = f(x, y) where x and y are defined. */
+static kt_definedness defined_by_values(kt_operator code, kt_interval x, kt_interval y) {
+    switch (code) {
+    case KT_OPERATOR_ADD:
+        return unless((x.hi == HUGE_VAL && y.lo == -HUGE_VAL) || (x.lo == -HUGE_VAL && y.hi == HUGE_VAL));
+    case KT_OPERATOR_SUBTRACT:
+        return defined_by_values(KT_OPERATOR_ADD, x, negate(y));
+    case KT_OPERATOR_MULTIPLY:
+        return unless((holds(x, 0.0) && holds_infinity(y)) || (holds_infinity(x) && holds(y, 0.0)));
+    case KT_OPERATOR_DIVIDE:
+        return unless((holds(x, 0.0) && holds(y, 0.0)) || (holds_infinity(x) && holds_infinity(y)));
+    case KT_OPERATOR_SIN:
+    case KT_OPERATOR_COS:
+    case KT_OPERATOR_TAN:
+        return unless(holds_infinity(x));
+    case KT_OPERATOR_ASIN:
+    case KT_OPERATOR_ACOS:
+        return defined_between(x, -1.0, 1.0);
+    case KT_OPERATOR_LOG:
+    case KT_OPERATOR_SQRT:
+        return defined_between(x, 0.0, HUGE_VAL);
+    default:
+        return KT_DEFINED;
+    }
+}
+
+/* In C's arithmetic NaN^0 and 1^NaN are 1, hypot(inf, NaN) is infinite, and comparisons with NaN are false. */
+static kt_definedness definedness_of(kt_operator code, const kt_jet *x, const kt_jet *y) {
+    const kt_definedness given = worse(x->defined, y->defined);
+    switch (code) {
+    case KT_OPERATOR_POWER:
+        if (is_whole(y))
+            return y->c[0].lo == 0.0 ? KT_DEFINED : x->defined;
+        return unless(given != KT_DEFINED || x->c[0].lo < 0.0);
+    case KT_OPERATOR_HYPOT:
+        return unless(given != KT_DEFINED);
+    case KT_OPERATOR_SIGN:
+    case KT_OPERATOR_STEP:
+    case KT_OPERATOR_LESS:
+    case KT_OPERATOR_LESS_EQUAL:
+    case KT_OPERATOR_GREATER:
+    case KT_OPERATOR_GREATER_EQUAL:
+    case KT_OPERATOR_EQUAL:
+    case KT_OPERATOR_NOT_EQUAL:
+        return KT_DEFINED;
+    default:
+        return worse(given, defined_by_values(code, x->c[0], y->c[0]));
+    }
 }
 
 /* ---- branches ---------------------------------------------------------------------------------------------------- */
@@ -299,10 +378,24 @@ static kt_jet chosen(const kt_jet *decision, const kt_jet *x, const kt_jet *y) {
     return decision->c[0].lo > 0.0 ? *x : decision->c[0].hi < 0.0 ? *y : jet_hull(x, y);
 }
 
+/* 0 or 1 of step and of comparisons, -1 to 1 of sign: defined also where the decision is not, of which all are false. */
+static kt_jet jet_jump(kt_operator code, const kt_jet *decision) {
+    const kt_jet below = number(code == KT_OPERATOR_SIGN ? -1.0 : 0.0), above = number(1.0);
+    const bool unequal = code == KT_OPERATOR_NOT_EQUAL;
+    if (decision->defined == KT_DEFINED_NOWHERE)
+        return number(unequal ? 1.0 : 0.0);
+    if (decision->defined == KT_DEFINED_IN_PART || unequal || code == KT_OPERATOR_EQUAL)
+        return jet_hull(&below, &above);
+    if (code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL)
+        return chosen(decision, &below, &above);
+    return chosen(decision, &above, &below);
+}
+
 static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
     const bool one = !kt_operator_is_binary(code);
-    const kt_jet decision = one ? *x : jet_difference(x, y), minus = jet_scale(-1.0, x);
-    const kt_jet below = number(code == KT_OPERATOR_SIGN ? -1.0 : 0.0), above = number(1.0);
+    const kt_jet minus = jet_minus(x);
+    kt_jet decision = one ? *x : jet_difference(x, y);
+    decision.defined = worse(x->defined, one ? KT_DEFINED : y->defined);
     if (meet != NULL)
         meet(user, &decision);
     switch (code) {
@@ -315,21 +408,15 @@ static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_
         return chosen(&decision, y, x);
     case KT_OPERATOR_MAX:
         return chosen(&decision, x, y);
-    case KT_OPERATOR_EQUAL:
-    case KT_OPERATOR_NOT_EQUAL:
-        return constant((kt_interval){0.0, 1.0});
-    case KT_OPERATOR_LESS:
-    case KT_OPERATOR_LESS_EQUAL:
-        return chosen(&decision, &below, &above);
-    default: /* sign, step, greater */
-        return chosen(&decision, &above, &below);
+    default:
+        return jet_jump(code, &decision);
     }
 }
 
 /* atan2(y, x), of which the first argument is y. */
 static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
     static const kt_interval turn = {-3.2, 3.2};
-    const kt_jet minus = jet_scale(-1.0, x);
+    const kt_jet minus = jet_minus(x);
     if (x->c[0].lo > 0.0) {
         const kt_jet ratio = jet_quotient(y, x);
         return jet_atan(&ratio);
@@ -362,7 +449,7 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_swit
     kt_jet s, c;
     switch (code) {
     case KT_OPERATOR_NEGATE:
-        return jet_scale(-1.0, x);
+        return jet_minus(x);
     case KT_OPERATOR_ADD:
         return jet_sum(x, y);
     case KT_OPERATOR_SUBTRACT:
@@ -419,11 +506,12 @@ kt_jet kt_expression_bound(const kt_expression *expression, double from, double 
             stack[++top] = number(term->number);
         } else if (code == KT_OPERATOR_SYMBOL) {
             stack[++top] = time;
-        } else if (kt_operator_is_binary(code)) {
-            top--;
-            stack[top] = jet_of(code, &stack[top], &stack[top + 1], meet, user);
         } else {
-            stack[top] = jet_of(code, &stack[top], &stack[top], meet, user);
+            const int two = kt_operator_is_binary(code);
+            top -= two;
+            const kt_definedness defined = definedness_of(code, &stack[top], &stack[top + two]);
+            stack[top] = jet_of(code, &stack[top], &stack[top + two], meet, user);
+            stack[top].defined = defined;
         }
         const double largest = fmax(fabs(stack[top].c[0].lo), fabs(stack[top].c[0].hi));
         size = isfinite(largest) ? fmax(size, largest) : size;

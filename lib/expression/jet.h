@@ -4,20 +4,26 @@
 
 #include "expression/expression.h"
 
-/* A set of numbers, [lo, hi]; both NaN where the formula is not defined. */
+/* All numbers from lo to hi, which may be infinite. */
 typedef struct kt_interval {
     double lo, hi;
 } kt_interval;
 
 enum { KT_JET_ORDER = 4 };
 
-/* c[k] holds the k-th derivative over k!, at every time of an interval. */
+/* Whether a value may be NaN, as of sqrt(-1), or of inf/inf after numbers became too large: nowhere in an interval, at some
+ * times, or at all. */
+typedef enum kt_definedness { KT_DEFINED, KT_DEFINED_IN_PART, KT_DEFINED_NOWHERE } kt_definedness;
+
+/* c[k] holds the k-th derivative over k!, at every time of an interval at which there is one. */
 typedef struct kt_jet {
     kt_interval c[KT_JET_ORDER + 1];
     double size; /* the largest value that was met on the way: rounding errors are a small part of it */
+    kt_definedness defined;
 } kt_jet;
 
-/* What decides on the branch of an operation that is not smooth, as a formula whose sign changes with the branch. */
+/* What decides on the branch of an operation that is not smooth, as a formula whose sign changes with the branch; where it
+ * is not defined, the branch is that of NaN, which compares as false. */
 typedef void kt_switch(void *user, const kt_jet *decision);
 
 /* Bounds of a formula of time alone over [from, to]. `meet` is called for every operation that is not smooth (abs, sign,

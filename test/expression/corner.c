@@ -78,6 +78,57 @@ KT_TEST(bounds_hold_values_and_derivatives) {
     kt_check_below("without a finite bound, of 156,000", wide, 100);
 }
 
+/* A formula that may be NaN says so, and one that may be NaN below says what comes of it: NaN < 1 is 0, NaN != 1 is 1. */
+KT_TEST(bounds_hold_where_there_is_no_value) {
+    static const struct {
+        const char *text;
+        double from, to;
+        kt_definedness defined; /* from `from` to `to` */
+    } rows[] = {
+        {"sqrt(t)", -2.0, 2.0, KT_DEFINED_IN_PART},
+        {"sqrt(t)*2 - 1", -2.0, -1.0, KT_DEFINED_NOWHERE},
+        {"log(t - 1)", 1.5, 2.0, KT_DEFINED},
+        {"asin(t) + acos(2*t)", 0.0, 1.0, KT_DEFINED_IN_PART},
+        {"acos(t)", 1.5, 2.0, KT_DEFINED_NOWHERE},
+        {"t^t", -2.0, 2.0, KT_DEFINED_IN_PART},
+        {"t^3 + t^-2", -2.0, 2.0, KT_DEFINED},
+        {"sqrt(t)^0 + 1^log(t)", -2.0, -1.0, KT_DEFINED_IN_PART},
+        {"t/t", -1.0, 1.0, KT_DEFINED_IN_PART},
+        {"1/t", -1.0, 1.0, KT_DEFINED},
+        {"exp(1000*t)/exp(999*t)", -1.0, 2.0, KT_DEFINED_IN_PART},
+        {"exp(1000*t) - exp(999*t)", -1.0, 2.0, KT_DEFINED_IN_PART},
+        {"exp(1000*t)*exp(-1000*t)", 0.0, 2.0, KT_DEFINED_IN_PART},
+        {"sin(exp(1000*t))", 0.0, 2.0, KT_DEFINED_IN_PART},
+        {"hypot(sqrt(t), exp(1000))", -2.0, -1.0, KT_DEFINED_IN_PART},
+        {"max(sqrt(t), 3) + min(2, log(t)) + abs(sqrt(t))", -2.0, 2.0, KT_DEFINED_IN_PART},
+        {"(sqrt(t) < 3) + 2*(sqrt(t) <= 3)", -2.0, 2.0, KT_DEFINED},
+        {"(sqrt(t) > -1) + 2*(sqrt(t) >= -1)", -2.0, 2.0, KT_DEFINED},
+        {"(sqrt(t) == -1) + 2*(sqrt(t) != -1)", -2.0, 2.0, KT_DEFINED},
+        {"step(1 + sqrt(t)) + 2*sign(1 + sqrt(t))", -2.0, 2.0, KT_DEFINED},
+        {"(sqrt(t) < 3) + 2*(sqrt(t) != 3) + 4*step(sqrt(t)) + 8*sign(sqrt(t))", -2.0, -1.0, KT_DEFINED},
+        {"(1 > (2 > t/t))*t", -1.0, 1.0, KT_DEFINED},
+        {"2^t^3/8^8^t^t/1^t^t^0/1^t^0 < 1", 9.0, 11.0, KT_DEFINED},
+    };
+    kt_random random = kt_random_named("formulas without a value");
+    double memory[MEMORY];
+    int outside = 0, unlike = 0, wrong = 0;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const kt_expression *f = formula(rows[i].text, memory);
+        wrong += f == NULL || kt_expression_bound(f, rows[i].from, rows[i].to, NULL, NULL).defined != rows[i].defined;
+        for (int k = 0; f != NULL && k < 2000; k++) {
+            const double a = kt_random_uniform(&random, rows[i].from, rows[i].to);
+            const double b = k % 4 == 0 ? a : kt_random_uniform(&random, a, rows[i].to);
+            const double t = k % 8 == 0 ? a : kt_random_uniform(&random, a, b), y = kt_expression_evaluate(f, &t);
+            const kt_jet jet = kt_expression_bound(f, a, b, NULL, NULL);
+            unlike += jet.defined == (isnan(y) ? KT_DEFINED : KT_DEFINED_NOWHERE);
+            outside += !isnan(y) && !(jet.c[0].lo <= y && y <= jet.c[0].hi);
+        }
+    }
+    kt_check_equal_int("whole intervals that are judged otherwise", wrong, 0);
+    kt_check_equal_int("defined or not", unlike, 0);
+    kt_check_equal_int("outside", outside, 0);
+}
+
 /* ---- corners ----------------------------------------------------------------------------------------------------- */
 
 KT_TEST(corners_are_where_branches_change) {
@@ -97,6 +148,8 @@ KT_TEST(corners_are_where_branches_change) {
         {"min(t, 1e-6)", 1, 1, {1e-6}},
         {"abs(t^2 + 1)", 0, 0, {0.0}},
         {"abs(2 + sin(t))", 0, 0, {0.0}},
+        {"sqrt(t - 1) < 3", 2, 0, {1.0, 10.0}},
+        {"5*(log(2 - t) != 9)*(t < 3)", 2, 0, {2.0, 3.0}},
     };
     double memory[MEMORY];
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
@@ -119,6 +172,19 @@ KT_TEST(corners_are_where_branches_change) {
             t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
             kt_check_true("no more", order > 3);
         }
+    }
+}
+
+/* The first interval that is looked at ends at 1/1024 s, the next at 3/1024 s; this branch changes after the last. */
+KT_TEST(corners_are_found_at_ends_of_intervals) {
+    double memory[MEMORY];
+    int order = 4;
+    for (int k = 1; k < 4096; k = 2 * k + 1) {
+        char text[40];
+        (void)snprintf(text, sizeof text, "t <= %.10f", k / 1024.0);
+        const kt_expression *f = formula(text, memory);
+        kt_check_near(text, f != NULL ? kt_expression_next_corner(f, 0.0, HUGE_VAL, &order) : -1.0, k / 1024.0, 1e-15);
+        kt_check_equal_int("order", order, 0);
     }
 }
 

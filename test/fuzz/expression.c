@@ -42,6 +42,16 @@ static void evaluate(const kt_expression *formula) {
     (void)kt_expression_is_angle(formula);
 }
 
+/* At every time the formula is a number between its bounds, or NaN if that may be. */
+static void check_bounds(const kt_expression *formula, double t) {
+    const kt_jet jet = kt_expression_bound(formula, t, t, NULL, NULL);
+    const double value = kt_expression_evaluate(formula, &t), room = isfinite(value) ? 1e-9 * fabs(value) : 0.0;
+    kt_fuzz_must(jet.defined != (isnan(value) ? KT_DEFINED : KT_DEFINED_NOWHERE), "%.17g may be: %d", value,
+                 (int)jet.defined);
+    kt_fuzz_must(isnan(value) || (jet.c[0].lo - room <= value && value <= jet.c[0].hi + room),
+                 "%.17g is between %.17g and %.17g", value, jet.c[0].lo, jet.c[0].hi);
+}
+
 /* A short formula of x alone, as one of time: bounds hold its value, and corners come one after the other. */
 static void find_corners(const kt_expression *formula) {
     enum { MOST = 40 };
@@ -54,11 +64,7 @@ static void find_corners(const kt_expression *formula) {
         if (used[k] != 0)
             return;
     for (int k = 0; k < 3 && t < 1e6; k++) {
-        const kt_jet jet = kt_expression_bound(formula, t, t, NULL, NULL);
-        const double value = kt_expression_evaluate(formula, &t), room = 1e-9 * fabs(value);
-        kt_fuzz_must(!isfinite(value) || !isfinite(room) || isnan(jet.c[0].lo) ||
-                         (jet.c[0].lo - room <= value && value <= jet.c[0].hi + room),
-                     "%.17g is between %.17g and %.17g", value, jet.c[0].lo, jet.c[0].hi);
+        check_bounds(formula, t);
         const double next = kt_expression_next_corner(formula, t, HUGE_VAL, &order);
         kt_fuzz_must(next > t, "the corner %.17g after %.17g comes later", next, t);
         t = next;
