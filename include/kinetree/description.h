@@ -356,7 +356,7 @@ enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. Of a loop of one equation that has a
  * residual phi (distance, inplane, surface, coupling). It acts while it is closed and would be crossed, and never pulls;
- * what comes at it bounces off by Newton's rule (restitution). It is switched by simulations (kt_simulation_contacts), and
+ * what comes at it bounces off by Newton's rule, or Poisson's (restitution, poisson). It is switched by simulations (kt_simulation_contacts), and
  * open in a model by itself. */
 typedef enum kt_side {
     KT_SIDE_NONE = 0, /* phi = 0 holds: an equation */
@@ -395,6 +395,8 @@ typedef struct kt_loop {
     kt_side side;                /* that it bounds; default: none, an equation */
     double restitution;          /* of one that bounds a side: 0, plastic (default), to 1, elastic */
     double rest_velocity;        /* likewise: what comes slower does not bounce, m/s or rad/s; default 1e-6 */
+    bool poisson; /* likewise: it gives back that part of the impulse of compression (Poisson's rule), not
+                                    of the speed (Newton's); default: false */
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */
@@ -558,6 +560,7 @@ typedef struct kt_effect {
                              infinite, which is none: it is elastic. Hard ones are loops that bound a side (kt_loop.side),
                              named after the effect, or its joint or body */
     double rest_velocity; /* likewise: what comes slower does not bounce, m/s or rad/s; default 1e-6 */
+    bool poisson;         /* likewise: as of a loop */
 } kt_effect;
 
 /* ---- own states -------------------------------------------------------------------------------------------------- */

@@ -205,8 +205,8 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
     const bool may = loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_INPLANE || loop->type == KT_LOOP_SURFACE ||
                      loop->type == KT_LOOP_COUPLING;
     if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
-        if (KT_HAS_SWITCHES && loop->restitution != 0.0)
-            kt_checker_fault(checker, "restitution", -1,
+        if (KT_HAS_SWITCHES && (loop->restitution != 0.0 || loop->poisson))
+            kt_checker_fault(checker, loop->poisson ? "poisson" : "restitution", -1,
                              "a loop that holds does not bounce; say which side it bounds (slack), or leave it out");
         return;
     }

@@ -67,6 +67,7 @@ static kt_loop *add_loop(hard_parts *p, const kt_effect *effect, const char *of,
     loop->name = name;
     loop->restitution = effect->restitution;
     loop->rest_velocity = effect->rest_velocity;
+    loop->poisson = effect->poisson;
     p->made++;
     return loop;
 }

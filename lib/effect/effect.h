@@ -159,7 +159,8 @@ void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
          KT_EFFECT_AT(rest_velocity),                                                                                  \
          "rad/s|m/s",                                                                                                  \
          KT_WORDS("of a hard one: what comes slower does not bounce"),                                                 \
-         .range = KT_RANGE_NOT_NEGATIVE},
+         .range = KT_RANGE_NOT_NEGATIVE},                                                                              \
+        KT_POISSON_KEY(KT_EFFECT_AT(poisson), "of a hard one: ")
 #else
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_POSITIVE, .needed = true
 #define KT_ELASTIC_WORDS(words) KT_WORDS(words)

@@ -12,6 +12,8 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
         if (effect->stiffness == 0.0)
             kt_checker_fault(checker, "stiffness", -1,
                              "stiffness is 0 or missing; give it, or a restitution for a hard %s", what);
+        if (effect->poisson)
+            kt_checker_fault(checker, "poisson", -1, "Poisson's rule is for a hard %s; give a restitution", what);
         return;
     }
     const bool is_limit = effect->type == KT_EFFECT_JOINT_LIMIT;

@@ -9,6 +9,9 @@
  * what slips, for which Newton's iteration solves e x u_t = 0. All combinations are tried in turn, with stick and closed
  * contacts first: at most 4^items. So that no solution is missed: friction may have none, or two (Painleve 1895).
  *
+ * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule): 0 <= p - l complementary to u >= 0. It never opens
+ * then: while p = l it sticks or slips, too, and there are 6 modes of it.
+ *
  * A combination whose closed normal rows depend on each other is left out: another one has some of these open. Where tangential
  * forces are not unique, as of a block on two feet, p is the least solution of all, each tangential force in proportion to its
  * normal one: so the feet of a block come to their limits together. Wedges share normal forces, too: these are the least then.
@@ -41,16 +44,31 @@ typedef enum kt_coulomb_type {
 } kt_coulomb_type;
 
 typedef enum kt_coulomb_mode {
+    KT_COULOMB_LEAST_STICK, /* the first three: the normal impulse is the least, and the contact may part */
+    KT_COULOMB_LEAST_SLIP,
+    KT_COULOMB_LEAST_SLIP_BACK,
     KT_COULOMB_STICK, /* or closed */
     KT_COULOMB_SLIP,
     KT_COULOMB_SLIP_BACK,
-    KT_COULOMB_OPEN,
+    KT_COULOMB_OPEN, /* without friction: or the least normal impulse */
+    KT_COULOMB_MODES /* how many */
 } kt_coulomb_mode;
+
+/* Whether the normal impulse is unknown. */
+static inline bool kt_coulomb_presses(kt_coulomb_mode mode) {
+    return mode >= KT_COULOMB_STICK && mode < KT_COULOMB_OPEN;
+}
+
+/* What the contact does across: sticks, slips. */
+static inline kt_coulomb_mode kt_coulomb_across(kt_coulomb_mode mode) {
+    return mode < KT_COULOMB_STICK ? (kt_coulomb_mode)(mode + KT_COULOMB_STICK) : mode;
+}
 
 typedef struct kt_coulomb_item {
     kt_coulomb_type type;
     int row, across;  /* normal (or only) row; the first of two tangential ones */
     double friction;  /* mu; of dry friction S */
+    double least;     /* of a normal impulse */
     double e[2];      /* the direction of slip, given */
     unsigned refused; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
@@ -83,43 +101,54 @@ typedef struct kt_coulomb_system {
     bool shares;    /* normal forces are not unique */
     int item[KT_COULOMB_ROWS], equation[KT_COULOMB_ROWS];
     bool is_normal[KT_COULOMB_ROWS], is_tangential[KT_COULOMB_ROWS];
+    double least[KT_COULOMB_ROWS];              /* of the item's normal impulse */
     double P[KT_COULOMB_ROWS][KT_COULOMB_ROWS]; /* by unknowns */
     double fixed[KT_COULOMB_ROWS];
     double A[KT_COULOMB_ROWS][KT_COULOMB_ROWS + KT_COULOMB_COLUMNS];
     double x[KT_COULOMB_COLUMNS][KT_COULOMB_ROWS];
 } kt_coulomb_system;
 
-static inline void kt_coulomb_unknown(kt_coulomb_system *s, int item, int row, bool is_normal) {
+static inline void kt_coulomb_unknown(kt_coulomb_system *s, int item, int row, int normal) {
     s->item[s->n] = item;
     s->equation[s->n] = row;
-    s->is_normal[s->n] = is_normal;
+    s->is_normal[s->n] = row == normal;
     s->is_tangential[s->n] = false;
+    s->least[s->n] = normal < 0 ? 0.0 : s->fixed[normal];
     memset(s->P[s->n], 0, sizeof s->P[s->n]);
     s->P[s->n++][row] = 1.0;
 }
 
 static inline bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
-    return c->item[i].type == KT_COULOMB_CONE &&
-           (to->mode[i] == KT_COULOMB_SLIP || to->mode[i] == KT_COULOMB_SLIP_BACK);
+    const kt_coulomb_mode mode = kt_coulomb_across(to->mode[i]);
+    return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
 }
 
 static inline kt_coulomb_system kt_coulomb_begin(const kt_coulomb *c, const kt_coulomb_solution *to) {
     kt_coulomb_system s = {.n = 0};
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
-        if (item->type == KT_COULOMB_DRY && to->mode[i] != KT_COULOMB_STICK) {
-            s.fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
+        if (item->type == KT_COULOMB_DRY) {
+            if (to->mode[i] == KT_COULOMB_STICK)
+                kt_coulomb_unknown(&s, i, item->row, -1);
+            else
+                s.fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
             continue;
         }
+        s.fixed[item->row] = item->least;
         if (to->mode[i] == KT_COULOMB_OPEN)
             continue;
-        kt_coulomb_unknown(&s, i, item->row, item->type != KT_COULOMB_DRY);
+        const bool presses = kt_coulomb_presses(to->mode[i]);
+        if (presses)
+            kt_coulomb_unknown(&s, i, item->row, item->row);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
-            s.P[s.n - 1][item->across] = -item->friction * to->e[i][0];
-            s.P[s.n - 1][item->across + 1] = -item->friction * to->e[i][1];
+            for (int k = 0; k < 2; k++) {
+                if (presses)
+                    s.P[s.n - 1][item->across + k] = -item->friction * to->e[i][k];
+                s.fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
+            }
         } else if (item->type == KT_COULOMB_CONE) {
-            kt_coulomb_unknown(&s, i, item->across, false);
-            kt_coulomb_unknown(&s, i, item->across + 1, false);
+            kt_coulomb_unknown(&s, i, item->across, item->row);
+            kt_coulomb_unknown(&s, i, item->across + 1, item->row);
             s.is_tangential[s.n - 2] = s.is_tangential[s.n - 1] = true;
         }
     }
@@ -142,8 +171,7 @@ static inline void kt_coulomb_fill(const kt_coulomb *c, const kt_coulomb_solutio
             s->A[k][j] = kt_coulomb_along(c, row, s->P[j]);
         s->A[k][s->n] = -c->b[row] - kt_coulomb_along(c, row, s->fixed);
     }
-    for (int j = 0; j < s->n; j++) {
-        const int i = s->item[j];
+    for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
             continue;
         const double mu = c->item[i].friction;
@@ -186,7 +214,9 @@ static inline void kt_coulomb_pivot(kt_coulomb_system *s, int r, int *order) {
 static inline void kt_coulomb_units(const kt_coulomb_system *s, double *unit) {
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {
-        normal = s->is_normal[k] ? s->x[0][k] : normal;
+        normal = s->is_normal[k]                         ? s->least[k] + s->x[0][k]
+                 : k > 0 && s->item[k - 1] == s->item[k] ? normal
+                                                         : s->least[k];
         unit[k] = s->is_tangential[k] && normal > 0.0 ? sqrt(normal) : 1.0;
     }
 }
@@ -277,7 +307,7 @@ static inline bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_so
     double L[KT_COULOMB_ITEMS][KT_COULOMB_ITEMS];
     int row[KT_COULOMB_ITEMS], n = 0;
     for (int i = 0; i < c->n; i++)
-        if (c->item[i].type != KT_COULOMB_DRY && to->mode[i] != KT_COULOMB_OPEN)
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
             row[n++] = c->item[i].row;
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
@@ -320,10 +350,8 @@ static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solutio
         *residual = fmax(*residual, fabs(t.A[k][t.n]));
         for (int m = 0; m < t.n; m++) { /* du/de of direction m, through x and by itself */
             const int i = t.item[m], across = c->item[i].across;
-            double dp[KT_COULOMB_ROWS] = {0.0}, N = 0.0;
-            for (int j = 0; j < s->n; j++)
-                if (s->item[j] == i)
-                    N = s->x[0][j];
+            double dp[KT_COULOMB_ROWS] = {0.0};
+            const double N = to->p[c->item[i].row];
             for (int j = 0; j < s->n; j++)
                 for (int r = 0; r < c->rows; r++)
                     dp[r] += s->P[j][r] * s->x[1 + m][j] * N;
@@ -342,13 +370,15 @@ static inline void kt_coulomb_guess(const kt_coulomb *c, double turned, kt_coulo
     kt_coulomb_solution stuck = *to;
     kt_coulomb_system s;
     for (int i = 0; i < c->n; i++)
-        stuck.mode[i] = kt_coulomb_slips(c, to, i) ? KT_COULOMB_STICK : to->mode[i];
+        stuck.mode[i] = !kt_coulomb_slips(c, to, i)       ? to->mode[i]
+                        : kt_coulomb_presses(to->mode[i]) ? KT_COULOMB_STICK
+                                                          : KT_COULOMB_LEAST_STICK;
     kt_coulomb_linear(c, &stuck, &s);
     for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
             continue;
         const double *p = stuck.p + c->item[i].across;
-        const double sign = to->mode[i] == KT_COULOMB_SLIP ? 1.0 : -1.0;
+        const double sign = kt_coulomb_across(to->mode[i]) == KT_COULOMB_SLIP ? 1.0 : -1.0;
         const double norm = hypot(p[0], p[1]), x = norm > 0.0 ? -sign * p[0] / norm : sign;
         const double y = norm > 0.0 ? -sign * p[1] / norm : 0.0;
         to->e[i][0] = cos(turned) * x - sin(turned) * y;
@@ -371,11 +401,11 @@ static inline bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_soluti
             holds = to->mode[i] == KT_COULOMB_STICK  ? fabs(u) <= small && fabs(p) <= item->friction + weak
                     : to->mode[i] == KT_COULOMB_SLIP ? u >= -small
                                                      : u <= small;
-        else if (to->mode[i] == KT_COULOMB_OPEN)
+        else if (!kt_coulomb_presses(to->mode[i]))
             holds = u >= -small;
         else
-            holds = p >= -weak && fabs(u) <= small;
-        if (item->type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK)
+            holds = p - item->least >= -weak && fabs(u) <= small;
+        if (item->type == KT_COULOMB_CONE && kt_coulomb_across(to->mode[i]) == KT_COULOMB_STICK)
             holds = holds && hypot(ut[0], ut[1]) <= small && hypot(pt[0], pt[1]) <= item->friction * p + weak;
         if (kt_coulomb_slips(c, to, i))
             holds = holds && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] >= -small;
@@ -424,24 +454,21 @@ static inline bool kt_coulomb_try(const kt_coulomb *c, double turned, kt_coulomb
     return false;
 }
 
-/* The next mode of an item; false behind the last. */
-static inline bool kt_coulomb_next(const kt_coulomb_item *item, kt_coulomb_mode *mode) {
-    const unsigned sets[] = {[KT_COULOMB_FRICTIONLESS] = 1U << KT_COULOMB_STICK | 1U << KT_COULOMB_OPEN,
-                             [KT_COULOMB_SLIPS] = 1U << KT_COULOMB_STICK | 1U << KT_COULOMB_OPEN,
-                             [KT_COULOMB_CONE] = 15U,
-                             [KT_COULOMB_DRY] = 7U};
+/* The next mode of an item behind another, or behind -1; false: there is none. */
+static inline bool kt_coulomb_next(const kt_coulomb_item *item, int behind, kt_coulomb_mode *mode) {
+    const unsigned closed = 1U << KT_COULOMB_STICK, open = 1U << KT_COULOMB_OPEN;
+    const unsigned moves = closed | 1U << KT_COULOMB_SLIP | 1U << KT_COULOMB_SLIP_BACK;
+    const unsigned sets[] = {[KT_COULOMB_FRICTIONLESS] = closed | open,
+                             [KT_COULOMB_SLIPS] = closed | open,
+                             [KT_COULOMB_CONE] = moves | (item->least > 0.0 ? moves >> KT_COULOMB_STICK : open),
+                             [KT_COULOMB_DRY] = moves};
     const unsigned left = sets[item->type] & ~item->refused;
-    for (int next = (int)*mode + 1; next <= (int)KT_COULOMB_OPEN; next++)
+    for (int next = behind + 1; next < (int)KT_COULOMB_MODES; next++)
         if (left >> next & 1U) {
             *mode = (kt_coulomb_mode)next;
             return true;
         }
     return false;
-}
-
-static inline bool kt_coulomb_first(const kt_coulomb_item *item, kt_coulomb_mode *mode) {
-    *mode = KT_COULOMB_STICK;
-    return !(item->refused & 1U) || kt_coulomb_next(item, mode);
 }
 
 /* Whether it is another motion, not other forces for the same. */
@@ -457,7 +484,7 @@ static inline void kt_coulomb_search(const kt_coulomb *c, double turned, kt_coul
                                      uint64_t *trials) {
     kt_coulomb_solution tried = {.count = 0};
     for (int i = 0; i < c->n; i++)
-        if (!kt_coulomb_first(&c->item[i], &tried.mode[i]))
+        if (!kt_coulomb_next(&c->item[i], -1, &tried.mode[i]))
             return;
     for (int trial = 1, i = 0; i < c->n || trial == 1; trial++) {
         ++*trials;
@@ -471,8 +498,8 @@ static inline void kt_coulomb_search(const kt_coulomb *c, double turned, kt_coul
         }
         if (solution->count > 0 && trial >= KT_COULOMB_TRIALS)
             return;
-        for (i = 0; i < c->n && !kt_coulomb_next(&c->item[i], &tried.mode[i]); i++)
-            (void)kt_coulomb_first(&c->item[i], &tried.mode[i]);
+        for (i = 0; i < c->n && !kt_coulomb_next(&c->item[i], (int)tried.mode[i], &tried.mode[i]); i++)
+            (void)kt_coulomb_next(&c->item[i], -1, &tried.mode[i]);
     }
 }
 

@@ -45,9 +45,10 @@ static const kt_key keys[] = {
      KT_WORDS("e, of a rope that comes taut: what parts at w comes back at e w"), .range = KT_RANGE_NOT_NEGATIVE},
     {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",
      KT_WORDS("of a rope: what parts slower does not bounce"), .range = KT_RANGE_NOT_NEGATIVE},
+    KT_POISSON_KEY(KT_LOOP_AT(poisson), "of a rope: ")
 #endif
-    {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),
-     "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
+        {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),
+         "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_loop_distance_descriptor = {
     .name = "distance",

@@ -44,6 +44,14 @@
     KT_QUANTITIES(KT_QUANTITY_TENSION, KT_QUANTITY_POWER, KT_QUANTITY_LENGTH, KT_QUANTITY_LENGTH_RATE)
 
 /* Keys that several types have. */
+/* The rule of impacts of what bounds one side. */
+#define KT_POISSON_KEY(offset, of)                                                                                     \
+    {"poisson",                                                                                                        \
+     KT_KEY_FLAG,                                                                                                      \
+     offset,                                                                                                           \
+     "",                                                                                                               \
+     KT_WORDS(of "true: e is that of Poisson's rule, of impulses, not of Newton's, of speeds"),                        \
+     .needed = false},
 #define KT_BETWEEN_KEY(object)                                                                                         \
     { "between", KT_KEY_ENDS, offsetof(object, between), "", KT_WORDS("the two ends, on two bodies"), .needed = true }
 #define KT_JOINT_KEY(object, words)                                                                                    \

@@ -5,11 +5,7 @@
  * all contacts that touch, u = J v - b' the rates of their gaps and W = J M^-1 J' (M^-1 that of the mechanism with its
  * other loops, control/mass_inverse.c):
  *
- * - Impulses p where some close, u < 0, by Newton's rule with the coefficients of restitution e:
- *       u+ = u + W p,   0 <= p  complementary to  u+ + e min(u, 0) >= 0
- *   and what comes slower than its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. The kinetic
- *   energy changes by p . (u + u+) / 2, and by what moving loops supply. Where a contact that parts is struck by the impulse
- *   of another, the rule can make it grow: then all e are halved until it does not (with e = 0 it never does), and counted.
+ * - Impulses p where some close, u < 0, by Newton's rule or Poisson's (contact_impact.c).
  * - Those with u+ = 0, or no faster than the rest velocity (two that close in turn would go on for ever), are closed from
  *   now on whose reaction presses: with w the accelerations of their gaps without it,
  *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
@@ -46,8 +42,6 @@ static const double rounding = 1e-11;
 static const double sinks = 1e-6;
 /* Slip of a contact has turned back where it is this fast against the direction in which it began: rounding is less, m/s. */
 static const double turned = 1e-12;
-enum { HALVINGS = 10 };
-
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -231,59 +225,6 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
             W[i * m + k] = sum;
         }
     return status;
-}
-
-/* u+ = u + W p. */
-static void add_impulses(int m, const double *W, const double *p, const double *u, double *to) {
-    for (int i = 0; i < m; i++) {
-        to[i] = u[i];
-        for (int k = 0; k < m; k++)
-            to[i] += W[i * m + k] * p[k];
-    }
-}
-
-/* Impulses by Newton's rule. u becomes u+, and v the velocities behind; *lost: the kinetic energy that is dissipated. */
-static kt_status strike(kt_simulation *simulation, double t, const double *response, double *u, double *lost,
-                        kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    kt_simulation_memory *memory = &simulation->memory;
-    const int m = c->meeting;
-    double e[KT_SWITCH_MAX], q[KT_SWITCH_MAX], p[KT_SWITCH_MAX], after[KT_SWITCH_MAX];
-    double W[KT_SWITCH_MAX * KT_SWITCH_MAX]; /* without friction */
-    for (int i = 0; i < m; i++)
-        for (int k = 0; k < m; k++)
-            W[i * m + k] = response[i * c->touching + k];
-    for (int i = 0; i < m; i++)
-        e[i] =
-            -u[i] > kt_contact_loop(simulation, i)->rest_velocity ? kt_contact_loop(simulation, i)->restitution : 0.0;
-    for (int halving = 0;; halving++) {
-        double size = 0.0;
-        for (int i = 0; i < m; i++)
-            q[i] = u[i] + e[i] * fmin(u[i], 0.0);
-        if (!kt_lemke_solve(m, W, q, p, &memory->contacts.pivots))
-            return kt_contacts_refuse(simulation, t, "impulses", error);
-        add_impulses(m, W, p, u, after);
-        *lost = 0.0;
-        for (int i = 0; i < m; i++) {
-            if (p[i] > 0.0)
-                after[i] = -e[i] * fmin(u[i], 0.0);
-            *lost -= 0.5 * p[i] * (u[i] + after[i]);
-            size += 0.5 * fabs(p[i] * u[i]);
-        }
-        if (*lost >= -1e-12 * size)
-            break;
-        memory->contacts.reduced += halving == 0;
-        for (int i = 0; i < m; i++)
-            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
-    }
-    *lost = fmax(*lost, 0.0);
-    for (int i = 0; i < m; i++) {
-        memory->contacts.impacts += p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
-        u[i] = after[i];
-        for (size_t j = 0; j < c->all->n.v; j++)
-            c->v[j] += p[i] * c->response[(size_t)i * c->all->n.v + j];
-    }
-    return KT_OK;
 }
 
 /* The problem of reactions: n rows of contacts and friction at rest, then one for each friction. */
@@ -562,7 +503,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         leaving &= ~c->item[k].bit;
     const bool rough = c->touching > c->resting; /* a contact with friction touches */
     if (status == KT_OK && closes)
-        status = (rough ? kt_contacts_strike : strike)(simulation, t, W, u, &lost, error);
+        status = kt_contacts_strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK && rough)
         status = press_with_friction(simulation, t, y, W, u, leaving, &on, error);
     else if (status == KT_OK)

@@ -104,8 +104,19 @@ KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_
 /* The error of contacts that have no impulses, or no reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* contact_friction.c. With W = J M^-1 J' of the rows that touch and u their rates: impulses, as of Newton's rule and Coulomb's
- * friction; u becomes u+, and c->v the velocities behind; *lost: the kinetic energy that is dissipated. */
+/* A phase of an impact (contact_impact.c). By rows of the list, of which the first ones meet: */
+typedef struct kt_impact_phase {
+    double bound[KT_SWITCH_MAX], least[KT_SWITCH_MAX]; /* the rates behind it, and its impulses, at least */
+    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];     /* rates before it, then behind it; impulses */
+    int rows, line[KT_COULOMB_ROWS];                   /* rows that have impulses, in this order */
+} kt_impact_phase;
+
+/* contact_friction.c. u + W p of what meets, with friction: |p_t| in Coulomb's cone of the normal impulse, against the slip at the end
+ * of the phase. Returns false if there are no such impulses. */
+bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
+
+/* contact_impact.c. With W = J M^-1 J' of the rows that touch and u their rates: impulses; u becomes u+, and c->v the
+ * velocities behind; *lost: the kinetic energy that is dissipated. */
 KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                         kt_error *error);
 /* From the accelerations without contacts in c->a: which of those that do not part are closed, and what sticks, to the bits of

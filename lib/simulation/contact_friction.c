@@ -1,12 +1,10 @@
 /* Impacts and reactions where contacts with Coulomb's friction touch, by linear/coulomb.h.
  *
- * Impacts: Newton's rule along the normals, u+ = -e u where there is an impulse, and Coulomb's law for the impulses and the
- * slip behind the impact, in one step: it sticks if the impulse lies in the cone, and slips against it otherwise. The kinetic
- * energy changes by p . (u + u+) / 2; with friction Newton's rule can make it grow even at one contact (Kane 1984): then all e are
- * halved until it does not.
+ * Impacts: in each phase (contact_impact.c) Coulomb's law holds for the impulses and the slip at its end, in one step: it sticks if
+ * the impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no impulse.
  *
  * Reactions, at accelerations: what slips knows the direction of its friction; what rests sticks or begins to slip against it. Dry
- * friction of joints is among the items, at impacts it has no impulse.
+ * friction of joints is among the items.
  */
 #include "base/copy.h"
 #include "linear/coulomb.h"
@@ -16,7 +14,6 @@
 
 /* As in contact.c. */
 static const double rounding = 1e-11;
-enum { HALVINGS = 10 };
 
 /* Rows of the problem: those of the list that take part. */
 typedef struct problem {
@@ -63,65 +60,31 @@ static kt_coulomb_item *add_item(problem *p, const kt_simulation *simulation, in
 
 /* ---- impacts ----------------------------------------------------------------------------------------------------- */
 
-/* The energy that the impulses dissipate; *size: the sum of the terms' magnitudes. u+ of what has an impulse is exact. */
-static double loss_of(problem *p, const double *e, const double *u, double *size) {
-    double lost = 0.0;
-    *size = 0.0;
-    for (int i = 0; i < p->c.n; i++) {
-        const kt_coulomb_item *item = &p->c.item[i];
-        p->solution.u[item->row] += -e[i] * fmin(u[p->item[i]], 0.0);
-        if (p->solution.p[item->row] > 0.0)
-            p->solution.u[item->row] = -e[i] * fmin(u[p->item[i]], 0.0);
-    }
-    for (int j = 0; j < p->c.rows; j++) {
-        const double before = u[p->c.line[j]];
-        lost -= 0.5 * p->solution.p[j] * (before + p->solution.u[j]);
-        *size += 0.5 * fabs(p->solution.p[j] * before);
-    }
-    return lost;
-}
-
-kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                             kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    kt_simulation_memory *memory = &simulation->memory;
-    const size_t nv = simulation->size.nv;
-    double e[KT_COULOMB_ITEMS] = {0.0}, size;
+bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+    const struct kt_contacts *c = simulation->contacts;
+    double size;
     problem p;
     begin(&p, c, W);
-    for (int i = 0; i < c->meeting; i++) {
-        const kt_loop_record *loop = kt_contact_loop(simulation, i);
-        (void)add_item(&p, simulation, i);
-        e[i] = -u[i] > loop->rest_velocity ? loop->restitution : 0.0;
-    }
+    for (int i = 0; i < c->meeting; i++)
+        add_item(&p, simulation, i)->least = phase->least[i];
     for (int j = 0; j < p.c.rows; j++) {
         (void)kt_contact_rate(c, W, p.c.line[j], &size);
         p.c.size = fmax(p.c.size, size);
+        p.c.b[j] = phase->u[p.c.line[j]];
     }
-    for (int halving = 0;; halving++) {
-        for (int j = 0; j < p.c.rows; j++)
-            p.c.b[j] = u[p.c.line[j]];
-        for (int i = 0; i < p.c.n; i++)
-            p.c.b[p.c.item[i].row] += e[i] * fmin(u[p.item[i]], 0.0);
-        if (!kt_coulomb_solve(&p.c, &p.solution, &memory->contacts.pivots))
-            return kt_contacts_refuse(simulation, t, "impulses", error);
-        *lost = loss_of(&p, e, u, &size);
-        if (*lost >= -1e-12 * size)
-            break;
-        memory->contacts.reduced += halving == 0;
-        for (int i = 0; i < p.c.n; i++)
-            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
-    }
-    *lost = fmax(*lost, 0.0);
     for (int i = 0; i < p.c.n; i++)
-        memory->contacts.impacts += p.solution.p[p.c.item[i].row] > 0.0 &&
-                                    u[p.item[i]] < -kt_contact_loop(simulation, p.item[i])->rest_velocity;
+        p.c.b[p.c.item[i].row] -= phase->bound[i];
+    if (!kt_coulomb_solve(&p.c, &p.solution, &simulation->memory.contacts.pivots))
+        return false;
+    phase->rows = p.c.rows;
     for (int j = 0; j < p.c.rows; j++) {
-        u[p.c.line[j]] = p.solution.u[j];
-        for (size_t i = 0; i < nv; i++)
-            c->v[i] += p.solution.p[j] * c->response[(size_t)p.c.line[j] * nv + i];
+        phase->line[j] = p.c.line[j];
+        phase->p[p.c.line[j]] = p.solution.p[j];
+        phase->u[p.c.line[j]] = p.solution.u[j];
     }
-    return KT_OK;
+    for (int i = 0; i < p.c.n; i++)
+        phase->u[i] = phase->p[i] > phase->least[i] ? phase->bound[i] : phase->u[i] + phase->bound[i];
+    return true;
 }
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */

@@ -245,6 +245,67 @@ KT_TEST(energy_does_not_grow_where_the_rule_would_let_it) {
     kt_model_free(model);
 }
 
+/* The same by Poisson's rule. Compression has (u = -1, 1/10; W = 2, -1, -1, 2) impulses of 19/30 and 8/30. Twice these would let c
+ * enter b by 1/10; 1/20 more at bc holds it back, at a loss of 1/400 J. */
+KT_TEST(poissons_rule_needs_no_reduction) {
+    row r;
+    row_make(&r, 3);
+    row_touch(&r, 0, 1.0);
+    row_touch(&r, 1, 1.0);
+    r.loop[0].poisson = r.loop[1].poisson = true;
+    r.body[0].joint.velocity[0] = 1.0;
+    r.body[2].joint.velocity[0] = 0.1;
+    const double p1 = 19.0 / 15.0, p2 = 8.0 / 15.0 + 0.05;
+    const kt_contact_counts counts = check_speeds(&r, (double[]){1.0 - p1, p1 - p2, 0.1 + p2});
+    kt_check_equal_int("reduced", (long long)counts.reduced, 0);
+    kt_check_near("lost, J", counts.dissipated, 0.0025, 1e-15);
+}
+
+/* Central impacts: both rules are one, in a cradle, of balls that touch, and of one that bounces to rest, bit for bit or to rounding. */
+KT_TEST(poissons_rule_is_newtons_at_central_impacts) {
+    for (int touch = 0; touch < 2; touch++) {
+        double v[2][BALLS];
+        for (int poisson = 0; poisson < 2; poisson++) {
+            row r;
+            row_make(&r, BALLS - 1);
+            for (int i = 0; i + 1 < BALLS - 1; i++) {
+                row_touch(&r, i, 0.7);
+                r.loop[i].poisson = poisson > 0;
+                r.body[i + 1].joint.position[0] = touch ? 0.5 : 0.5 + 0.1 * (i + 1);
+            }
+            r.body[0].joint.position[0] = 0.5;
+            row_floor(&r, 0.5);
+            r.effect[0].poisson = poisson > 0;
+            r.body[0].joint.velocity[0] = 1.0;
+            kt_model *model = kt_scene_compile(&r.description);
+            kt_simulation *simulation = start(model, "dopri5", 0.0, 0);
+            kt_error error = {0};
+            if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, 2.0, &error), &error))
+                memcpy(v[poisson], kt_simulation_velocities(simulation), (BALLS - 1) * sizeof(double));
+            kt_simulation_free(simulation);
+            kt_model_free(model);
+        }
+        for (int i = 0; i < BALLS - 1; i++)
+            kt_check_near("speed", v[1][i], v[0][i], 1e-14);
+    }
+    const double e = 0.5, v0 = 3.0, zeno = 2.0 * v0 / (g * (1.0 - e));
+    row r;
+    row_make(&r, 1);
+    row_floor(&r, e);
+    r.effect[0].poisson = true;
+    r.body[0].joint.velocity[0] = v0;
+    r.description.gravity.z = -g;
+    kt_model *model = kt_scene_compile(&r.description);
+    kt_simulation *simulation = start(model, "dopri5", 0.0, 0);
+    kt_error error = {0};
+    if (simulation != NULL && kt_fine("bounces", kt_simulation_advance(simulation, zeno + 0.1, &error), &error)) {
+        kt_check_below("rests", fabs(kt_simulation_positions(simulation)[0]), 1e-15);
+        kt_check_equal_int("closed", (long long)kt_simulation_contacts(simulation).closings, 1);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* Three fall onto each other, and rest: all of the energy is lost, and the floor carries all, ab two, bc one. */
 KT_TEST(falling_stack_comes_to_rest) {
     row r;
@@ -475,6 +536,11 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.effect[0].name = NULL;
     r.effect[0].restitution = (double)INFINITY;
     check_refused("neither", &r.description, "stiffness is 0 or missing");
+    r.effect[0].stiffness = 100.0;
+    r.effect[0].poisson = true;
+    check_refused("no impulses", &r.description, "Poisson's rule is for a hard stop");
+    r.effect[0].stiffness = 0.0;
+    r.effect[0].poisson = false;
     r.effect[0].restitution = 0.5;
     r.effect[0].switching = KT_SWITCHED_ON;
     check_refused("switched", &r.description, "closes and opens by itself");
@@ -485,6 +551,9 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.loop[0].type = KT_LOOP_COUPLING;
     r.loop[0].side = KT_SIDE_NONE;
     check_refused("no bounce", &r.description, "a loop that holds does not bounce");
+    r.loop[0].restitution = 0.0;
+    r.loop[0].poisson = true;
+    check_refused("no rule", &r.description, "a loop that holds does not bounce");
     r.description.loop_count = 0;
     kt_effect stop = r.effect[0];
     r.effect[0] = kt_effect_default();

@@ -6,12 +6,11 @@ static void warn_of_reduced(kt_outcome *outcome) {
     const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
     const kt_warning warning =
         kt_warning_of("restitution", (double)reduced, NULL,
-                      "Take smaller restitutions, or leave gaps so that impacts come one by one");
+                      "Take `poisson: true`, smaller restitutions, or leave gaps so that impacts come one by one");
     if (reduced > 0)
         kt_warn(&outcome->warnings, &warning,
-                "at %llu impact%s of several contacts at once Newton's rule would let the energy grow: their "
-                "restitutions were made less there",
-                reduced, reduced == 1 ? "" : "s");
+                "at %llu impact%s Newton's rule would let the energy grow: restitutions were made less there", reduced,
+                reduced == 1 ? "" : "s");
 }
 
 /* Warns where friction of contacts has not one motion, or not one set of normal forces. */

@@ -1,0 +1,138 @@
+/* Impulses where contacts meet, u < 0. With e the coefficients of restitution, by Newton's rule, in one phase
+ *
+ *     u+ = u + W p,     0 <= p   complementary to   u+ + e min(u, 0) >= 0
+ *
+ * or by Poisson's (kt_loop.poisson), in two: compression, and expansion, which gives back that part of the impulses of compression,
+ * and more where a contact would sink
+ *
+ *     uC = u + W pC,    0 <= pC          complementary to   uC >= 0
+ *     u+ = uC + W pE,   0 <= pE - e pC   complementary to   u+ >= 0
+ *
+ * with friction in each phase (contact_friction.c). Where contacts of both rules meet, those of Newton's take part in both phases, the
+ * second by 0 <= pE complementary to u+ + e min(u, 0) >= 0. What comes slower than its rest velocity has e = 0, so that a chain of ever
+ * lower bounces comes to rest; by Poisson's rule that is the rate W_ii pC which its own impulse takes.
+ *
+ * The kinetic energy changes by p . (u + u+) / 2, and by what moving loops supply. By Poisson's rule it never grows where there is no
+ * friction, whatever the restitutions: compression dissipates pC'W pC / 2, and expansion gives back the least y . uC + y'W y / 2 of all
+ * y >= e pC, of which pC is one. Newton's rule can make it grow: where a contact that parts is struck by the impulse of another, and
+ * with friction even at one contact (Kane 1984). Then all e are halved until it does not (with e = 0 it never does), and counted.
+ *
+ * C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7, 1995.
+ */
+#include "base/copy.h"
+#include "linear/lemke.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+
+enum { HALVINGS = 10 };
+
+/* u + W p of what meets, without friction. */
+static bool solve_frictionless(kt_simulation *simulation, const double *response, kt_impact_phase *phase) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int m = c->meeting;
+    double W[KT_SWITCH_MAX * KT_SWITCH_MAX], q[KT_SWITCH_MAX], p[KT_SWITCH_MAX];
+    for (int i = 0; i < m; i++) {
+        q[i] = phase->u[i] - phase->bound[i];
+        for (int k = 0; k < m; k++) {
+            W[i * m + k] = response[i * c->touching + k];
+            q[i] += phase->least[k] > 0.0 ? W[i * m + k] * phase->least[k] : 0.0;
+        }
+    }
+    if (!kt_lemke_solve(m, W, q, p, &simulation->memory.contacts.pivots))
+        return false;
+    phase->rows = m;
+    for (int i = 0; i < m; i++) {
+        phase->line[i] = i;
+        phase->p[i] = phase->least[i] + p[i];
+    }
+    for (int i = 0; i < m; i++) {
+        for (int k = 0; k < m; k++)
+            phase->u[i] += W[i * m + k] * phase->p[k];
+        if (p[i] > 0.0)
+            phase->u[i] = phase->bound[i];
+    }
+    return true;
+}
+
+static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+    const bool rough = simulation->contacts->touching > simulation->contacts->resting;
+    return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
+}
+
+/* The restitutions; *compression: the first phase of Poisson's rule, or nothing where all contacts follow Newton's. */
+static bool begin(kt_simulation *simulation, const double *W, const double *u, kt_impact_phase *compression,
+                  double *e) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool compresses = false;
+    *compression = (kt_impact_phase){.rows = 0};
+    memcpy(compression->u, u, (size_t)c->touching * sizeof *u);
+    for (int i = 0; i < c->meeting; i++)
+        compresses = compresses || kt_contact_loop(simulation, i)->poisson;
+    if (compresses && !solve(simulation, W, compression))
+        return false;
+    for (int i = 0; i < c->meeting; i++) {
+        const kt_loop_record *loop = kt_contact_loop(simulation, i);
+        const double rate = loop->poisson ? W[i * c->touching + i] * compression->p[i] : -u[i];
+        e[i] = rate > loop->rest_velocity ? loop->restitution : 0.0;
+    }
+    return true;
+}
+
+/* The phase in which contacts bounce. */
+static kt_impact_phase expansion_of(const kt_simulation *simulation, const double *u, const double *e,
+                                    const kt_impact_phase *compression) {
+    kt_impact_phase phase = *compression;
+    kt_clear(phase.p, sizeof phase.p);
+    for (int i = 0; i < simulation->contacts->meeting; i++) {
+        const bool poisson = kt_contact_loop(simulation, i)->poisson;
+        phase.bound[i] = poisson ? 0.0 : -e[i] * fmin(u[i], 0.0);
+        phase.least[i] = poisson ? e[i] * compression->p[i] : 0.0;
+    }
+    return phase;
+}
+
+/* The energy that the impulses of both phases dissipate; *size: the sum of the terms' magnitudes. The phase has the sum of these then. */
+static double loss_of(const double *u, const kt_impact_phase *compression, kt_impact_phase *phase, double *size) {
+    double lost = 0.0;
+    *size = 0.0;
+    for (int j = 0; j < phase->rows; j++) {
+        const int line = phase->line[j];
+        phase->p[line] += compression->p[line];
+        lost -= 0.5 * phase->p[line] * (u[line] + phase->u[line]);
+        *size += 0.5 * fabs(phase->p[line] * u[line]);
+    }
+    return lost;
+}
+
+kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                             kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    const size_t nv = simulation->size.nv;
+    kt_impact_phase compression, phase = {.rows = 0};
+    double e[KT_SWITCH_MAX] = {0.0}, size;
+    bool found = begin(simulation, W, u, &compression, e);
+    for (int halving = 0; found; halving++) {
+        phase = expansion_of(simulation, u, e, &compression);
+        found = solve(simulation, W, &phase);
+        *lost = found ? loss_of(u, &compression, &phase, &size) : 0.0;
+        if (!found || *lost >= -1e-12 * size)
+            break;
+        counts->reduced += halving == 0;
+        for (int i = 0; i < c->meeting; i++)
+            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
+    }
+    if (!found)
+        return kt_contacts_refuse(simulation, t, "impulses", error);
+    *lost = fmax(*lost, 0.0);
+    for (int i = 0; i < c->meeting; i++)
+        counts->impacts += phase.p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
+    for (int j = 0; j < phase.rows; j++) {
+        const int line = phase.line[j];
+        u[line] = phase.u[line];
+        for (size_t i = 0; i < nv; i++)
+            c->v[i] += phase.p[line] * c->response[(size_t)line * nv + i];
+    }
+    return KT_OK;
+}
