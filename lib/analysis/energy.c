@@ -44,6 +44,10 @@ static double balance_error(kt_energy_watch *watch, const kt_record *record, dou
     return fmax(fabs(energy + net - watch->balance_start) - watch->uncertainty, 0.0);
 }
 
+/* As fmax and fmin with a number that is one, without their calls: a NaN changes nothing. */
+static void raise_to(double *most, double x) { *most = x > *most ? x : *most; }
+static void lower_to(double *least, double x) { *least = x < *least ? x : *least; }
+
 void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
     if (!watch || !record)
         return;
@@ -53,20 +57,20 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
         return;
     if (watch->records++ == 0)
         begin(watch, record);
-    watch->lowest = fmin(watch->lowest, energy);
-    watch->change = fmax(watch->change, fabs(energy - watch->start));
-    watch->kinetic = fmax(watch->kinetic, record->kinetic);
-    watch->potential[0] = fmin(watch->potential[0], record->potential);
-    watch->potential[1] = fmax(watch->potential[1], record->potential);
+    lower_to(&watch->lowest, energy);
+    raise_to(&watch->change, fabs(energy - watch->start));
+    raise_to(&watch->kinetic, record->kinetic);
+    lower_to(&watch->potential[0], record->potential);
+    raise_to(&watch->potential[1], record->potential);
     if (watch->energetics == KT_ENERGY_CONSERVED)
         error = watch->change;
     if (watch->energetics != KT_ENERGY_SUPPLIED)
-        watch->gain = fmax(watch->gain, energy - watch->lowest);
+        raise_to(&watch->gain, energy - watch->lowest);
     if (watch->energetics == KT_ENERGY_DISSIPATED)
         error = watch->gain;
     if (watch->has_balance || watch->has_estimate)
         error = fmax(error, balance_error(watch, record, energy));
-    watch->error = fmax(watch->error, error);
+    raise_to(&watch->error, error);
     if (!(kt_energy_watch_error(watch) > KT_ENERGY_ERROR))
         watch->excess_time = (double)NAN; /* the scale has grown since */
     else if (isnan(watch->excess_time))

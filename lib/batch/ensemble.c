@@ -28,16 +28,11 @@ typedef struct lane {
     kt_try tried;
     bool steps;       /* within a step */
     bool shares;      /* its records are computed in lanes, too */
-    int64_t waiting;  /* records that have been read, but not handed over yet */
+    bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
+    kt_record record; /* the next one, where it shares them */
     kt_status status; /* of records that were handed over */
     kt_error error;
 } lane;
-
-/* A record whose energies are to be computed. */
-typedef struct waiting_record {
-    size_t lane;
-    kt_record record;
-} waiting_record;
 
 #define KT_ENSEMBLE_FIELDS(X)                                                                                          \
     X(lane, lane, n->width, "simulations")                                                                             \
@@ -50,9 +45,15 @@ typedef struct waiting_record {
     X(double, tau, n->width * n->nv, "joint forces: none")                                                             \
     X(double, total, n->width * n->nv, "joint forces of effects")                                                      \
     X(double, wrench, n->width * 6 * n->body, "wrenches of effects")                                                   \
-    X(waiting_record, waiting, n->width, "records that have been read")                                                \
-    X(double, read, n->width *(n->nq + n->nv), "their states, one after the other")                                    \
-    X(double, read_lanes, n->width *(n->nq + n->nv), "their states in lanes")                                          \
+    X(double, absolute, n->width, "absolute tolerances")                                                               \
+    X(double, relative, n->width, "relative tolerances")                                                               \
+    X(double, norm, 2 * n->width, "mean squares of the error, and of the second estimate")                             \
+    X(double, base, 2 * n->width, "errors of this step and of the one before, of which powers are taken")              \
+    X(double, exponent, 2 * n->width, "their exponents")                                                               \
+    X(double, power, 2 * n->width, "the powers")                                                                       \
+    X(double, theta, n->width, "times of records over the step: 0 to 1")                                               \
+    X(double, read, n->width *(n->nq + n->nv), "states of records")                                                    \
+    X(double, one, n->nq + n->nv, "the state of one record")                                                           \
     X(double, energy, 2 * n->width, "kinetic, then potential")                                                         \
     X(char, work, n->lane_bytes, "workspace of the recursions")
 
@@ -62,7 +63,8 @@ struct kt_ensemble {
     uint64_t shape; /* of the models */
     kt_ensemble_counts n;
     kt_ensemble_report report;
-    size_t read_count; /* records that have been read */
+    const kt_method *table; /* of the last try in lanes */
+    kt_error from;          /* of a call; it is of any text where that has succeeded */
     KT_ARENA_DECLARE(KT_ENSEMBLE_FIELDS)
 };
 
@@ -252,44 +254,102 @@ static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_
     return mask;
 }
 
-/* Writes the stages of a lane to its integrator; false if one is not finite. */
-static bool scatter(const kt_ensemble *e, size_t number) {
+/* Writes the stages of a lane to its integrator. */
+static void scatter(const kt_ensemble *e, size_t number) {
     kt_simulation *simulation = e->lane[number].member.simulation;
     kt_integrator *it = simulation->integrator;
     const size_t s = (size_t)it->table->stages, width = e->n.width, N = e->n.nq + e->n.nv;
-    bool finite = true;
-    for (size_t i = 1; i < s; i++) {
+    for (size_t i = 1; i < s; i++)
         kt_lane_take(e->k[i], width, number, N, it->k[i]);
-        finite = finite && kt_all_finite(it->k[i], N);
-    }
     kt_lane_take(e->stage, width, number, N, it->trial);
     simulation->cached = KT_CACHED_NOTHING;
-    if (finite)
-        it->memory.counts.evaluations += s - 1;
-    return finite;
+    it->memory.counts.evaluations += s - 1;
+}
+
+/* ---- errors of tries --------------------------------------------------------------------------------------------- */
+
+/* Mean squares of the errors of all lanes. */
+static void measure_errors(kt_ensemble *e, const kt_integrator *leader) {
+    const size_t *row = leader->row + leader->table->stages, N = e->n.nq + e->n.nv;
+    const kt_lane_scales scales = {.y0 = e->y, .y1 = e->stage, .absolute = e->absolute, .relative = e->relative};
+    for (size_t i = 0; i < e->n.width; i++) {
+        const kt_simulation *s = e->lane[i].member.simulation;
+        e->absolute[i] = s ? s->integrator->options.absolute_tolerance : 1.0;
+        e->relative[i] = s ? s->integrator->options.relative_tolerance : 1.0;
+    }
+    e->kernels->mean_square(e->norm, &scales, leader->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E], e->k,
+                            N);
+    if (leader->table->e_low)
+        e->kernels->mean_square(e->norm + e->n.width, &scales, leader->terms + row[KT_ROW_E_LOW],
+                                row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW], e->k, N);
+}
+
+/* Checks the try of a lane, whose new state is finite, by the mean squares. */
+static void check(const kt_ensemble *e, size_t number) {
+    lane *l = &e->lane[number];
+    kt_integrator *it = l->member.simulation->integrator;
+    const kt_interval *in = &l->attempt.plan.interval;
+    if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.nq + e->n.nv)
+        (void)kt_try_check(it, in, &l->tried);
+    else
+        (void)kt_try_weigh(
+            in, kt_explicit_error(in->h, e->norm[number], it->table->e_low != NULL, e->norm[e->n.width + number]),
+            &l->tried);
+}
+
+/* How much longer than the tries of some lanes, which have passed, the next steps may be. */
+static void find_growths(kt_ensemble *e, kt_lane_mask mask) {
+    const size_t width = e->n.width;
+    for (size_t i = 0; i < width; i++) {
+        const lane *l = &e->lane[i];
+        const bool known = kt_lane_is_in(mask, i) && l->tried.result == KT_TRY_PASSED && l->tried.error > 0.0;
+        const kt_integrator *it = known ? l->member.simulation->integrator : NULL;
+        e->base[i] = known ? l->tried.error : 1.0;
+        e->base[width + i] = known ? it->memory.control_error : 1.0;
+        e->exponent[i] = known ? kt_control_exponent(it) : 1.0;
+        e->exponent[width + i] = known ? kt_control_exponent_before(it) : 1.0;
+        mask &= ~((kt_lane_mask)!known << i);
+    }
+    mask &= e->kernels->power(e->base, e->exponent, e->power);
+    mask &= e->kernels->power(e->base + width, e->exponent + width, e->power + width);
+    for (size_t i = 0; i < width; i++)
+        if (kt_lane_is_in(mask, i))
+            e->lane[i].tried.growth =
+                kt_control_growth(e->lane[i].member.simulation->integrator, e->power[i], e->power[width + i]);
+}
+
+/* The stages of the steps that are planned, of two lanes or more. Returns the lanes where they could be computed. */
+static kt_lane_mask try_together(kt_ensemble *e) {
+    size_t first = 0;
+    kt_lane_mask mask = choose(e, &first);
+    if ((mask & (mask - 1)) == 0)
+        return 0;
+    const kt_simulation *leader = e->lane[first].member.simulation;
+    const size_t N = e->n.nq + e->n.nv, s = (size_t)leader->integrator->table->stages;
+    e->table = leader->integrator->table;
+    gather(e, mask);
+    mask = take_stages(e, leader, mask);
+    mask &= e->kernels->finite(e->k[1], (s - 1) * N) & e->kernels->finite(e->stage, N);
+    measure_errors(e, leader->integrator);
+    return mask;
 }
 
 /* Tries the steps that are planned in all lanes. */
 static void try_steps(kt_ensemble *e) {
-    size_t first = 0;
-    kt_lane_mask mask = choose(e, &first);
-    if ((mask & (mask - 1)) != 0) { /* two or more */
-        gather(e, mask);
-        mask = take_stages(e, e->lane[first].member.simulation, mask);
-    } else {
-        mask = 0;
-    }
+    const kt_lane_mask mask = try_together(e);
     for (size_t i = 0; i < e->n.width; i++) {
         lane *l = &e->lane[i];
-        const kt_interval *in = &l->attempt.plan.interval;
-        if (!l->member.simulation)
-            continue;
         l->tried = (kt_try){.result = KT_TRY_PASSED};
-        if (kt_lane_is_in(mask, i) && scatter(e, i))
-            (void)kt_try_check(l->member.simulation->integrator, in, &l->tried);
-        else
-            (void)kt_try_step(l->member.simulation->integrator, in, &l->tried);
+        l->holds = kt_lane_is_in(mask, i);
+        if (l->holds) {
+            scatter(e, i);
+            check(e, i);
+        } else if (l->member.simulation) {
+            (void)kt_try_step(l->member.simulation->integrator, &l->attempt.plan.interval, &l->tried);
+        }
     }
+    if (mask)
+        find_growths(e, mask);
 }
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
@@ -300,85 +360,94 @@ static bool shares_records(const kt_simulation *s) {
            (s->record & KT_RECORD_ENERGY) != 0 && !s->places && s->model->n.effect == 0 && !s->model->has_armature;
 }
 
-/* Hands a record over whose energies are known; `fine`: they are finite. */
-static kt_status give(const kt_ensemble *e, size_t number, bool fine, kt_error *error) {
-    kt_record record = e->waiting[number].record;
-    const kt_ensemble_member *to = &e->lane[e->waiting[number].lane].member;
-    kt_simulation *s = to->simulation;
-    const double *y = e->read + number * (e->n.nq + e->n.nv);
-    kt_error from = {0};
-    if (!fine) {
-        kt_copy(s->y, y, s->size.n * sizeof *y);
-        return kt_simulation_complete_record(s, KT_OK, &record, &from, to->record, to->user, error);
-    }
-    record.q = y;
-    record.v = y + e->n.nq;
-    record.x = record.v + e->n.nv;
-    record.work = kt_simulation_work_of(s, y);
-    record.kinetic = e->energy[number];
-    record.potential = e->energy[e->n.width + number] + 0.0; /* effects store none */
-    return kt_simulation_give_record(s, &record, to->record, to->user, error);
+static void clear(kt_error *from) {
+    from->code = KT_OK;
+    from->where[0] = from->message[0] = '\0';
 }
 
-/* Computes the records that wait, and hands them over in their order, of each simulation until its recorder stops. */
-static void give_all(kt_ensemble *e) {
-    const size_t q = e->n.width * e->n.nq, count = e->read_count;
-    if (count == 0)
-        return;
-    const kt_model *model = e->lane[e->waiting[0].lane].member.simulation->model;
-    const kt_lane_mask fine =
-        e->kernels->energy(model, e->work, e->read_lanes, e->read_lanes + q, e->tau, e->energy, e->energy + e->n.width);
-    for (size_t i = 0; i < count; i++) {
-        lane *l = &e->lane[e->waiting[i].lane];
-        l->waiting = 0;
-        if (l->status == KT_OK)
-            l->status = give(e, i, kt_lane_is_in(fine, i), &l->error);
-    }
-    e->read_count = 0;
+/* Whether the state of a record at the time t is the dense output of what the lanes hold, with nothing to be closed. */
+static bool is_dense(const lane *l) {
+    const kt_simulation *s = l->member.simulation;
+    const kt_integrator *it = s->integrator;
+    return l->holds && it->stages_known && it->gives_end_derivative && it->derivative_slot == (int)it->fresh &&
+           it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->memory.refined;
 }
 
-/* Adds a record, whose state is in the simulation's y. */
-static void add_record(kt_ensemble *e, size_t number, const kt_record *record) {
-    const size_t N = e->n.nq + e->n.nv;
-    const double *y = e->lane[number].member.simulation->y;
-    e->waiting[e->read_count] = (waiting_record){.lane = number, .record = *record};
-    e->lane[number].waiting++;
-    kt_copy(e->read + e->read_count * N, y, N * sizeof *y);
-    kt_lane_put(y, e->n.width, e->read_count, N, e->read_lanes);
-    e->read_count++;
-}
-
-/* Reads the records of a lane up to the present time. */
-static void read_records(kt_ensemble *e, size_t number) {
+/* Reads the record of a lane that is due: its state, or, if *dense, where in the step that is. Returns whether there is one. */
+static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
     lane *l = &e->lane[number];
     const kt_ensemble_member *m = &l->member;
     kt_simulation *s = m->simulation;
-    const double now = kt_integrator_time(s->integrator);
-    while (l->status == KT_OK) {
-        if (e->read_count == e->n.width)
-            give_all(e);
-        const int64_t k = s->memory.next_record + l->waiting;
-        kt_record record;
-        kt_error from = {0};
-        if (l->status != KT_OK || k >= s->record_count || kt_simulation_record_time(s, k) > now)
-            return;
-        const kt_status status = kt_simulation_read_record(s, k, &record, &from);
-        if (status == KT_OK) {
-            add_record(e, number, &record);
-            continue;
-        }
-        give_all(e);
-        if (l->status == KT_OK)
-            l->status = kt_simulation_complete_record(s, status, &record, &from, m->record, m->user, &l->error);
+    const kt_integrator_memory *at = &s->integrator->memory;
+    if (!kt_simulation_owes_record(s))
+        return false;
+    *dense = is_dense(l);
+    if (*dense) {
+        kt_simulation_begin_record(s, s->memory.next_record, &l->record);
+        e->theta[number] =
+            l->record.time == at->t ? KT_LANE_AT_END : (l->record.time - at->previous_t) / (at->t - at->previous_t);
+        return true;
     }
+    clear(&e->from);
+    const kt_status status = kt_simulation_read_record(s, s->memory.next_record, &l->record, &e->from);
+    if (status == KT_OK)
+        return true;
+    l->status = kt_simulation_complete_record(s, status, &l->record, &e->from, m->record, m->user, &l->error);
+    return false;
 }
 
-static void hand_over(kt_ensemble *e, size_t number) {
+/* Reads the next record of each lane that is due. Returns of which lanes there is one, its state being in e->read. */
+static kt_lane_mask read_records(kt_ensemble *e) {
+    const size_t width = e->n.width, N = e->n.nq + e->n.nv;
+    kt_lane_mask due = 0, sparse = 0;
+    for (size_t i = 0; i < width; i++) {
+        const lane *l = &e->lane[i];
+        bool dense = false;
+        const bool is_due =
+            l->member.simulation && l->shares && !l->steps && l->status == KT_OK && read_record(e, i, &dense);
+        due |= (kt_lane_mask)is_due << i;
+        sparse |= (kt_lane_mask)(is_due && !dense) << i;
+    }
+    if (due & ~sparse)
+        e->kernels->interpolate(e->read, &(kt_lane_step){.method = e->table, .h = e->h, .y0 = e->y, .y1 = e->stage},
+                                e->theta, e->k, N);
+    for (size_t i = 0; i < width; i++)
+        if (kt_lane_is_in(sparse, i))
+            kt_lane_put(e->lane[i].member.simulation->y, width, i, N, e->read);
+    return due;
+}
+
+/* Hands a record over whose energies are known; `fine`: they are finite. */
+static kt_status give(kt_ensemble *e, size_t number, bool fine) {
     lane *l = &e->lane[number];
-    if (l->shares)
-        read_records(e, number);
-    else
-        l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+    const kt_ensemble_member *to = &l->member;
+    kt_simulation *s = to->simulation;
+    kt_record *record = &l->record;
+    kt_lane_take(e->read, e->n.width, number, e->n.nq + e->n.nv, e->one);
+    if (!fine) {
+        kt_copy(s->y, e->one, s->size.n * sizeof *e->one);
+        clear(&e->from);
+        return kt_simulation_complete_record(s, KT_OK, record, &e->from, to->record, to->user, &l->error);
+    }
+    record->q = e->one;
+    record->v = record->q + e->n.nq;
+    record->x = record->v + e->n.nv;
+    record->work = kt_simulation_work_of(s, e->one);
+    record->kinetic = e->energy[number];
+    record->potential = e->energy[e->n.width + number] + 0.0; /* effects store none */
+    return kt_simulation_give_record(s, record, to->record, to->user, &l->error);
+}
+
+/* Hands over the records of all lanes up to the present, one of each lane at a time. */
+static void give_records(kt_ensemble *e) {
+    const double *q = e->read, *v = q + e->n.width * e->n.nq;
+    for (kt_lane_mask due = read_records(e); due; due = read_records(e)) {
+        const kt_model *model = first_lane(e)->member.simulation->model;
+        const kt_lane_mask fine = e->kernels->energy(model, e->work, q, v, e->tau, e->energy, e->energy + e->n.width);
+        for (size_t i = 0; i < e->n.width; i++)
+            if (kt_lane_is_in(due, i))
+                e->lane[i].status = give(e, i, kt_lane_is_in(fine, i));
+    }
 }
 
 /* ---- a lane ------------------------------------------------------------------------------------------------------ */
@@ -398,24 +467,24 @@ static kt_status begin_step(lane *l, kt_error *from) {
 }
 
 /* Plans the next try. */
-static kt_status plan(lane *l, kt_error *error) {
-    kt_error from = {0};
-    kt_status status = l->steps ? KT_OK : begin_step(l, &from);
+static kt_status plan(kt_ensemble *e, lane *l) {
+    clear(&e->from);
+    kt_status status = l->steps ? KT_OK : begin_step(l, &e->from);
     if (status == KT_OK)
-        status = kt_attempt_plan(l->member.simulation->integrator, &l->attempt, &from);
-    return status == KT_OK ? KT_OK : kt_simulation_end_step(l->member.simulation, status, &from, error);
+        status = kt_attempt_plan(l->member.simulation->integrator, &l->attempt, &e->from);
+    return status == KT_OK ? KT_OK : kt_simulation_end_step(l->member.simulation, status, &e->from, &l->error);
 }
 
 /* Accepts or rejects what was tried. */
-static kt_status judge(lane *l, kt_error *error) {
+static kt_status judge(kt_ensemble *e, lane *l) {
     kt_simulation *s = l->member.simulation;
-    kt_error from = {0};
     bool again;
-    const kt_status status = kt_attempt_end(s->integrator, &l->attempt, &l->tried, &again, &from);
+    clear(&e->from);
+    const kt_status status = kt_attempt_end(s->integrator, &l->attempt, &l->tried, &again, &e->from);
     if (status == KT_OK && again)
         return KT_OK;
     l->steps = false;
-    return kt_simulation_end_step(s, status, &from, error);
+    return kt_simulation_end_step(s, status, &e->from, &l->error);
 }
 
 /* ---- all lanes --------------------------------------------------------------------------------------------------- */
@@ -462,10 +531,12 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
 static void fill(kt_ensemble *e, source *from) {
     for (bool again = true; again;) {
         again = false;
-        for (size_t i = 0; i < e->n.width; i++)
-            if (!e->lane[i].steps && (e->lane[i].member.simulation || take(e, from, &e->lane[i])))
-                hand_over(e, i);
-        give_all(e);
+        for (size_t i = 0; i < e->n.width; i++) {
+            lane *l = &e->lane[i];
+            if (!l->steps && (l->member.simulation || take(e, from, l)) && !l->shares)
+                l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+        }
+        give_records(e);
         for (size_t i = 0; i < e->n.width; i++) {
             lane *l = &e->lane[i];
             if (!l->member.simulation || !has_ended(l))
@@ -481,11 +552,10 @@ static size_t plan_all(kt_ensemble *e, const source *from) {
     size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {
         lane *l = &e->lane[i];
-        kt_error error = {0};
-        const kt_status status = l->member.simulation ? plan(l, &error) : KT_OK;
+        const kt_status status = l->member.simulation ? plan(e, l) : KT_OK;
         lanes += l->member.simulation != NULL;
         if (status != KT_OK)
-            end_lane(from, l, status, &error);
+            end_lane(from, l, status, &l->error);
     }
     return lanes;
 }
@@ -493,10 +563,9 @@ static size_t plan_all(kt_ensemble *e, const source *from) {
 static void judge_all(kt_ensemble *e, const source *from) {
     for (size_t i = 0; i < e->n.width; i++) {
         lane *l = &e->lane[i];
-        kt_error error = {0};
-        const kt_status status = l->member.simulation ? judge(l, &error) : KT_OK;
+        const kt_status status = l->member.simulation ? judge(e, l) : KT_OK;
         if (status != KT_OK)
-            end_lane(from, l, status, &error);
+            end_lane(from, l, status, &l->error);
     }
 }
 

@@ -99,17 +99,7 @@ static kt_lane_mask energy(const kt_model *model, void *work, const double *q, c
     return kt_mask_of(data->sound);
 }
 
-static void combine(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
-                    double *const *k, size_t n) {
-    const kt_real1 *from = (const void *)y, step = *(const kt_real1 *)(const void *)h;
-    kt_real1 *to = (void *)out;
-    for (size_t i = 0; i < n; i++) {
-        kt_real1 sum = kt_real1_splat(0.0);
-        for (size_t j = 0; j < count; j++)
-            sum += terms[j].weight * ((const kt_real1 *)(const void *)k[terms[j].slot])[i];
-        to[i] = from[i] + step * sum;
-    }
-}
+static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
 
 const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .layout = layout,
@@ -120,4 +110,8 @@ const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .energy = energy,
                                                             .rate = KT_KERNEL(kt_rates),
                                                             .make_units = KT_KERNEL(kt_units),
-                                                            .combine = combine};
+                                                            .finite = finite,
+                                                            .combine = KT_KERNEL(kt_lanes_combine),
+                                                            .mean_square = KT_KERNEL(kt_lanes_mean_square),
+                                                            .power = KT_KERNEL(kt_lanes_power),
+                                                            .interpolate = KT_KERNEL(kt_lanes_interpolate)};

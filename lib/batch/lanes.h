@@ -24,6 +24,20 @@ typedef struct kt_lane_state {
     kt_lane_mask live;
 } kt_lane_state;
 
+/* What errors are weighed by: the states at both ends of a step, and the tolerances of each lane. */
+typedef struct kt_lane_scales {
+    const double *y0, *y1, *absolute, *relative;
+} kt_lane_scales;
+
+/* Instead of theta = (t - t0) / (t1 - t0) where t is t1, which rounding would make of times before it. */
+#define KT_LANE_AT_END 2.0
+
+/* A step by a table: its length, and the states at its ends. */
+typedef struct kt_lane_step {
+    const kt_method *method;
+    const double *h, *y0, *y1;
+} kt_lane_step;
+
 typedef struct kt_lane_kernels {
     size_t width;
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
@@ -55,6 +69,16 @@ typedef struct kt_lane_kernels {
     /* out = y + h sum_j weight_j k_j, n numbers of each lane, every lane with an h of its own: the bits of kt_combine. */
     void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n);
+    /* The lanes all n numbers of which are finite. */
+    kt_lane_mask (*finite)(const double *x, size_t n);
+    /* mean over i of (sum_j weight_j k_ji / scale_i)^2, as the error norm of explicit methods has it. */
+    void (*mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms, size_t count,
+                        double *const *k, size_t n);
+    /* kt_control_power of each lane. Returns the lanes whose numbers are usual; the others' powers mean nothing. */
+    kt_lane_mask (*power)(const double *bases, const double *exponents, double *out);
+    /* The dense output of methods whose last stage is at the end of the step, and that need no stages besides, at theta of
+     * the step: the bits of kt_table_interpolate; at 0, and at KT_LANE_AT_END, the states at its ends. */
+    void (*interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k, size_t n);
 } kt_lane_kernels;
 
 /* Whether a model with loops is computed in lanes: it moves in planes, its groups of loops are pins (reduction/pin.h) or
@@ -79,6 +103,15 @@ kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data);
 
 void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v, double *out);
 kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);
+
+/* Members of the kernels, as above. */
+void KT_KERNEL(kt_lanes_combine)(double *out, const double *y, const double *h, const kt_stage_term *terms,
+                                 size_t count, double *const *k, size_t n);
+void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms,
+                                     size_t count, double *const *k, size_t n);
+kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *exponents, double *out);
+void KT_KERNEL(kt_lanes_interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k,
+                                     size_t n);
 
 /* The lanes for which a condition holds. */
 KT_OPERATOR kt_lane_mask kt_mask_of(kt_condition condition) {

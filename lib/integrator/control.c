@@ -31,16 +31,13 @@ double kt_control_power(double x, double p) {
     return ldexp(power, (int)whole);
 }
 
-static double clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
-
 /* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero gives the largest factor. */
 double kt_control_accepted(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!(error > 0.0))
         return o->factor_max;
-    const double factor = o->safety * kt_control_power(error, -o->alpha / it->error_order) *
-                          kt_control_power(it->memory.control_error, o->beta / it->error_order);
-    return clamp(factor, o->factor_min, o->factor_max);
+    return kt_control_growth(it, kt_control_power(error, kt_control_exponent(it)),
+                             kt_control_power(it->memory.control_error, kt_control_exponent_before(it)));
 }
 
 /* safety err^(-alpha/k): the error of the last accepted step is not used, since it says nothing about a step that
@@ -49,7 +46,7 @@ double kt_control_rejected(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!isfinite(error))
         return o->factor_min;
-    return clamp(o->safety * kt_control_power(error, -o->alpha / it->error_order), o->factor_min, o->safety);
+    return kt_control_clamp(o->safety * kt_control_power(error, kt_control_exponent(it)), o->factor_min, o->safety);
 }
 
 /* A first step that should be accepted. The error of a method with err ~ h^k is about h^k times the k-th derivative,

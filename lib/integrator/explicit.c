@@ -36,14 +36,11 @@
 
 /* ---- the table, compiled ----------------------------------------------------------------------------------------- */
 
-/* Rows of the compiled table, without zeros: the stages, these rows, the stages of the dense output. */
-enum { ROW_B, ROW_E, ROW_E_LOW, ROW_DENSE };
-
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes) {
     const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
     sizes->slots = w + d;
-    sizes->rows = s + ROW_DENSE + d;
-    sizes->terms = s * (s - 1) / 2 + ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
+    sizes->rows = s + KT_ROW_DENSE + d;
+    sizes->terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
 }
 
 /* Appends a row of `count` weights, without the zeros. */
@@ -66,12 +63,12 @@ void kt_explicit_init(kt_integrator *it) {
     it->row[0] = 0;
     for (size_t i = 0; i < s; i++)
         compile_row(it, i, m->a + i * (i - (i > 0)) / 2, i);
-    compile_row(it, s + ROW_B, m->b, s);
-    compile_row(it, s + ROW_E, m->e, s);
-    compile_row(it, s + ROW_E_LOW, m->e_low, s);
+    compile_row(it, s + KT_ROW_B, m->b, s);
+    compile_row(it, s + KT_ROW_E, m->e, s);
+    compile_row(it, s + KT_ROW_E_LOW, m->e_low, s);
     size_t row_start = 0;
     for (size_t r = 0; r < (size_t)m->dense_stages; r++) {
-        compile_row(it, s + ROW_DENSE + r, m->dense_a + row_start, it->fresh + 1 + r);
+        compile_row(it, s + KT_ROW_DENSE + r, m->dense_a + row_start, it->fresh + 1 + r);
         row_start += it->fresh + 1 + r;
     }
 }
@@ -170,17 +167,17 @@ static double mean_square(const kt_integrator *it, const kt_stage_term *terms, s
 
 static double error_at(const kt_integrator *it, double h, size_t i) {
     const size_t *row = it->row + it->table->stages;
-    return h * sum_one(it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E], it->k, i);
+    return h * sum_one(it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E], it->k, i);
 }
 
-/* err, or where there are two estimates HNW (II.10.17): h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
 static double error_norm(const kt_integrator *it, double h) {
     const size_t *row = it->row + it->table->stages;
-    const double high = mean_square(it, it->terms + row[ROW_E], row[ROW_E + 1] - row[ROW_E]);
-    if (it->table->e_low == NULL || high == 0.0)
-        return fabs(h) * sqrt(high);
-    const double low = mean_square(it, it->terms + row[ROW_E_LOW], row[ROW_E_LOW + 1] - row[ROW_E_LOW]);
-    return fabs(h) * high / sqrt(high + 0.01 * low);
+    const bool has_low = it->table->e_low != NULL;
+    const double high = mean_square(it, it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E]);
+    const double low = has_low && high != 0.0
+                           ? mean_square(it, it->terms + row[KT_ROW_E_LOW], row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW])
+                           : 0.0;
+    return kt_explicit_error(h, high, has_low, low);
 }
 
 /* ---- dense output ------------------------------------------------------------------------------------------------ */
@@ -211,7 +208,7 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
         it->derivative_slot = (int)fresh;
     }
     for (size_t i = 0; !it->dense_known && i < (size_t)m->dense_stages; i++) {
-        const size_t *row = it->row + m->stages + ROW_DENSE + i;
+        const size_t *row = it->row + m->stages + KT_ROW_DENSE + i;
         kt_combine(it->trial, it->previous_y, in.h, it->terms + row[0], row[1] - row[0], it->k, it->sizes.n);
         if (kt_evaluate(it, in.t + m->dense_c[i] * in.h, it->trial, fresh + 1 + i, r) != KT_TRY_PASSED)
             return r->result;

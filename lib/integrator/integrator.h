@@ -189,6 +189,7 @@ typedef struct kt_try {
     size_t component; /* index of the component that is not finite */
     double error;     /* weighted norm of the error estimate, for an adaptive step */
     double factor;    /* KT_TRY_DIVERGED: h of the next try over this one's */
+    double growth;    /* kt_control_accepted of the error, where it is known; 0: it is not */
 } kt_try;
 
 /* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`
@@ -230,6 +231,8 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const cha
 kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 /* The second part of that: requires all slopes and `trial`. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
+/* The last part of that, for an adaptive step of which the error estimate is known. */
+kt_try_result kt_try_weigh(const kt_interval *interval, double error, kt_try *result);
 
 /* A step that will be tried. */
 typedef struct kt_plan_of_try {
@@ -335,6 +338,15 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval,
 void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
                 size_t n);
 
+/* The error estimate of a step h from mean squares: err, or where there are two estimates HNW (II.10.17):
+ * h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
+static inline double kt_explicit_error(double h, double high, bool has_low, double low) {
+    return has_low && high != 0.0 ? fabs(h) * high / sqrt(high + 0.01 * low) : fabs(h) * sqrt(high);
+}
+
+/* The terms of these rows of a compiled table after those of the stages: b, e, and e_low (explicit.c). */
+enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
+
 /* The dense output in the form that the public header gives (explicit.c). */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 
@@ -367,6 +379,15 @@ static inline double kt_farthest_stable(const kt_stability *s) {
 /* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: it has the same bits on every platform, which
  * no libm guarantees. */
 double kt_control_power(double x, double p);
+
+/* The exponents of the error of an accepted step, and of that of the step before; h_new / h from the powers. */
+static inline double kt_control_exponent(const kt_integrator *it) { return -it->options.alpha / it->error_order; }
+static inline double kt_control_exponent_before(const kt_integrator *it) { return it->options.beta / it->error_order; }
+static inline double kt_control_clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
+static inline double kt_control_growth(const kt_integrator *it, double power, double power_before) {
+    const kt_integrator_options *o = &it->options;
+    return kt_control_clamp(o->safety * power * power_before, o->factor_min, o->factor_max);
+}
 
 /* h_new / h after an accepted step; after a rejected one. */
 double kt_control_accepted(const kt_integrator *it, double error);

@@ -96,8 +96,12 @@ kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *res
     }
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
-    result->error = it->family->error(it, in->h);
-    if (result->error <= 1.0) /* false for an estimate that overflowed */
+    return kt_try_weigh(in, it->family->error(it, in->h), result);
+}
+
+kt_try_result kt_try_weigh(const kt_interval *in, double error, kt_try *result) {
+    result->error = error;
+    if (error <= 1.0) /* false for an estimate that overflowed */
         return KT_TRY_PASSED;
     return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
@@ -324,10 +328,12 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
  * leaves the proposal and the control's memory unchanged. */
-static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, double error,
+static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, const kt_try *r,
                      double *control_error) {
-    const double h = fabs(p->interval.h), factor = it->family->control != NULL ? it->family->control(it, h, error)
-                                                                               : kt_control_accepted(it, error);
+    const double h = fabs(p->interval.h), error = r->error;
+    const double factor = r->growth > 0.0               ? r->growth
+                          : it->family->control != NULL ? it->family->control(it, h, error)
+                                                        : kt_control_accepted(it, error);
     *control_error = it->memory.control_error;
     if (p->clipped && factor >= it->options.factor_max)
         return h * factor > p->proposed ? h * factor : p->proposed;
@@ -391,7 +397,7 @@ static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool 
     double control_error = it->memory.control_error, next = fabs(p->interval.h);
     it->quadrature_error = worst_quadrature(it, p->interval.h);
     if (r->error <= 1.0) /* noise says nothing of the next step */
-        next = accept(it, p, a->retried, r->error, &control_error);
+        next = accept(it, p, a->retried, r, &control_error);
     commit(it, p, changed, next, r->error);
     it->memory.control_error = control_error;
     return KT_OK;

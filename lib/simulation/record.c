@@ -19,6 +19,12 @@ static bool owes_records(const kt_simulation *simulation) {
            kt_simulation_record_time(simulation, k) < kt_integrator_time(simulation->integrator);
 }
 
+bool kt_simulation_owes_record(const kt_simulation *simulation) {
+    const int64_t k = simulation->memory.next_record;
+    return k < simulation->record_count &&
+           kt_simulation_record_time(simulation, k) <= kt_integrator_time(simulation->integrator);
+}
+
 /* ---- one record -------------------------------------------------------------------------------------------------- */
 
 /* Writes the state at a time within the last step to y. */
@@ -118,9 +124,13 @@ static kt_record empty_record(const kt_simulation *simulation, int64_t index, do
     return record;
 }
 
-kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
+void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record *record) {
     *record = empty_record(simulation, k, kt_simulation_record_time(simulation, k));
     simulation->cause.code = KT_OK;
+}
+
+kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
+    kt_simulation_begin_record(simulation, k, record);
     return read_state(simulation, record->time, from);
 }
 
@@ -175,9 +185,7 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
 
 kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = KT_OK;
-    while (status == KT_OK && simulation->memory.next_record < simulation->record_count &&
-           kt_simulation_record_time(simulation, simulation->memory.next_record) <=
-               kt_integrator_time(simulation->integrator))
+    while (status == KT_OK && kt_simulation_owes_record(simulation))
         status = hand_over(simulation, recorder, user, error);
     return status;
 }

@@ -492,9 +492,13 @@ KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status
 /* kt_simulation_run until its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
 
-/* A record in parts, for callers that compute those of several simulations at once (batch/ensemble.c): `read` begins
- * record k, with its state in y; `complete` computes what is asked for, where reading has come to `status` and `from`, and
+/* Whether kt_simulation_run has a record to hand over at the current time, or before. */
+bool kt_simulation_owes_record(const kt_simulation *simulation);
+
+/* A record in parts, for callers that compute those of several simulations at once (batch/ensemble.c): `begin` begins
+ * record k, without a state; `read` does, with its state in y; `complete` computes what is asked for, where reading has come to `status` and `from`, and
  * hands it over by `give`. */
+void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record *record);
 KT_CHECKED kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from);
 KT_CHECKED kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record,
                                                    kt_error *from, kt_recorder *recorder, void *user, kt_error *error);

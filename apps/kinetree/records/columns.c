@@ -386,6 +386,11 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
+/* Whether group_of computes anything for a source. */
+static bool is_grouped(kt_column_source source) {
+    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE;
+}
+
 static kt_column_group group_of(const kt_column *c, const kt_record *record) {
     const kt_model *model = record->model;
     const bool is_marker = c->source >= KT_COLUMN_MARKER && c->source <= KT_COLUMN_MARKER_ACCELERATION;
@@ -488,7 +493,7 @@ const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) 
         const kt_column *c = &columns->columns[i];
         if (columns->is_used != NULL && !columns->is_used[i])
             continue;
-        if (c->component == 0)
+        if (c->component == 0 && is_grouped(c->source))
             group = group_of(c, record);
         columns->values[i] = value_of(c, record, &group, columns->quantities);
     }

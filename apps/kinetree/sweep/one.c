@@ -3,7 +3,6 @@
 #include "sweep/sweep.h"
 
 #include "records/columns.h"
-#include "records/extremes.h"
 
 #include "kinetree/analysis.h"
 
@@ -82,6 +81,25 @@ static char *end_line(cells *to) {
 
 /* ---- the scene of a run ------------------------------------------------------------------------------------------ */
 
+/* The values of a column: a NaN is none. */
+typedef struct range {
+    double last, least, greatest;
+} range;
+
+static void extend(range *of, double value) {
+    of->last = isnan(value) ? of->last : value;
+    of->least = value < of->least ? value : of->least;
+    of->greatest = value > of->greatest ? value : of->greatest;
+}
+
+/* Ranges without values; NULL: there is not enough memory. */
+static range *create_ranges(size_t count) {
+    range *ranges = malloc((count + 1) * sizeof *ranges);
+    for (size_t i = 0; ranges != NULL && i < count; i++)
+        ranges[i] = (range){.last = (double)NAN, .least = HUGE_VAL, .greatest = -HUGE_VAL};
+    return ranges;
+}
+
 /* A run, and what is made for it. */
 typedef struct kt_sweep_run {
     const kt_sweep *sweep;
@@ -95,7 +113,7 @@ typedef struct kt_sweep_run {
     kt_simulation *simulation;
     kt_scene_watch *watch;
     kt_columns columns;
-    kt_extremes extremes;
+    range *ranges; /* of each column of the lines */
     kt_energy_watch energy;
     kt_sweep_result result; /* receives records, if they are kept */
     kt_status status;       /* of the preparation */
@@ -104,7 +122,8 @@ typedef struct kt_sweep_run {
 } made;
 
 static void release(made *m) {
-    kt_extremes_free(&m->extremes);
+    free(m->ranges);
+    m->ranges = NULL;
     kt_columns_free(&m->columns);
     kt_simulation_free(m->simulation);
     kt_scene_watch_free(m->watch);
@@ -178,7 +197,7 @@ static kt_status prepare(made *m, kt_error *error) {
         status = kt_simulation_create(m->model, &m->scene->run, &options, &m->simulation, error);
     if (status == KT_OK && options.events > 0)
         status = kt_scene_watch_create(m->scene, m->model, m->simulation, NULL, -1, &m->watch, error);
-    if (status == KT_OK && !kt_extremes_start(&m->extremes, m->columns.count))
+    if (status == KT_OK && (m->ranges = create_ranges(m->sweep->column_count)) == NULL)
         status = no_memory(error);
     return status;
 }
@@ -250,7 +269,9 @@ static int take_record(const kt_record *record, void *user) {
     made *m = user;
     const double *values = kt_columns_evaluate(&m->columns, record);
     kt_energy_watch_add(&m->energy, record);
-    kt_extremes_add(&m->extremes, record->time, values);
+    for (size_t i = 0; i < m->sweep->column_count; i++)
+        if (m->place[i] < m->columns.count)
+            extend(&m->ranges[i], values[m->place[i]]);
     m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
     return m->failed ? -1 : 0;
 }
@@ -301,11 +322,11 @@ static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_
 
 static void add_columns(cells *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
-        if (m->extremes.column == NULL || m->place[i] >= m->columns.count) {
+        const range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
+        if (of == NULL || m->place[i] >= m->columns.count || isnan(of->last)) {
             add(line, ",,,");
             continue;
         }
-        const kt_extreme *of = &m->extremes.column[m->place[i]];
         add_number(line, of->last);
         add_number(line, of->least);
         add_number(line, of->greatest);

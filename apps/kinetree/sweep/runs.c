@@ -45,7 +45,8 @@ static void store(shared *s, int64_t number, const kt_sweep_result *result) {
     (void)pthread_mutex_lock(&s->mutex);
     s->results[number % WINDOW] = *result;
     s->failed = s->failed || result->line == NULL;
-    (void)pthread_cond_signal(&s->line);
+    if (number == s->written || s->failed) /* the one that is waited for */
+        (void)pthread_cond_signal(&s->line);
     (void)pthread_mutex_unlock(&s->mutex);
 }
 

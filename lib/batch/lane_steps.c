@@ -1,0 +1,107 @@
+/* What surrounds the stages of a step of several states at once, with the bits of the code for one state: sums of slopes and
+ * dense output as integrator/explicit.c has them, mean squares of errors as there, and powers as integrator/control.c.
+ */
+#include "batch/lanes.h"
+
+#include "algebra/real.h"
+
+#include <float.h>
+
+static kt_real1 slope(double *const *k, size_t slot, size_t i) { return ((const kt_real1 *)(const void *)k[slot])[i]; }
+
+/* sum_j weight_j k_j */
+static kt_real1 sum_of(const kt_stage_term *terms, size_t count, double *const *k, size_t i) {
+    kt_real1 sum = kt_real1_splat(0.0);
+    for (size_t j = 0; j < count; j++)
+        sum += terms[j].weight * slope(k, terms[j].slot, i);
+    return sum;
+}
+
+void KT_KERNEL(kt_lanes_combine)(double *out, const double *y, const double *h, const kt_stage_term *terms,
+                                 size_t count, double *const *k, size_t n) {
+    const kt_real1 *from = (const void *)y, step = *(const kt_real1 *)(const void *)h;
+    kt_real1 *to = (void *)out;
+    for (size_t i = 0; i < n; i++)
+        to[i] = from[i] + step * sum_of(terms, count, k, i);
+}
+
+void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms,
+                                     size_t count, double *const *k, size_t n) {
+    enum { TILE = 8 }; /* of mean_square for one state */
+    const kt_real1 *y0 = (const void *)scales->y0, *y1 = (const void *)scales->y1;
+    const kt_real1 absolute = *(const kt_real1 *)(const void *)scales->absolute;
+    const kt_real1 relative = *(const kt_real1 *)(const void *)scales->relative;
+    kt_real1 part[TILE], total = kt_real1_splat(0.0);
+    for (int l = 0; l < TILE; l++)
+        part[l] = total;
+    for (size_t i = 0; i < n; i++) {
+        const kt_real1 a = kt_abs(y0[i]), b = kt_abs(y1[i]);
+        const kt_real1 u = sum_of(terms, count, k, i) / (absolute + relative * kt_choose(a > b, a, b) + DBL_MIN);
+        part[i % TILE] += u * u;
+    }
+    for (int l = 0; l < TILE; l++)
+        total += part[l];
+    *(kt_real1 *)(void *)out = total / (double)n;
+}
+
+/* The whole part of numbers below 2^31. */
+static kt_real1 floor_of(kt_real1 x) {
+    const kt_real1 whole = __builtin_convertvector(__builtin_convertvector(x, kt_condition), kt_real1);
+    return whole - kt_choose(whole > x, kt_real1_splat(1.0), kt_real1_splat(0.0));
+}
+
+kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *exponents, double *out) {
+    const double ln2 = 0.693147180559945309417;
+    const kt_condition bits = *(const kt_condition *)(const void *)bases, biased = bits >> 52;
+    const kt_real1 p = *(const kt_real1 *)(const void *)exponents;
+    kt_real1 exponent = __builtin_convertvector(biased - 1022, kt_real1);
+    kt_real1 m = (kt_real1)((bits & INT64_C(0x000fffffffffffff)) | INT64_C(0x3fe0000000000000));
+    const kt_condition low = m < 0.707106781186547524401;
+    m = kt_choose(low, m * 2.0, m);
+    exponent = kt_choose(low, exponent - 1.0, exponent);
+    const kt_real1 z = (m - 1.0) / (m + 1.0), q = z * z;
+    kt_real1 log = kt_real1_splat(0.0);
+    for (int i = 13; i >= 1; i -= 2)
+        log = log * q + 1.0 / (double)i;
+    const kt_real1 u = p * (exponent + 2.0 / ln2 * z * log);
+    const kt_condition usual = (biased > 0) & (biased < 2047) & (kt_abs(u) < 1000.0);
+    const kt_real1 whole = floor_of(kt_choose(usual, u, kt_real1_splat(0.0)) + 0.5), w = (u - whole) * ln2;
+    kt_real1 power = kt_real1_splat(1.0);
+    for (int i = 10; i >= 1; i--)
+        power = 1.0 + power * w / (double)i;
+    const kt_condition two = (__builtin_convertvector(whole, kt_condition) + 1023) << 52;
+    *(kt_real1 *)(void *)out = power * (kt_real1)two;
+    return kt_mask_of(usual);
+}
+
+/* Weights of slopes as write_stage_terms makes them; one that is zero adds nothing. */
+static void write_weights(const kt_method *m, size_t slots, size_t fresh, kt_real1 theta, kt_real1 *weight) {
+    const kt_real1 rest = 1.0 - theta, bubble = theta * theta * rest * rest;
+    for (size_t i = 0; i < slots; i++) {
+        kt_real1 d = kt_real1_splat(0.0);
+        for (int term = m->dense_terms - 1; term >= 0; term--)
+            d = m->dense_d[(size_t)term * slots + i] + (term % 2 == 0 ? theta : rest) * d;
+        weight[i] = bubble * d;
+        if (i == 0)
+            weight[i] += theta * rest * rest;
+        if (i == fresh)
+            weight[i] -= theta * theta * rest;
+    }
+}
+
+void KT_KERNEL(kt_lanes_interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k,
+                                     size_t n) {
+    const kt_real1 theta = *(const kt_real1 *)(const void *)thetas, h = *(const kt_real1 *)(const void *)step->h;
+    const kt_real1 part = theta * theta * (3.0 - 2.0 * theta), *y0 = (const void *)step->y0,
+                   *y1 = (const void *)step->y1;
+    const size_t slots = (size_t)kt_method_slots(step->method), fresh = (size_t)kt_method_fresh(step->method);
+    kt_real1 weight[KT_METHOD_STAGES_MAX + 1], *to = (void *)out;
+    write_weights(step->method, slots, fresh, theta, weight);
+    for (size_t i = 0; i < n; i++) {
+        kt_real1 sum = kt_real1_splat(0.0);
+        for (size_t j = 0; j < slots; j++)
+            sum += weight[j] * slope(k, j, i);
+        const kt_real1 y = y0[i] + h * sum + part * (y1[i] - y0[i]);
+        to[i] = kt_choose(theta == 0.0, y0[i], kt_choose(theta == KT_LANE_AT_END, y1[i], y));
+    }
+}
