@@ -292,7 +292,7 @@ static void check(const kt_ensemble *e, size_t number) {
     if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.nq + e->n.nv)
         (void)kt_try_check(it, in, &l->tried);
     else
-        (void)kt_try_weigh(
+        (void)kt_try_judge(
             in, kt_explicit_error(in->h, e->norm[number], it->table->e_low != NULL, e->norm[e->n.width + number]),
             &l->tried);
 }
@@ -373,6 +373,18 @@ static bool is_dense(const lane *l) {
            it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->memory.refined;
 }
 
+/* The next record, without a state. What the one before it has in other members gives the next one, too, or is empty. */
+static void begin_record(lane *l) {
+    kt_simulation *s = l->member.simulation;
+    const int64_t k = s->memory.next_record;
+    if (!l->record.model) {
+        kt_simulation_begin_record(s, k, &l->record);
+        return;
+    }
+    l->record.index = k;
+    l->record.time = kt_simulation_record_time(s, k);
+}
+
 /* Reads the record of a lane that is due: its state, or, if *dense, where in the step that is. Returns whether there is one. */
 static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
     lane *l = &e->lane[number];
@@ -383,7 +395,7 @@ static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
         return false;
     *dense = is_dense(l);
     if (*dense) {
-        kt_simulation_begin_record(s, s->memory.next_record, &l->record);
+        begin_record(l);
         e->theta[number] =
             l->record.time == at->t ? KT_LANE_AT_END : (l->record.time - at->previous_t) / (at->t - at->previous_t);
         return true;
@@ -426,8 +438,9 @@ static kt_status give(kt_ensemble *e, size_t number, bool fine) {
     kt_lane_take(e->read, e->n.width, number, e->n.nq + e->n.nv, e->one);
     if (!fine) {
         kt_copy(s->y, e->one, s->size.n * sizeof *e->one);
+        kt_record whole = *record;
         clear(&e->from);
-        return kt_simulation_complete_record(s, KT_OK, record, &e->from, to->record, to->user, &l->error);
+        return kt_simulation_complete_record(s, KT_OK, &whole, &e->from, to->record, to->user, &l->error);
     }
     record->q = e->one;
     record->v = record->q + e->n.nq;

@@ -232,7 +232,7 @@ kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try
 /* The second part of that: requires all slopes and `trial`. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
 /* The last part of that, for an adaptive step of which the error estimate is known. */
-kt_try_result kt_try_weigh(const kt_interval *interval, double error, kt_try *result);
+kt_try_result kt_try_judge(const kt_interval *interval, double error, kt_try *result);
 
 /* A step that will be tried. */
 typedef struct kt_plan_of_try {
