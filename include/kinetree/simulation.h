@@ -236,6 +236,8 @@ typedef struct kt_simulation_options {
     kt_corner_callback *corner; /* when the caller's equations, or forces that it sets, have corners, at which adaptive
                                    steps end; NULL: never */
     void *user;                 /* for these three */
+    bool record_contacts;       /* kt_simulation_run hands over records of impacts, and of what closes, opens, sticks or
+                                   slips (kt_simulation_contacts), before and behind: KT_INDEX_CONTACT */
     int events;                 /* the most events that kt_simulation_event_add adds; 0: none */
     const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
                                                 model must; NULL: the simulation's own model is integrated */
@@ -482,10 +484,17 @@ KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation)
 
 struct kt_event;
 
+/* What the index of a record is that is none of the k * interval. */
+typedef enum kt_record_index {
+    KT_INDEX_EVENT = -1, /* of an event that records or stops; of kt_simulation_sense */
+    KT_INDEX_CONTACT =
+        -2 /* of a hard contact or friction that sticks (record_contacts): its event is that of its loop */
+} kt_record_index;
+
 /* The record that a recorder receives; valid during the call. Between the ends of steps q and v are interpolated and
  * projected. */
 typedef struct kt_record {
-    int64_t index;                /* k; -1: the record of an event */
+    int64_t index;                /* k; below zero: of an event (kt_record_index) */
     double time;                  /* k * interval; the last one is the duration */
     const struct kt_event *event; /* the event whose record this is; NULL: it is one of the k * interval */
     const double *q;              /* nq */

@@ -583,6 +583,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .function = watch_contact,
                                 .action = act,
                                 .user = &c->item[k],
+                                .record = simulation->records_contacts,
                                 .direction = KT_DIRECTION_FALLING};
         status = kt_simulation_event_add(simulation, &event, error);
     }

@@ -248,6 +248,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
+    simulation->records_contacts = settings->options.record_contacts;
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL;
     simulation->corners.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);

@@ -173,7 +173,9 @@ static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, voi
 
 kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                      void *user, kt_error *error) {
-    kt_record record = empty_record(simulation, -1, kt_integrator_time(simulation->integrator));
+    const bool of_contact = event < simulation->event + kt_simulation_contact_events(simulation);
+    kt_record record = empty_record(simulation, of_contact ? KT_INDEX_CONTACT : KT_INDEX_EVENT,
+                                    kt_integrator_time(simulation->integrator));
     kt_error from = {0};
     record.event = event;
     simulation->cause.code = KT_OK;

@@ -247,6 +247,7 @@ struct kt_simulation {
     int groups;                /* of loops */
     bool unprojected;
     bool smooth_inputs;
+    bool records_contacts;            /* events of hard contacts are handed over */
     bool watches_works;               /* works are estimated at the ends of steps */
     const double *end_slope;          /* of the evaluation that gave end_power; NULL: none in this step */
     kt_power end_power;               /* of the evaluation that may become that of the end */

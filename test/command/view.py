@@ -259,6 +259,28 @@ def check_start(folder):
     return faults
 
 
+def check_bounces(folder):
+    """A ball that falls 1 m and bounces with 1/2: impacts after 1, 2, 2.5, 2.75 ... times sqrt(2 / g). Marks add no rows and move no bit."""
+    pathlib.Path(f"{folder}/ball.yaml").write_text("""kinetree: 1
+gravity: [0, 0, -9.81]
+bodies: [{name: a, joint: {type: prismatic, axis: z, position: 1}, mass: 1}]
+effects: [{type: joint_limit, joint: a, lower: 0, restitution: 0.5}]
+simulate: {duration: 2}
+output: {interval: 0.1, record: [position, velocity, balance, reaction]}
+""")
+    plain = kinetree("run", "ball.yaml", "--out", "plain.csv", "--quiet", folder=folder)
+    run = kinetree("run", "ball.yaml", "--view", "b.html", "--plot", "b.svg", "--out", "marked.csv", "--quiet", folder=folder)
+    if plain.returncode != 0 or run.returncode != 0:
+        return [plain.stderr + run.stderr]
+    marks, fall = read_view(f"{folder}/b.html")[0]["marks"], (2 / 9.81) ** 0.5
+    expected = [fall * (3 - 2 * 0.5**k) for k in range(len(marks) - 1)]
+    worst = max(abs(m["time"] - t) for m, t in zip(marks, expected))
+    note(f"{len(marks)} marks, {worst:.3g} s from the closed form, bound 6e-9: nine digits are written")
+    rows = [pathlib.Path(f"{folder}/{name}.csv").read_bytes() for name in ("plain", "marked")]
+    good = len(marks) > 20 and worst < 6e-9 and {m["name"] for m in marks} == {"a.lower"}
+    return ([] if good else [f"marks are {marks}"]) + ([] if rows[0] == rows[1] else ["marks have changed the records"])
+
+
 def check_marks(folder):
     """x = 1 - t of a slider at -1 m/s: it is at 0.6 after 0.4 s, and two rows of one event are one mark."""
     pathlib.Path(f"{folder}/marks.yaml").write_text("""kinetree: 1
@@ -273,6 +295,9 @@ simulate: {duration: 10, until: t > 0.8}
         return [run.stderr]
     marks = read_view(f"{folder}/m.html")[0]["marks"]
     good = [m["name"] for m in marks] == ["push", "until"] and all(abs(m["time"] - t) < 1e-9 for m, t in zip(marks, (0.4, 0.8)))
+    bounces = check_bounces(folder)
+    if bounces:
+        return bounces
     lines = pathlib.Path(f"{folder}/m.svg").read_text().count("stroke-dasharray")
     note(f"lines of events in the plot: {lines}")
     return ([] if good else [f"marks are {marks}"]) + ([] if lines >= 4 else [f"the plot has {lines} lines of events in two panels"])

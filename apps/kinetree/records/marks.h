@@ -1,4 +1,4 @@
-/* Events that have written rows, for pictures: when, and their names. */
+/* Events that have written rows, and those of hard contacts, for pictures: when, and their names. */
 #ifndef KT_COMMAND_RECORDS_MARKS_H
 #define KT_COMMAND_RECORDS_MARKS_H
 

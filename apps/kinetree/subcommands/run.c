@@ -99,11 +99,13 @@ static int take_record(const kt_record *record, void *user) {
         sinks->failed = true;
         return -1;
     }
+    kt_marks_add(&sinks->outcome->marks, record);
+    if (record->index == KT_INDEX_CONTACT)
+        return 0; /* for its mark alone */
     watch(sinks->outcome, record);
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
-    kt_marks_add(&sinks->outcome->marks, record);
     const double *values = kt_columns_evaluate(sinks->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
     ++*sinks->kept;
@@ -601,6 +603,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
     options.events = kt_scene_event_room(outcome->scene);
+    options.record_contacts = names->view != NULL || names->plot != NULL; /* they are marked there */
     options.kinematics = names->view != NULL || names->glb != NULL || outcome->half_turns.count > 0;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */

@@ -118,7 +118,7 @@ typedef struct kt_outcome {
     kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
     const kt_columns *columns;    /* of the records; NULL: not listed yet */
     kt_extremes extremes;         /* of these columns, at all records */
-    kt_marks marks;               /* of the events that have written rows */
+    kt_marks marks;               /* of the events that have written rows, and of hard contacts */
     json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
     double cpu_seconds;
     kt_error
