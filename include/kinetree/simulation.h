@@ -486,9 +486,8 @@ struct kt_event;
 
 /* What the index of a record is that is none of the k * interval. */
 typedef enum kt_record_index {
-    KT_INDEX_EVENT = -1, /* of an event that records or stops; of kt_simulation_sense */
-    KT_INDEX_CONTACT =
-        -2 /* of a hard contact or friction that sticks (record_contacts): its event is that of its loop */
+    KT_INDEX_EVENT = -1,   /* of an event that records or stops; of kt_simulation_sense */
+    KT_INDEX_CONTACT = -2, /* of a hard contact, or friction that sticks (record_contacts), by the name of its loop */
 } kt_record_index;
 
 /* The record that a recorder receives; valid during the call. Between the ends of steps q and v are interpolated and

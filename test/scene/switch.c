@@ -328,7 +328,7 @@ static const char woodpecker[] =
     "simulate: {duration: 3}\n"
     "output: {interval: 0.001, record: [position, velocity, balance]}\n";
 
-/* Where the bird passes phi_S = -0.2788 on its way back while the sleeve slides: times, and rates there; its least angle; the balance;
+/* Where the bird passes phi_S = -0.2788 while the sleeve slides, the state in which Siconos' example begins (Glocker 1995): times, and rates there; its least angle; the balance;
  * the letters of what happens, once in a row: beak, lower and upper edge, and what sticks. */
 typedef struct pecking {
     int passes;
