@@ -432,7 +432,9 @@ typedef struct kt_event {
     kt_direction direction;      /* which changes of sign count */
     bool record;                 /* kt_simulation_run hands over a record of the state before the action */
     bool stop;                   /* it ends the run, after such a record */
-    uint64_t limit;              /* how often it happens at most; 0: any number */
+    bool repeatable; /* the action jumps and switches, as a function of the state, and does nothing else: it may be
+                                    called at neighbouring states, which are taken back (kt_motion_derivatives) */
+    uint64_t limit;  /* how often it happens at most; 0: any number */
 } kt_event;
 
 /* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events: to

@@ -315,6 +315,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
                             .direction = event->direction,
                             .record = event->record || acts,
                             .stop = event->stop,
+                            .repeatable = to->call_count == 0 && event->set_count == 0,
                             .limit = (uint64_t)event->limit};
     return kt_simulation_event_add(in->simulation, &added, error);
 }

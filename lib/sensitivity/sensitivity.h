@@ -16,6 +16,7 @@
  *     stage_loops.c        what loops add to it
  *     rollout.c            gradients over many steps, with checkpoints
  *     contact.c            refuses steps in which hard contacts close or open
+ *     motion.c             A and B of a simulation's motion, through its events
  *     projection.c         the derivative of the projection onto the loops
  *     projection_adjoint.c its adjoint
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
@@ -325,6 +326,7 @@ typedef struct kt_step_work {
     size_t states;                /* columns of the state: 2 n + m, or none */
     bool coupled;                 /* the method is implicit */
     bool linear;                  /* or linearly implicit */
+    bool watched;                 /* a simulation has taken it, which knows the events in it: none is */
     size_t unknowns;              /* of each stage: n, or with quaternions or own states N; 0 of explicit methods */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v are those of one stage, for all */
@@ -449,6 +451,11 @@ void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const
 
 /* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
+
+/* kt_step_derivatives of a step that a simulation has taken up to an event at most; A and B are not NULL. */
+KT_CHECKED kt_status kt_step_derivatives_watched(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                                 const kt_step *step, const double *q, const double *v, double *A,
+                                                 double *B, kt_error *error);
 
 /* a_p at a state y with the accelerations a, from w->by_tau: into w->parameter->by_parameter. */
 KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, double t, const double *y, const double *a, kt_error *error);

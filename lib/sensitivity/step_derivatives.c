@@ -77,7 +77,7 @@ static kt_status refuse_unknown(const kt_step_work *w, kt_error *error) {
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
-    const kt_status refused = kt_step_refuse_contacts(w, w->next, error);
+    const kt_status refused = w->watched ? KT_OK : kt_step_refuse_contacts(w, w->next, error);
     if (refused != KT_OK)
         return refused;
     for (size_t j = 0; j < columns; j++) {
@@ -154,34 +154,53 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     return status;
 }
 
+/* A and B of a step that kt_step_tangents has differentiated; the own states after it go to the data. */
+static void give(const kt_step_work *w, double *A, double *B) {
+    const kt_model *model = w->model;
+    const size_t n = model->n.v;
+    if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
+        if (A)
+            kt_own_step_copy(w, 0, w->states, A);
+        if (B)
+            kt_own_step_copy(w, w->states, n, B);
+        kt_own_states_put(model, w->data, w->next);
+        return;
+    }
+    if (A)
+        kt_copy(A, w->end, 4 * n * n * sizeof *A);
+    if (B)
+        kt_copy(B, w->end + 4 * n * n, 2 * n * n * sizeof *B);
+}
+
 kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,
                               const double *q, const double *v, double *next_q, double *next_v, double *A, double *B,
                               kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, step, q || !model->n.q))
         return KT_ERROR_ARGUMENT;
-    v = v ? v : model->zero;
-    const size_t nq = model->n.q, n = model->n.v;
     kt_step_work w;
     kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
     if (status == KT_OK)
-        status = kt_step_tangents(&w, q, v, B ? n : 0, error);
+        status = kt_step_tangents(&w, q, v ? v : model->zero, B ? model->n.v : 0, error);
     if (status != KT_OK)
         return status;
     if (next_q)
-        kt_copy(next_q, w.next, nq * sizeof *next_q);
+        kt_copy(next_q, w.next, model->n.q * sizeof *next_q);
     if (next_v)
-        kt_copy(next_v, w.next + nq, n * sizeof *next_v);
-    if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
-        if (A)
-            kt_own_step_copy(&w, 0, w.states, A);
-        if (B)
-            kt_own_step_copy(&w, w.states, n, B);
-        kt_own_states_put(model, data, w.next);
-        return KT_OK;
-    }
-    if (A)
-        memcpy(A, w.end, 4 * n * n * sizeof *A);
-    if (B)
-        memcpy(B, w.end + 4 * n * n, 2 * n * n * sizeof *B);
+        kt_copy(next_v, w.next + model->n.q, model->n.v * sizeof *next_v);
+    give(&w, A, B);
     return KT_OK;
+}
+
+kt_status kt_step_derivatives_watched(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                      const kt_step *step, const double *q, const double *v, double *A, double *B,
+                                      kt_error *error) {
+    kt_step_work w;
+    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
+    if (status != KT_OK)
+        return status;
+    w.watched = true;
+    status = kt_step_tangents(&w, q, v, model->n.v, error);
+    if (status == KT_OK)
+        give(&w, A, B);
+    return status;
 }

@@ -50,8 +50,10 @@ static uint64_t sum_of_text(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
-/* Names, order and types of bodies, loops and effects, and the library's version, which the layout belongs to. */
+/* Names, order and types of bodies, loops and effects, and the library's version, which the layout belongs to; of a family those of
+ * its first model, since what is off is no effect of the others. */
 static uint64_t sum_of_model(const kt_model *model) {
+    model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
     uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);

@@ -150,13 +150,16 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
 /* Closed contacts whose reactions end at this instant: this one, and others that are due. */
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
-    const struct kt_contacts *c = simulation->contacts;
-    uint64_t leaving = simulation->model->set & contact->bit;
+    struct kt_contacts *c = simulation->contacts;
+    uint64_t due = contact->bit;
     (void)what;
     for (int k = 0; k < c->n; k++)
         if (simulation->event_root[k].due)
-            leaving |= simulation->model->set & c->item[k].bit;
-    return simulation->contact_calls->resolve(simulation, leaving, error) == KT_OK ? 0 : -1;
+            due |= c->item[k].bit;
+    c->met = due & ~simulation->model->set;
+    const kt_status status = simulation->contact_calls->resolve(simulation, due & simulation->model->set, error);
+    c->met = 0;
+    return status == KT_OK ? 0 : -1;
 }
 
 static void open_all(kt_simulation *simulation) {
@@ -188,7 +191,7 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
                                 "the steps (max_step) where one leaps over it",
                                 -c->gap[k]);
         }
-        if (c->gap[k] <= touching * scale || kt_contact_is_closed(simulation->model, &c->item[k]))
+        if (c->gap[k] <= touching * scale || ((c->met | simulation->model->set) & c->item[k].bit) != 0)
             add_row(c, k, 0);
     }
     c->meeting = c->touching;
@@ -286,7 +289,8 @@ static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t 
 }
 
 /* Of those whose reaction has ended the ones that would sink all the same: at the same instant friction, or another contact,
- * has changed what presses on them. */
+ * has changed what presses on them. All accelerations may be rounding there, as those of a pendulum that hangs down are, or of a body
+ * that a growing force lifts: what the largest reaction of the last step would accelerate is a measure, too. */
 static uint64_t find_sinking(const kt_simulation *simulation, const double *W, uint64_t leaving, const reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
     uint64_t sinking = 0;
@@ -294,6 +298,7 @@ static uint64_t find_sinking(const kt_simulation *simulation, const double *W, u
         double size, w = kt_contact_acceleration(c, W, i, &size);
         for (int k = 0; k < r->n; k++)
             w += W[i * c->touching + r->at[k]] * (r->z[k] - r->limit[k] + r->slip[k]);
+        size = fmax(size, W[i * c->touching + i] * simulation->event_memory[c->list[i]].size);
         if (w < -sinks * size)
             sinking |= leaving & c->item[c->list[i]].bit;
     }
@@ -570,7 +575,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->n = (int)n;
     c->inverse_size = s.inverse;
     c->time = (double)NAN;
-    c->mask = 0;
+    c->mask = c->met = 0;
     simulation->contacts = c;
     list_items(simulation, c);
     c->all = kt_model_switched(model, model->set | c->mask);

@@ -45,12 +45,13 @@ struct kt_contacts {
     int touching, meeting; /* rows of the list; of these, the first ones bound a side, */
     int resting;           /* and up to here joints have friction; the others are of contacts */
     uint64_t mask;         /* the switches of all: contact_mask */
-    double speed, change;  /* at an event: roots of v'M v and a'M a */
-    double time;           /* of the values; NaN: none */
-    uint64_t set;          /* likewise */
-    size_t inverse_size;   /* bytes of inverse_memory */
-    const kt_model *all;   /* all are closed: of the equations */
-    kt_data *data;         /* of `all` */
+    uint64_t met;         /* of those whose gaps end at this instant: they touch, whatever rounding has left of these */
+    double speed, change; /* at an event: roots of v'M v and a'M a */
+    double time;          /* of the values; NaN: none */
+    uint64_t set;         /* likewise */
+    size_t inverse_size;  /* bytes of inverse_memory */
+    const kt_model *all;  /* all are closed: of the equations */
+    kt_data *data;        /* of `all` */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 

@@ -316,6 +316,12 @@ static double instant_of(kt_simulation *simulation, double first) {
 /* Where the last step was accepted as it is: its end becomes the beginning of the next. */
 static void pass(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
+    for (size_t k = 0; k < simulation->event_count; k++) {
+        double size = 0.0;
+        for (size_t j = 0; j < LOOKS; j++)
+            size = fmax(size, fabs(simulation->event_value[j * n + k]));
+        simulation->event_memory[k].size = size;
+    }
     memmove(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
     for (size_t k = 0; k < simulation->event_count; k++) {
@@ -464,7 +470,7 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     return renew_sides(simulation, error);
 }
 
-static const kt_event_watch watch = {.begin = begin_events, .take_back = take_back, .fire = fire_all};
+static const kt_event_watch watch = {.begin = begin_events, .take_back = take_back, .fire = fire_all, .value = evaluate};
 
 /* ---- for callers ------------------------------------------------------------------------------------------------- */
 

@@ -77,6 +77,7 @@ typedef struct kt_simulation_memory {
 typedef struct kt_event_memory {
     int64_t side;   /* the sign that its value had last; 0: not known */
     uint64_t count; /* how often it has happened */
+    double size;    /* the largest |value| along the last step */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
@@ -217,11 +218,12 @@ typedef struct kt_simulation_sizes {
 /* What is done about events (event.c): a simulation to which none was added has no watch, and a program that adds none does
  * not link it. `begin` comes before a step. `take_back` comes after it: where an event happened within it the step is taken
  * back, *t_limit is where it is to end, and *again is true. `fire` lets those events take effect that happened at the
- * present time (memory.fires), and hands their records to the recorder, unless that is NULL. */
+ * present time (memory.fires), and hands their records to the recorder, unless that is NULL. `value` is that of event k in any state y. */
 typedef struct kt_event_watch {
     kt_status (*begin)(kt_simulation *simulation, kt_error *error);
     kt_status (*take_back)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
     kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
+    kt_status (*value)(kt_simulation *simulation, size_t k, double t, const double *y, double *value, kt_error *error);
 } kt_event_watch;
 
 /* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;

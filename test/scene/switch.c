@@ -3,6 +3,7 @@
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/scene.h"
+#include "kinetree/sensitivity.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -87,6 +88,45 @@ static bool run_scene(const char *text, const char *integrator, rows *r) {
     return status == KT_OK;
 }
 
+/* Makes a scene's simulation, takes the column of A at t_end of the velocity j, and the state there of one that begins with `speed`. */
+static bool release_scene(const char *text, double t_end, int j, double speed, double *column, double *state) {
+    kt_scene scene = {.events = NULL};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_scene_watch *watch = NULL;
+    kt_error error = {0};
+    double v[NUMBERS] = {0.0}, A[4 * NUMBERS * NUMBERS];
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_status status = parse(text, &scene) ? KT_OK : KT_ERROR_SCENE;
+    options.events = kt_scene_event_room(&scene);
+    if (status == KT_OK)
+        status = kt_model_compile(&scene.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+    const size_t nv = (size_t)kt_model_nv(model), size = kt_motion_work_size(simulation);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT);
+    v[j] = speed;
+    if (status == KT_OK)
+        status = kt_simulation_set_state(simulation, 0.0, kt_simulation_positions(simulation), v, &error);
+    if (status == KT_OK)
+        status = kt_motion_derivatives(simulation, work, size, t_end, A, NULL, &error);
+    if (status == KT_OK) {
+        memcpy(column, A + 2 * nv * (nv + (size_t)j), 2 * nv * sizeof *column);
+        memcpy(state, kt_simulation_positions(simulation), nv * sizeof *state);
+        memcpy(state + nv, kt_simulation_velocities(simulation), nv * sizeof *state);
+    }
+    free(work);
+    kt_simulation_free(simulation);
+    kt_scene_watch_free(watch);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    if (!kt_check_true("it runs", status == KT_OK))
+        kt_note("%s: %s", error.where, error.message);
+    return status == KT_OK;
+}
+
 /* ---- a string is let go ------------------------------------------------------------------------------------------ */
 
 static const char pendulum[] =
@@ -122,6 +162,19 @@ KT_TEST(a_string_that_is_let_go_leaves_a_parabola) {
         kt_check_near("energy", r.total[2], r.total[0], 1e-9);
         kt_check_near("dissipated", r.dissipated[2], 0.0, 1e-12);
     }
+}
+
+/* How its flight changes with the speed at which it begins. */
+KT_TEST(derivatives_pass_a_release_of_a_scene) {
+    const double s = 1e-4;
+    double column[NUMBERS], none[NUMBERS], early[NUMBERS], late[NUMBERS], worst = 0.0;
+    if (!release_scene(pendulum, 1.0, 1, s, none, late) || !release_scene(pendulum, 1.0, 1, -s, none, early) ||
+        !release_scene(pendulum, 1.0, 1, 0.0, column, none))
+        return;
+    for (int i = 0; i < 6; i++)
+        worst = fmax(worst, fabs(column[i] - 0.5 / s * (late[i] - early[i])));
+    kt_note("%.6g %.6g", column[0], column[3]);
+    kt_check_below("A, by differences of order two", worst, 1e-7);
 }
 
 /* ---- a clutch grips ---------------------------------------------------------------------------------------------- */

@@ -1,0 +1,441 @@
+/* A and B of a simulation's motion over an interval, through the events in it.
+ *
+ * Between events they are products of those of the steps. An event is the root of g(t, x) along the motion, and the state behind
+ * it is x+ = R(t, x-): an impact, a contact that closes, an action. A motion that is off by dx at the time of the event comes to
+ * its own root dt later,
+ *     dt = -(g_x dx) / g',   g' = g_t + g_x f-
+ * is off by d = dx + f- dt there, by R_x d + R_t dt behind it, and back at the time of the event, along the motion behind it, by
+ *     dx+ = R_x (dx + f- dt) + R_t dt - f+ dt
+ * the saltation matrix times dx (Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of
+ * Non-Smooth Mechanical Systems, 2004, 7.1). R, which is known as what a simulation does, is differenced along the columns of A
+ * and B alone: d is tangent to g = 0 and to the loops, so that neighbours meet the event, too. So are g_x dx and g', of order four.
+ *
+ * Every neighbour is set in the simulation itself, which a checkpoint takes back. Where one has another outcome than the motion
+ * (closes another set of contacts), or g touches zero without crossing it, there is no derivative, and the call says so.
+ */
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "kinetree/joint.h"
+#include "model/switching.h"
+#include "sensitivity/sensitivity.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* A difference moves the largest number of a change by this: within what a contact takes for rest, and far above rounding. */
+static const double reach = 1e-4;
+/* g' below this part of the largest |g| of a neighbour over its distance: the event is touched and not crossed. */
+static const double grazing = 1e-7;
+
+/* Every array: type, name, count, meaning. N numbers of a change, n of the integrator's state, C columns: N and nv. */
+#define KT_MOTION_FIELDS(X)                                                                                            \
+    X(double, change, m->N * m->columns, "of the present state: A and B so far")                                       \
+    X(double, moved, m->N * m->columns, "scratch: behind a step or an event")                                          \
+    X(double, A, m->N * m->N, "of a step")                                                                             \
+    X(double, B, m->N * m->nv, "of a step")                                                                            \
+    X(double, start, m->n, "y where a step begins")                                                                    \
+    X(double, before, m->n, "y at an event")                                                                           \
+    X(double, after, m->n, "y behind it")                                                                              \
+    X(double, rate_before, m->N, "f- there")                                                                           \
+    X(double, rate_after, m->N, "f+")                                                                                  \
+    X(double, later, m->columns, "dt of each column")                                                                  \
+    X(double, y, m->n, "of a neighbour")                                                                               \
+    X(double, sum, m->n, "of differences, and scratch")                                                                \
+    X(double, along, m->N, "of a difference: d")                                                                       \
+    X(double, torque, m->nv, "joint forces that are held")                                                             \
+    X(char, checkpoint, m->saved, "of the simulation at an event")                                                     \
+    X(char, data_memory, m->data_size, "data of steps")                                                                \
+    X(char, step_memory, m->step_size, "work of steps")
+
+typedef struct motion {
+    kt_simulation *simulation;
+    const kt_model *model; /* of the last step */
+    kt_data *data;
+    size_t N, n, nq, nv, columns, saved, data_size, step_size;
+    KT_ARENA_DECLARE(KT_MOTION_FIELDS)
+} motion;
+
+/* What changes at a rate: the state by `change` (N), the joint force of the coordinate tau (-1: none) by 1, the time by `time`. */
+typedef struct direction {
+    const double *change;
+    int tau;
+    double time;
+} direction;
+
+KT_ARENA_ARRAYS(place_arrays, motion, KT_MOTION_FIELDS, const motion *m)
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* The method whose steps are differentiated: that of the simulation, or where its steps depend on earlier ones and are no functions
+ * of a state, radau5 over the same steps, which is stable over whatever these are. */
+static const kt_method *method_of(const kt_simulation *simulation) {
+    const kt_method *method = kt_integrator_method(simulation->integrator);
+    return kt_step_work_size(simulation->model, method) > 0 ? method : kt_method_find("radau5");
+}
+
+/* Work of a step, of each set of what is switched. */
+static size_t step_size_of(const kt_model *model, const kt_method *method) {
+    size_t most = kt_step_work_size(model, method);
+#if KT_HAS_SWITCHES
+    for (uint64_t set = 0; model->family != NULL && most > 0 && set < kt_family_sets(model->family); set++) {
+        const size_t size = kt_step_work_size(kt_family_model(model->family, set), method);
+        most = size > most ? size : most;
+    }
+#endif
+    return most;
+}
+
+static void measure(motion *m, const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    *m = (motion){.model = model,
+                  .N = kt_tangent_numbers(model),
+                  .n = simulation->size.n,
+                  .nq = model->n.q,
+                  .nv = model->n.v,
+                  .columns = kt_tangent_numbers(model) + model->n.v,
+                  .saved = kt_simulation_state_size(simulation),
+                  .data_size = kt_data_size(model),
+                  .step_size = step_size_of(model, method_of(simulation))};
+}
+
+size_t kt_motion_work_size(const kt_simulation *simulation) {
+    motion m;
+    if (simulation == NULL)
+        return 0;
+    measure(&m, simulation);
+    return m.step_size > 0 ? place_arrays(&m, NULL, &m) : 0;
+}
+
+static kt_status check(const kt_simulation *simulation, kt_error *error) {
+    if (simulation->transformation != NULL || simulation->acceleration != NULL || simulation->projection != NULL)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
+                            "the simulation takes equations or a projection that are the caller's, or another "
+                            "formulation, whose derivatives are not known; take the engine's own");
+    if (kt_motion_work_size(simulation) == 0)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
+                            "a step of '%s' depends on earlier steps, and has no derivatives by a state; without "
+                            "implicit methods (-Djacobian=disabled) take rk4 or dopri5",
+                            kt_integrator_method(simulation->integrator)->name);
+    return KT_OK;
+}
+
+static kt_status begin(motion *m, kt_simulation *simulation, void *work, size_t work_size, kt_error *error) {
+    kt_status status = check(simulation, error);
+    if (status == KT_OK)
+        status = kt_arena_check("work", "kt_motion_work_size", work, work_size, kt_motion_work_size(simulation), error);
+    if (status != KT_OK)
+        return status;
+    measure(m, simulation);
+    m->simulation = simulation;
+    (void)place_arrays(m, work, m);
+    memset(m->change, 0, m->N * m->columns * sizeof *m->change);
+    for (size_t i = 0; i < m->N; i++)
+        m->change[i * m->N + i] = 1.0;
+    return kt_data_init(m->model, m->data_memory, m->data_size, &m->data, error);
+}
+
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
+
+/* Where a step begins or ends at a corner of a function of time, its slopes are those from inside of it. */
+static double time_inside(const kt_simulation *simulation, double t) {
+    const kt_corners *c = &simulation->corners;
+    return !c->any ? t : t == c->end ? c->before : t == c->begin ? c->after : t;
+}
+
+/* change = A change, and B is added to the columns of joint forces. */
+static void multiply(motion *m) {
+    for (size_t j = 0; j < m->columns; j++) {
+        const double *from = m->change + j * m->N;
+        double *to = m->moved + j * m->N;
+        if (j >= m->N)
+            kt_copy(to, m->B + (j - m->N) * m->N, m->N * sizeof *to);
+        else
+            memset(to, 0, m->N * sizeof *to);
+        for (size_t k = 0; k < m->N; k++)
+            for (size_t i = 0; i < m->N && from[k] != 0.0; i++)
+                to[i] += m->A[k * m->N + i] * from[k];
+    }
+    kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
+}
+
+/* The step that the simulation has taken from (t0, start). */
+static kt_status add_step(motion *m, double t0, kt_error *error) {
+    const kt_simulation *simulation = m->simulation;
+    const double from = time_inside(simulation, t0);
+    const kt_step step = {.method = method_of(simulation),
+                          .t = from,
+                          .h = time_inside(simulation, kt_integrator_time(simulation->integrator)) - from,
+                          .tau = simulation->tau,
+                          .external = simulation->external,
+                          .unprojected = simulation->unprojected};
+    if (simulation->model != m->model)
+        kt_data_adapt(simulation->model, m->data);
+    m->model = simulation->model;
+    kt_own_states_put(m->model, m->data, m->start);
+    const kt_status status = kt_step_derivatives_watched(m->model, m->data, m->step_memory, m->step_size, &step,
+                                                         m->start, m->start + m->nq, m->A, m->B, error);
+    if (status == KT_OK)
+        multiply(m);
+    return status;
+}
+
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+static kt_status refuse(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", m->simulation->event[k].name,
+                   kt_integrator_time(m->simulation->integrator));
+    return kt_error_set(error, code, where, "%s", words);
+}
+
+/* The event that changes the motion, of those that happen at the present time; event_count: none does. */
+static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
+    const kt_simulation *simulation = m->simulation;
+    const size_t contacts = kt_simulation_contact_events(simulation);
+    *event = simulation->event_count;
+    for (size_t k = 0; k < simulation->event_count; k++) {
+        if (!simulation->event_root[k].due || simulation->event[k].action == NULL)
+            continue;
+        if (*event < simulation->event_count)
+            return refuse(m, k, KT_ERROR_SINGULAR,
+                          "it happens at the same instant as another one; neighbouring motions have them in either "
+                          "order, and there is no derivative",
+                          error);
+        if (k >= contacts && !simulation->event[k].repeatable)
+            return refuse(m, k, KT_ERROR_UNSUPPORTED,
+                          "its action would be called on neighbouring states, too; if it does nothing but jump and "
+                          "switch, say so (kt_event.repeatable)",
+                          error);
+        *event = k;
+    }
+    return KT_OK;
+}
+
+/* The neighbour at a distance s along a direction: to m->y, and its joint forces to the simulation. */
+static double make_neighbour(motion *m, const direction *d, double s) {
+    kt_simulation *simulation = m->simulation;
+    const size_t nq = m->nq, nv = m->nv;
+    for (size_t i = 0; i < nv; i++)
+        m->sum[i] = s * d->change[i];
+    kt_copy(m->y, m->before, m->n * sizeof *m->y);
+    kt_position_add(simulation->model, m->before, m->sum, m->y);
+    for (size_t i = nv; i < m->N; i++)
+        m->y[nq + i - nv] += s * d->change[i];
+    if (d->tau >= 0) {
+        kt_copy(simulation->torque, m->torque, nv * sizeof *m->torque);
+        simulation->torque[d->tau] += s;
+        simulation->memory.now.torque = true;
+        kt_simulation_inputs_use(simulation);
+    }
+    return kt_integrator_time(simulation->integrator) + s * d->time;
+}
+
+static double distance_of(const motion *m, const direction *d) {
+    double most = fmax(fabs(d->time), d->tau >= 0 ? 1.0 : 0.0);
+    for (size_t i = 0; i < m->N; i++)
+        most = fmax(most, fabs(d->change[i]));
+    return most > 0.0 ? reach / most : 0.0;
+}
+
+/* Central differences of order four over s: sum_i weight_i x(offset_i s) / s. */
+enum { POINTS = 4 };
+static const double offset[POINTS] = {-2.0, -1.0, 1.0, 2.0};
+static const double weight[POINTS] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0};
+
+/* The derivative of g along a direction; *size: the largest |g| of the neighbours, over the distance. */
+static kt_status difference_value(motion *m, size_t k, const direction *d, double *rate, double *size,
+                                  kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const double s = distance_of(m, d);
+    kt_status status = KT_OK;
+    *rate = *size = 0.0;
+    for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
+        double g, first;
+        const double t = make_neighbour(m, d, offset[i] * s);
+        /* The first contact finds the values of all (contact.c). */
+        if (k > 0 && k < kt_simulation_contact_events(simulation))
+            status = simulation->watch->value(simulation, 0, t, m->y, &first, error);
+        if (status == KT_OK)
+            status = simulation->watch->value(simulation, k, t, m->y, &g, error);
+        if (status == KT_OK) {
+            *rate += weight[i] / s * g;
+            *size = fmax(*size, fabs(g) / s);
+        }
+    }
+    return status;
+}
+
+/* Velocities, accelerations and rates of own states: the change (N) of the state y in a unit of time. */
+static kt_status find_rate(motion *m, double t, const double *y, double *rate, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
+    simulation->cause.code = KT_OK;
+    if (callbacks.rhs(t, y, m->sum, callbacks.user) != 0)
+        return kt_simulation_fail(simulation, &simulation->cause, error);
+    kt_copy(rate, y + m->nq, m->nv * sizeof *rate);
+    kt_copy(rate + m->nv, m->sum + m->nq, (m->N - m->nv) * sizeof *rate);
+    return KT_OK;
+}
+
+/* The state becomes a neighbour, closed, and the events take effect there. */
+static kt_status move_and_fire(motion *m, double t, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
+    bool changed = false;
+    kt_status status = kt_simulation_project(simulation, t, m->y, &changed, error);
+    if (status == KT_OK)
+        status = kt_integrator_start(simulation->integrator, t, m->y, &callbacks, error);
+    if (status != KT_OK)
+        return status;
+    kt_copy(simulation->state, m->y, simulation->size.state * sizeof *m->y);
+    simulation->event_time = (double)NAN;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_forget_corners(simulation);
+    return simulation->watch->fire(simulation, NULL, NULL, error);
+}
+
+/* How an event has ended, which that of its neighbours must do, too. */
+typedef struct outcome {
+    const kt_model *model;
+    uint64_t impacts;
+    int touching;
+} outcome;
+
+static outcome outcome_of(const kt_simulation *simulation) {
+    outcome end = {.model = simulation->model};
+#if KT_HAS_EVENTS
+    end.impacts = simulation->memory.contacts.impacts;
+    end.touching = simulation->contacts != NULL ? simulation->contacts->touching : 0;
+#endif
+    return end;
+}
+
+/* R_x d + R_t dt: the difference of the states behind the event along a direction, to `to` (N). */
+static kt_status difference_state(motion *m, size_t k, const direction *d, const outcome *end, double *to,
+                                  kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const double s = distance_of(m, d);
+    memset(to, 0, m->N * sizeof *to);
+    for (int i = 0; i < POINTS && s > 0.0; i++) {
+        kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
+        if (status == KT_OK)
+            status = move_and_fire(m, make_neighbour(m, d, offset[i] * s), error);
+        if (status != KT_OK)
+            return status;
+        const outcome its = outcome_of(simulation);
+        if (its.model != end->model || its.impacts != end->impacts || its.touching != end->touching)
+            return refuse(m, k, KT_ERROR_SINGULAR,
+                          "neighbouring motions come out of it with other contacts closed, and there is no derivative",
+                          error);
+        const double *y = kt_integrator_state(simulation->integrator);
+        for (size_t j = 0; j < m->n; j++)
+            m->sum[j] = weight[i] / s * (y[j] - m->after[j]);
+        kt_tangent_drop(simulation->model, m->after, m->sum, m->along);
+        kt_copy(m->along + m->nv, m->sum + m->nq, (m->N - m->nv) * sizeof *to);
+        for (size_t j = 0; j < m->N; j++)
+            to[j] += m->along[j];
+    }
+    return KT_OK;
+}
+
+/* The times by which neighbouring motions come later. */
+static kt_status find_delays(motion *m, size_t k, kt_error *error) {
+    const double t = kt_integrator_time(m->simulation->integrator);
+    double rate, size;
+    kt_status status = find_rate(m, t, m->before, m->rate_before, error);
+    if (status == KT_OK)
+        status = difference_value(m, k, &(direction){m->rate_before, -1, 1.0}, &rate, &size, error);
+    if (status == KT_OK && !(fabs(rate) > grazing * size))
+        return refuse(m, k, KT_ERROR_SINGULAR,
+                      "its value touches zero without crossing it; neighbouring motions may miss it, and there is no "
+                      "derivative",
+                      error);
+    for (size_t j = 0; status == KT_OK && j < m->columns; j++) {
+        double by;
+        const direction d = {m->change + j * m->N, j < m->N ? -1 : (int)(j - m->N), 0.0};
+        status = difference_value(m, k, &d, &by, &size, error);
+        m->later[j] = -by / rate;
+    }
+    return status;
+}
+
+/* What the event makes of the columns, to m->moved. The simulation is left anywhere. */
+static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const double t = kt_integrator_time(simulation->integrator);
+    kt_status status = find_delays(m, k, error);
+    if (status == KT_OK)
+        status = kt_simulation_restore(simulation, m->checkpoint, error);
+    if (status == KT_OK)
+        status = simulation->watch->fire(simulation, NULL, NULL, error);
+    if (status != KT_OK)
+        return status;
+    const outcome end = outcome_of(simulation);
+    kt_copy(m->after, kt_integrator_state(simulation->integrator), m->n * sizeof *m->after);
+    status = find_rate(m, t, m->after, m->rate_after, error);
+    for (size_t j = 0; status == KT_OK && j < m->columns; j++) {
+        double *column = m->change + j * m->N, *to = m->moved + j * m->N, later = m->later[j];
+        for (size_t i = 0; i < m->N; i++)
+            column[i] += later * m->rate_before[i];
+        const direction d = {column, j < m->N ? -1 : (int)(j - m->N), later};
+        status = difference_state(m, k, &d, &end, to, error);
+        for (size_t i = 0; i < m->N; i++)
+            to[i] -= later * m->rate_after[i];
+    }
+    kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
+    return status;
+}
+
+/* Events at the present time take effect, on the motion and on its changes. */
+static kt_status pass_events(motion *m, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    size_t k;
+    kt_status status = find_event(m, &k, error);
+    if (status != KT_OK)
+        return status;
+    if (k < simulation->event_count) {
+        kt_simulation_save(simulation, m->checkpoint);
+        kt_copy(m->before, kt_integrator_state(simulation->integrator), m->n * sizeof *m->before);
+        kt_copy(m->torque, simulation->torque, m->nv * sizeof *m->torque);
+        status = find_saltation(m, k, error);
+        const kt_status back = kt_simulation_restore(simulation, m->checkpoint, status == KT_OK ? error : NULL);
+        status = status == KT_OK ? back : status;
+    }
+    return status == KT_OK ? simulation->watch->fire(simulation, NULL, NULL, error) : status;
+}
+
+/* ---- the public function ----------------------------------------------------------------------------------------- */
+
+static kt_status advance(motion *m, double t_end, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    const double t = kt_integrator_time(simulation->integrator);
+    kt_copy(m->start, kt_integrator_state(simulation->integrator), m->n * sizeof *m->start);
+    kt_status status = kt_simulation_take_step(simulation, t_end, error);
+    if (status == KT_OK && kt_integrator_time(simulation->integrator) > t)
+        status = add_step(m, t, error);
+    return status == KT_OK && simulation->memory.fires ? pass_events(m, error) : status;
+}
+
+kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t work_size, double t_end, double *A,
+                                double *B, kt_error *error) {
+    motion m;
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    const double t = kt_integrator_time(simulation->integrator);
+    if (!(t_end >= t) || !isfinite(t_end))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
+                            "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
+    kt_status status = begin(&m, simulation, work, work_size, error);
+    simulation->memory.stopped = 0;
+    while (status == KT_OK && simulation->memory.stopped == 0 && kt_integrator_time(simulation->integrator) < t_end)
+        status = advance(&m, t_end, error);
+    kt_simulation_skip_records(simulation);
+    if (status != KT_OK)
+        return status;
+    if (A != NULL)
+        kt_copy(A, m.change, m.N * m.N * sizeof *A);
+    if (B != NULL)
+        kt_copy(B, m.change + m.N * m.N, m.N * m.nv * sizeof *B);
+    return KT_OK;
+}

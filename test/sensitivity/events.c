@@ -1,0 +1,476 @@
+/* A and B of a simulation's motion through events: against a closed form, and central differences of the simulation. */
+#include "kinetree/joint.h"
+#include "kinetree/sensitivity.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../dynamics/tree.h"
+#include "check.h"
+
+static const double g = 9.81;
+
+/* A mechanism of at most so many coordinates, in the state in which its differences begin. */
+enum { MOST = 8, CHANGES = 2 * MOST };
+typedef struct motion {
+    kt_model *model;
+    kt_simulation *simulation;
+    size_t nq, nv;
+    uint64_t set;
+    double q[MOST + 1], v[MOST], A[CHANGES * CHANGES], B[CHANGES * MOST];
+} motion;
+
+static bool motion_make(motion *m, const kt_description *d, const char *method, double step) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error = {0};
+    *m = (motion){.model = NULL};
+    run.integrator = method;
+    run.step = step;
+    run.duration = 100.0;
+    run.relative = run.absolute = 1e-13;
+    options.events = 1;
+    if (!kt_tree_fine("compiles", kt_model_compile(d, NULL, &m->model, &error), &error) ||
+        !kt_tree_fine("begins", kt_simulation_create(m->model, &run, &options, &m->simulation, &error), &error))
+        return false;
+    m->nq = (size_t)kt_model_nq(m->model);
+    m->nv = (size_t)kt_model_nv(m->model);
+    m->set = kt_switch_set(m->model);
+    memcpy(m->q, kt_simulation_positions(m->simulation), m->nq * sizeof *m->q);
+    memcpy(m->v, kt_simulation_velocities(m->simulation), m->nv * sizeof *m->v);
+    return true;
+}
+
+static void motion_free(motion *m) {
+    kt_simulation_free(m->simulation);
+    kt_model_free(m->model);
+}
+
+static kt_status derive(motion *m, double t_end, kt_error *error) {
+    const size_t size = kt_motion_work_size(m->simulation);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    const kt_status status = kt_motion_derivatives(m->simulation, work, size, t_end, m->A, m->B, error);
+    free(work);
+    return status;
+}
+
+/* The state at t_end of a motion that begins off by s in coordinate j of (xi, dv, tau). */
+static void run_beside(motion *m, double t_end, size_t j, double s, double *q, double *v) {
+    double xi[CHANGES] = {0.0}, tau[MOST] = {0.0}, start_v[MOST];
+    kt_error error = {0};
+    (j < 2 * m->nv ? xi : tau - 2 * m->nv)[j] = s;
+    kt_position_add(m->model, m->q, xi, q);
+    for (size_t i = 0; i < m->nv; i++)
+        start_v[i] = m->v[i] + xi[m->nv + i];
+    kt_status status = kt_simulation_set_torque(m->simulation, tau, &error);
+    if (status == KT_OK)
+        status = kt_simulation_switch(m->simulation, m->set, NULL, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(m->simulation, 0.0, q, start_v, &error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(m->simulation, t_end, &error);
+    (void)kt_tree_fine("neighbour", status, &error);
+    memcpy(q, kt_simulation_positions(m->simulation), m->nq * sizeof *q);
+    memcpy(v, kt_simulation_velocities(m->simulation), m->nv * sizeof *v);
+}
+
+/* All columns against differences of order four, to `bound` of the largest number of A. Of quaternions the positions are
+ * compared by what A says of them. */
+static void compare(motion *m, const char *name, double t_end, double reach, double bound) {
+    static const double at[4] = {-2.0, -1.0, 1.0, 2.0}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+    kt_error error = {0};
+    double largest = 1.0, worst = 0.0, end[MOST + 1];
+    if (!kt_tree_fine(name, derive(m, t_end, &error), &error))
+        return;
+    memcpy(end, kt_simulation_positions(m->simulation), m->nq * sizeof *end);
+    for (size_t i = 0; i < 4 * m->nv * m->nv; i++)
+        largest = fmax(largest, fabs(m->A[i]));
+    for (size_t j = 0; j < 3 * m->nv; j++) {
+        const double *column = j < 2 * m->nv ? m->A + 2 * m->nv * j : m->B + 2 * m->nv * (j - 2 * m->nv);
+        double dq[MOST + 1] = {0.0}, dv[MOST] = {0.0}, rate[MOST + 1];
+        for (int k = 0; k < 4; k++) {
+            double q[MOST + 1], v[MOST];
+            run_beside(m, t_end, j, at[k] * reach, q, v);
+            for (size_t i = 0; i < m->nq; i++)
+                dq[i] += weight[k] / reach * (q[i] - end[i]);
+            for (size_t i = 0; i < m->nv; i++)
+                dv[i] += weight[k] / reach * v[i];
+        }
+        kt_position_rate(m->model, end, column, rate);
+        for (size_t i = 0; i < m->nq; i++)
+            worst = fmax(worst, fabs(dq[i] - rate[i]));
+        for (size_t i = 0; i < m->nv; i++)
+            worst = fmax(worst, fabs(dv[i] - column[m->nv + i]));
+    }
+    kt_note("%s: largest %.3g", name, largest);
+    kt_check_below(name, worst / largest, bound);
+}
+
+/* ---- closed form ------------------------------------------------------------------------------------------------- */
+
+static void stop_make(kt_effect *stop, const char *joint, double lower, double restitution) {
+    *stop = kt_effect_default();
+    stop->type = KT_EFFECT_JOINT_LIMIT;
+    stop->joint = joint;
+    stop->lower = lower;
+    stop->restitution = restitution;
+}
+
+static void ball_make(kt_body *ball, kt_effect *floor, kt_description *d) {
+    *ball = kt_body_default();
+    *d = kt_description_default();
+    ball->name = "ball";
+    ball->joint.type = KT_JOINT_PRISMATIC;
+    ball->joint.position[0] = 1.0;
+    ball->joint.velocity[0] = 0.3;
+    ball->mass = 2.0;
+    stop_make(floor, "ball", 0.0, 0.6);
+    d->gravity = kt_vec3_make(0.0, 0.0, -g);
+    d->bodies = ball, d->body_count = 1;
+    d->effects = floor, d->effect_count = 1;
+}
+
+/* The speed at the first impact is w = sqrt(v^2 + 2 g q); bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g, and behind it,
+ * with s = t - t_k,  q = e^k w s - g s^2 / 2,  v = e^k w - g s. Differences of what a bounce does, over 1e-4, are good to some 1e-11. */
+KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
+    static const char *const methods[] = {"rk4", "dopri5", "radau5", "ab4", "auto"};
+    double worst = 0.0;
+    const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), by[2] = {g / w, v / w};
+    for (int i = 0; i < 5; i++)
+        for (int k = 0; k < 4; k++) {
+            kt_body ball;
+            kt_effect floor;
+            kt_description d;
+            kt_error error = {0};
+            motion m;
+            double sum = k > 0 ? 1.0 : 0.0;
+            for (int j = 1; j < k; j++)
+                sum += 2.0 * pow(e, j);
+            const double at = k > 0 ? (v + w * sum) / g : 0.0, up = pow(e, k), s = k > 0 ? 0.7 * 2.0 * up * w / g : 0.2;
+            ball_make(&ball, &floor, &d);
+            if (motion_make(&m, &d, methods[i], i % 3 == 0 ? 0.01 : 0.0) &&
+                kt_tree_fine(methods[i], derive(&m, at + s, &error), &error))
+                for (int j = 0; j < 2; j++) {
+                    const double later = k > 0 ? (j + sum * by[j]) / g : 0.0, rise = by[j] * up;
+                    const double q = k > 0 ? rise * s - (up * w - g * s) * later : j == 0 ? 1.0 : s;
+                    const double rate = k > 0 ? rise + g * later : j;
+                    kt_check_equal_int("bounces", (long long)kt_simulation_contacts(m.simulation).impacts, k);
+                    worst = fmax(worst, fabs(m.A[2 * j] - q));
+                    worst = fmax(worst, fabs(m.A[2 * j + 1] - rate));
+                }
+            motion_free(&m);
+        }
+    kt_check_below("A of up to three bounces", worst, 1e-9);
+}
+
+/* An own state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and from there on. */
+KT_TEST(derivatives_of_an_own_state_pass_through_a_bounce) {
+    const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), at = (v + w) / g, s = 0.5;
+    const double by[2] = {g / w, v / w};
+    kt_body ball;
+    kt_effect floor;
+    kt_description d;
+    kt_state sum = kt_state_default();
+    kt_error error = {0};
+    motion m;
+    ball_make(&ball, &floor, &d);
+    sum.name = "sum";
+    sum.rate = "position.ball";
+    d.states = &sum;
+    d.state_count = 1;
+    if (motion_make(&m, &d, "dop853", 0.0) && kt_tree_fine("derives", derive(&m, at + s, &error), &error))
+        for (int j = 0; j < 2; j++) {
+            const double later = (j + by[j]) / g, rise = e * by[j];
+            /* int_0^at q dt changes by the change of q alone, as q = 0 at its end. */
+            const double before = j == 0 ? at : 0.5 * at * at;
+            const double behind = 0.5 * rise * s * s - (e * w * s - 0.5 * g * s * s) * later;
+            kt_check_near("d q", m.A[3 * j], rise * s - (e * w - g * s) * later, 1e-9);
+            kt_check_near("d v", m.A[3 * j + 1], rise + g * later, 1e-9);
+            kt_check_near("d x", m.A[3 * j + 2], before + behind, 1e-9);
+            kt_check_near("d x by itself", m.A[8], 1.0, 1e-9);
+        }
+    motion_free(&m);
+}
+
+/* ---- differences ------------------------------------------------------------------------------------------------- */
+
+/* A leg of two links that swings, and whose knee has a stop at which it bounces, or stays until its reaction ends. */
+KT_TEST(derivatives_of_a_leg_with_a_stop_agree_with_differences) {
+    for (int rests = 0; rests < 2; rests++) {
+        kt_body link[2];
+        kt_effect stop;
+        kt_description d = kt_description_default();
+        motion m;
+        for (int i = 0; i < 2; i++) {
+            link[i] = kt_body_default();
+            link[i].name = i == 0 ? "thigh" : "shank";
+            link[i].parent = i == 0 ? NULL : "thigh";
+            link[i].joint.type = KT_JOINT_REVOLUTE;
+            link[i].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+            link[i].joint.at = kt_vec3_make(0.0, 0.0, i == 0 ? 0.0 : -0.4);
+            link[i].mass = i == 0 ? 3.0 : 2.0;
+            link[i].com = kt_vec3_make(0.0, 0.0, -0.2);
+            link[i].inertia.xx = link[i].inertia.yy = 0.04;
+        }
+        link[0].joint.position[0] = -1.2;
+        link[1].joint.position[0] = 0.9;
+        stop_make(&stop, "shank", 0.0, rests ? 0.0 : 0.5);
+        d.gravity = kt_vec3_make(0.0, 0.0, -g);
+        d.bodies = link, d.body_count = 2;
+        d.effects = &stop, d.effect_count = 1;
+        if (motion_make(&m, &d, "dop853", 0.0))
+            compare(&m, rests ? "leg, whose knee rests and leaves" : "leg, whose knee bounces", 1.0, 1e-3, 1e-9);
+        const kt_contact_counts counts = kt_simulation_contacts(m.simulation);
+        kt_check_above("impacts", (double)counts.impacts, 0.5);
+        kt_note("%d impacts, %d closings, %d openings", (int)counts.impacts, (int)counts.closings,
+                (int)counts.openings);
+        if (rests)
+            kt_check_equal_int("openings", (long long)counts.openings, 1);
+        motion_free(&m);
+    }
+}
+
+/* A stone that flies, is caught by a rope, swings in it, and leaves it. */
+KT_TEST(derivatives_of_a_slack_rope_agree_with_differences) {
+    kt_body stone = kt_body_default();
+    kt_loop rope = kt_loop_default();
+    kt_description d = kt_description_default();
+    motion m;
+    stone.name = "stone";
+    stone.joint.type = KT_JOINT_PLANAR;
+    stone.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    stone.mass = 1.5;
+    stone.inertia.xx = stone.inertia.yy = stone.inertia.zz = 0.1;
+    stone.joint.position[0] = 0.5;
+    stone.joint.position[1] = 0.2;
+    stone.joint.velocity[0] = 6.0;
+    stone.joint.velocity[2] = 3.0;
+    rope.name = "rope";
+    rope.type = KT_LOOP_DISTANCE;
+    rope.between[1] = (kt_end){.body = "stone", .at = kt_vec3_make(0.1, 0.05, 0.0)};
+    rope.function = kt_function_constant(1.0);
+    rope.slack = true;
+    d.gravity = kt_vec3_make(0.0, -g, 0.0);
+    d.bodies = &stone, d.body_count = 1;
+    d.loops = &rope, d.loop_count = 1;
+    if (motion_make(&m, &d, "dop853", 0.0)) {
+        compare(&m, "caught", 0.5, 1e-4, 1e-9);
+        kt_check_equal_int("closings", (long long)kt_simulation_contacts(m.simulation).closings, 1);
+        (void)!kt_simulation_set_torque(m.simulation, NULL, NULL);
+        (void)!kt_simulation_set_state(m.simulation, 0.0, m.q, m.v, NULL);
+        compare(&m, "and left", 1.6, 1e-4, 1e-9);
+        kt_check_equal_int("openings", (long long)kt_simulation_contacts(m.simulation).openings, 1);
+    }
+    motion_free(&m);
+}
+
+/* A block in space whose corner strikes a floor: quaternions. */
+KT_TEST(derivatives_of_a_corner_that_strikes_agree_with_differences) {
+    kt_body block = kt_body_default();
+    kt_effect corner = kt_effect_default();
+    kt_description d = kt_description_default();
+    motion m;
+    block.name = "block";
+    block.joint.type = KT_JOINT_FREE;
+    block.mass = 2.0;
+    block.inertia.xx = 0.3;
+    block.inertia.yy = 0.4;
+    block.inertia.zz = 0.5;
+    block.joint.position[2] = 0.8;
+    block.joint.velocity[0] = 1.0;
+    block.joint.velocity[1] = -2.0;
+    corner.type = KT_EFFECT_CONTACT;
+    corner.name = "corner";
+    corner.between[0] = (kt_end){.body = "block", .at = kt_vec3_make(0.2, 0.1, -0.3)};
+    corner.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    corner.restitution = 0.7;
+    d.gravity = kt_vec3_make(0.0, 0.0, -g);
+    d.bodies = &block, d.body_count = 1;
+    d.effects = &corner, d.effect_count = 1;
+    if (motion_make(&m, &d, "dop853", 0.0))
+        compare(&m, "corner", 0.5, 1e-3, 1e-9);
+    kt_check_equal_int("impacts", (long long)kt_simulation_contacts(m.simulation).impacts, 1);
+    motion_free(&m);
+}
+
+/* A block between a spring and dry friction: it slides, rests, slips again as the other end of the spring swings on, and turns back. */
+KT_TEST(derivatives_of_stick_and_slip_agree_with_differences) {
+    kt_body body[2];
+    kt_effect effect[3];
+    kt_description d = kt_description_default();
+    motion m;
+    for (int i = 0; i < 2; i++) {
+        body[i] = kt_body_default();
+        body[i].name = i == 0 ? "block" : "mass";
+        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        body[i].mass = 1.0 + i;
+        effect[i] = kt_effect_default();
+        effect[i].type = KT_EFFECT_SPRING;
+        effect[i].between[0].body = i == 0 ? "block" : NULL;
+        effect[i].between[1].body = "mass";
+        effect[i].stiffness = 40.0 - 10.0 * i;
+        effect[i].between[0].at = effect[i].between[1].at = kt_vec3_make(0.0, 0.0, 0.0);
+        effect[i].between[1].at.x = 2.0;
+        effect[i].length = 1.9;
+    }
+    body[0].joint.velocity[0] = 1.0;
+    body[1].joint.position[0] = 0.5;
+    effect[2] = kt_effect_default();
+    effect[2].type = KT_EFFECT_JOINT_FRICTION;
+    effect[2].joint = "block";
+    effect[2].coulomb = 6.0;
+    effect[2].breakaway = 7.0;
+    effect[2].stribeck = 0.0;
+    effect[2].stick = true;
+    d.bodies = body, d.body_count = 2;
+    d.effects = effect, d.effect_count = 3;
+    if (motion_make(&m, &d, "dop853", 0.0)) {
+        compare(&m, "stick and slip", 2.0, 1e-4, 1e-9);
+        const kt_contact_counts counts = kt_simulation_contacts(m.simulation);
+        kt_note("%d sticks, %d slips", (int)counts.sticks, (int)counts.slips);
+        kt_check_above("sticks", (double)counts.sticks, 1.5);
+        kt_check_above("slips", (double)counts.slips, 0.5);
+    }
+    motion_free(&m);
+}
+
+/* ---- a program's own events ---------------------------------------------------------------------------------------- */
+
+static int height(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error, (void)user;
+    *value = at->q[0] - 0.5 * at->t;
+    return 0;
+}
+
+static int bounce(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const double v = 0.5 - 0.8 * (kt_simulation_velocities(simulation)[0] - 0.5) + sin(what->time);
+    (void)user;
+    return kt_simulation_jump(simulation, NULL, &v, error) == KT_OK ? 0 : -1;
+}
+
+/* A table that moves at 0.5, and throws at a speed that depends on the time; of an action that does not say that it may be repeated
+ * it is told. */
+KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
+    for (int repeatable = 0; repeatable < 2; repeatable++) {
+        const kt_event table = {.name = "table",
+                                .function = height,
+                                .action = bounce,
+                                .direction = KT_DIRECTION_FALLING,
+                                .repeatable = repeatable};
+        kt_body ball;
+        kt_effect floor;
+        kt_description d;
+        kt_error error = {0};
+        motion m;
+        ball_make(&ball, &floor, &d);
+        d.effect_count = 0;
+        if (!motion_make(&m, &d, "dop853", 0.0) ||
+            !kt_tree_fine("added", kt_simulation_event_add(m.simulation, &table, &error), &error))
+            return;
+        if (repeatable) {
+            compare(&m, "table", 1.9, 1e-4, 1e-9);
+            kt_check_equal_int("events", (long long)kt_simulation_event_count(m.simulation, "table"), 2);
+        } else {
+            m.A[0] = 7.0;
+            kt_check_equal_int("refused", derive(&m, 1.2, &error), KT_ERROR_UNSUPPORTED);
+            kt_check_contains("where", error.where, "event 'table' at t = 0.4");
+            kt_check_contains("words", error.message, "repeatable");
+            kt_check_near("A is untouched", m.A[0], 7.0, 0.0);
+        }
+        motion_free(&m);
+    }
+}
+
+static int reach_of(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error, (void)user;
+    *value = at->q[0] + 0.1 * at->v[0] - 0.2;
+    return 0;
+}
+
+static int release(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    (void)what, (void)user;
+    return kt_simulation_switch(simulation, 0, NULL, error) == KT_OK ? 0 : -1;
+}
+
+/* A spring that is let go of while it pulls, where the force jumps. */
+KT_TEST(derivatives_through_a_release_agree_with_differences) {
+    const kt_event let = {.name = "let", .function = reach_of, .action = release, .limit = 1, .repeatable = true};
+    kt_body ball;
+    kt_effect spring;
+    kt_description d;
+    kt_error error = {0};
+    motion m;
+    ball_make(&ball, &spring, &d);
+    spring = kt_effect_default();
+    spring.name = "spring";
+    spring.type = KT_EFFECT_JOINT_SPRING;
+    spring.joint = "ball";
+    spring.stiffness = 30.0;
+    spring.switching = KT_SWITCHED_ON;
+    if (motion_make(&m, &d, "dop853", 0.0) &&
+        kt_tree_fine("added", kt_simulation_event_add(m.simulation, &let, &error), &error)) {
+        compare(&m, "release", 1.0, 1e-4, 1e-9);
+        kt_check_equal_int("released", (long long)kt_switch_set(kt_simulation_model(m.simulation)), 0);
+    }
+    motion_free(&m);
+}
+
+/* ---- where there is none -------------------------------------------------------------------------------------------- */
+
+static int flat_height(const kt_instant *at, double *value, kt_error *error, void *user) {
+    const int status = height(at, value, error, user);
+    *value *= *value * *value;
+    return status;
+}
+
+/* Two that strike at once, after which the simulation goes on; and a value that crosses zero at no rate. */
+KT_TEST(events_without_derivatives_are_told) {
+    kt_body ball[2];
+    kt_effect floor[2];
+    kt_description d;
+    kt_error error = {0};
+    motion m;
+    ball_make(&ball[1], &floor[1], &d);
+    ball_make(&ball[0], &floor[0], &d);
+    ball[1].name = floor[1].joint = "other";
+    d.bodies = ball, d.body_count = 2;
+    d.effects = floor, d.effect_count = 2;
+    if (motion_make(&m, &d, "rk4", 0.01)) {
+        kt_check_equal_int("at once", derive(&m, 1.0, &error), KT_ERROR_SINGULAR);
+        kt_check_contains("words", error.message, "at the same instant as another one");
+        (void)kt_tree_fine("goes on", kt_simulation_advance(m.simulation, 1.0, &error), &error);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(m.simulation).impacts, 2);
+    }
+    motion_free(&m);
+    d.body_count = d.effect_count = 1;
+    const kt_event flat = {.name = "flat", .function = flat_height, .action = bounce, .repeatable = true};
+    if (motion_make(&m, &d, "rk4", 0.01) &&
+        kt_tree_fine("added", kt_simulation_event_add(m.simulation, &flat, &error), &error)) {
+        kt_check_equal_int("flat", derive(&m, 1.0, &error), KT_ERROR_SINGULAR);
+        kt_check_contains("words", error.message, "touches zero without crossing it");
+    }
+    motion_free(&m);
+}
+
+/* The motion keeps its bits, and so do A and B in garbage. */
+KT_TEST(motion_with_derivatives_has_the_bits_of_one_without) {
+    kt_body ball;
+    kt_effect floor;
+    kt_description d;
+    kt_error error = {0};
+    motion m, other;
+    ball_make(&ball, &floor, &d);
+    if (motion_make(&m, &d, "dopri5", 0.0) && motion_make(&other, &d, "dopri5", 0.0)) {
+        (void)kt_tree_fine("with", derive(&m, 1.7, &error), &error);
+        (void)kt_tree_fine("without", kt_simulation_advance(other.simulation, 1.7, &error), &error);
+        kt_check_near("q", kt_simulation_positions(m.simulation)[0], kt_simulation_positions(other.simulation)[0], 0.0);
+        kt_check_near("v", kt_simulation_velocities(m.simulation)[0], kt_simulation_velocities(other.simulation)[0],
+                      0.0);
+        kt_check_equal_int("steps", (long long)kt_simulation_counts_get(m.simulation).steps,
+                           (long long)kt_simulation_counts_get(other.simulation).steps);
+    }
+    motion_free(&m);
+    motion_free(&other);
+}
