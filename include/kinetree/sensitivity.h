@@ -139,7 +139,8 @@ KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data
 
 /* ---- through events ---------------------------------------------------------------------------------------------- */
 
-/* Returns the number of bytes of work memory of kt_motion_derivatives; 0 for NULL. Some 16 (2 nv)(3 nv) bytes, kt_step_work_size, a checkpoint and data. */
+/* Returns the number of bytes of work memory of kt_motion_derivatives; 0 for NULL. Some 16 (2 nv)(3 nv) bytes,
+ * kt_step_work_size, a checkpoint and data. */
 KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
 
 /* Advances the simulation to t_end, as kt_simulation_advance does and with its bits, and computes how the state there
@@ -149,8 +150,9 @@ KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
  * close and open, of joint friction that comes to rest or begins to slip, and of actions that say that they are repeatable
  * (kt_event). The derivatives of the steps are exact; at an event those of the motion are, so that A and B agree with
  * differences of the simulation to the error of its steps; what an event does is differenced, to some 1e-10 of its size. If
- * an event stops the motion, A and B are those of the state at that time. Of methods whose steps depend on earlier ones those of radau5 over the same steps are taken. Errors: as kt_simulation_advance and
- * kt_step_derivatives; KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while a contact slips, and for
+ * an event stops the motion, A and B are those of the state at that time. Of methods whose steps depend on earlier ones
+ * those of radau5 over the same steps are taken. Errors: as kt_simulation_advance and kt_step_derivatives;
+ * KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while a contact slips, and for
  * equations of the caller's; KT_ERROR_SINGULAR at an event that has no derivative: its value touches zero and does not
  * cross it, two happen at the same instant, or neighbouring motions come out of it with other contacts closed. A and B are
  * then untouched, and the simulation is at that time. Cost: kt_step_derivatives of every step, and at an event twelve

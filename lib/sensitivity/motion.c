@@ -173,10 +173,16 @@ static kt_status add_step(motion *m, double t0, kt_error *error) {
         kt_data_adapt(simulation->model, m->data);
     m->model = simulation->model;
     kt_own_states_put(m->model, m->data, m->start);
-    const kt_status status = kt_step_derivatives_watched(m->model, m->data, m->step_memory, m->step_size, &step,
-                                                         m->start, m->start + m->nq, m->A, m->B, error);
-    if (status == KT_OK)
+    kt_step_work w;
+    kt_status status = kt_step_begin(&w, m->model, m->data, m->step_memory, m->step_size, &step, error);
+    if (status != KT_OK)
+        return status;
+    w.watched = true;
+    status = kt_step_tangents(&w, m->start, m->start + m->nq, m->nv, error);
+    if (status == KT_OK) {
+        kt_step_give(&w, m->A, m->B);
         multiply(m);
+    }
     return status;
 }
 

@@ -452,10 +452,8 @@ void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const
 /* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
 
-/* kt_step_derivatives of a step that a simulation has taken up to an event at most; A and B are not NULL. */
-KT_CHECKED kt_status kt_step_derivatives_watched(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                                 const kt_step *step, const double *q, const double *v, double *A,
-                                                 double *B, kt_error *error);
+/* A and B of these (NULL: not asked for); the own states after the step go to the data. */
+void kt_step_give(const kt_step_work *w, double *A, double *B);
 
 /* a_p at a state y with the accelerations a, from w->by_tau: into w->parameter->by_parameter. */
 KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, double t, const double *y, const double *a, kt_error *error);

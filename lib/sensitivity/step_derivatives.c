@@ -154,8 +154,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     return status;
 }
 
-/* A and B of a step that kt_step_tangents has differentiated; the own states after it go to the data. */
-static void give(const kt_step_work *w, double *A, double *B) {
+void kt_step_give(const kt_step_work *w, double *A, double *B) {
     const kt_model *model = w->model;
     const size_t n = model->n.v;
     if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
@@ -187,20 +186,6 @@ kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, 
         kt_copy(next_q, w.next, model->n.q * sizeof *next_q);
     if (next_v)
         kt_copy(next_v, w.next + model->n.q, model->n.v * sizeof *next_v);
-    give(&w, A, B);
+    kt_step_give(&w, A, B);
     return KT_OK;
-}
-
-kt_status kt_step_derivatives_watched(const kt_model *model, kt_data *data, void *work, size_t work_size,
-                                      const kt_step *step, const double *q, const double *v, double *A, double *B,
-                                      kt_error *error) {
-    kt_step_work w;
-    kt_status status = kt_step_begin(&w, model, data, work, work_size, step, error);
-    if (status != KT_OK)
-        return status;
-    w.watched = true;
-    status = kt_step_tangents(&w, q, v, model->n.v, error);
-    if (status == KT_OK)
-        give(&w, A, B);
-    return status;
 }
