@@ -45,6 +45,15 @@ KT_TEST(make_gives_the_scene_that_was_asked_for) {
     kt_check_equal_int("equal seeds, equal scenes; others, others", ran.code, 0);
 }
 
+KT_TEST(info_tells_how_many_models_what_is_switched_takes) {
+    const kt_ran ran =
+        kt_shell("($K make pendulum --links 2; echo 'effects:'; for j in 1 2; do echo \"  - {type: joint_limit, "
+                 "joint: link$j, lower: -1, upper: 1, restitution: 0.5}\"; done) | $K info -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("switched", ran.out, "\nswitched   4 loops and effects: 2^4 = 16 models, 0.");
+    kt_check_true("of others nothing", strstr(kt_shell("$K make pendulum | $K info -").out, "switched") == NULL);
+}
+
 KT_TEST(info_is_short_for_any_size) {
     kt_ran ran = kt_shell("$K make chain --links 10000 | $K info -");
     kt_check_equal_int("exit code", ran.code, 0);

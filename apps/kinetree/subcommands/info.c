@@ -253,6 +253,14 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
         puts("gravity    none");
 }
 
+/* How many models the sets of what is switched are, and what they take. */
+static void show_sets(const kt_model *model) {
+    const int count = kt_switch_count(model);
+    if (count > 0)
+        printf("switched   %d loops and effects: 2^%d = %d models, %.3g MB, compiled before the run begins\n", count,
+               count, 1 << count, 1e-6 * (double)kt_model_size(model));
+}
+
 /* Shows properties of the assembled initial state, and warnings about it. */
 static int show_start(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
@@ -314,6 +322,7 @@ static int show_all(const kt_scene *scene, const kt_model *model, const kt_model
     if (scene->description.name != NULL)
         printf("%s\n\n", kt_show(scene->description.name).text);
     show_sizes(model);
+    show_sets(model);
     int code = show_start(scene, model);
     show_run(scene, model, integrated);
     putchar('\n');
