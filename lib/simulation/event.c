@@ -470,7 +470,8 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     return renew_sides(simulation, error);
 }
 
-static const kt_event_watch watch = {.begin = begin_events, .take_back = take_back, .fire = fire_all, .value = evaluate};
+static const kt_event_watch watch = {
+    .begin = begin_events, .take_back = take_back, .fire = fire_all, .value = evaluate};
 
 /* ---- for callers ------------------------------------------------------------------------------------------------- */
 
