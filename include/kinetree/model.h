@@ -281,6 +281,7 @@ typedef struct kt_crossings {
                               accelerations, if there are any */
     double bend; /* the shortest time, s, within which the path was seen to bend away from such a position; 0: it was
                     not. A longer step leaps over the bend */
+    double since; /* the time of the first of these accelerations, s; of no meaning if there is none */
 } kt_crossings;
 
 /* Since the data were initialised or this was last called. */

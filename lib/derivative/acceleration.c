@@ -158,7 +158,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve(&w, w.of.n, w.of.d_v, w.of.e_v, error);
     if (status == KT_OK && states && model->n.x > 0)
         status = solve(&w, model->n.x, w.of.force_x, NULL, error);
-    if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0)
+    if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0 && !to->uncertain)
         status = refuse_unknown(&w, error);
     if (status == KT_OK && to->by.tau)
         status = solve_forces(&w, error);

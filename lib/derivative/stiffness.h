@@ -87,6 +87,7 @@ KT_CHECKED kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *da
 typedef struct kt_acceleration_matrices {
     kt_forward_matrices by;
     const kt_state_derivatives *states;
+    bool uncertain; /* next to singular positions those, too, of which less than KT_KNOWN is known */
 } kt_acceleration_matrices;
 
 /* At known accelerations a of the motion, or NULL. */

@@ -357,6 +357,7 @@ static void count_crossing(const crossing *c, double s, bool interpolated) {
     passage->error = fmax(passage->error, led_off);
     if (c->bent && !interpolated)
         seen->bend = seen->bend > 0.0 ? fmin(seen->bend, s / speed) : s / speed;
+    seen->since = seen->near > 0 ? fmin(seen->since, c->at.t) : c->at.t;
     seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
     seen->error = fmax(seen->error, led_off);

@@ -123,7 +123,7 @@ double kt_data_difference_error(kt_data *data) {
 }
 
 kt_crossings kt_data_crossings(kt_data *data) {
-    const kt_crossings none = {0, 0, 0.0, 0.0, 0.0};
+    const kt_crossings none = {.near = 0};
     if (!data)
         return none;
     const kt_crossings last = data->crossings;

@@ -283,9 +283,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 static double noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
     const kt_passage *passage = &simulation->data->passage;
-    return h <= 0.1 * passage->time && passage->error > simulation->integrator->options.relative_tolerance
-               ? 4.0 * passage->acceleration * h
-               : 0.0;
+    const bool told = passage->error > simulation->integrator->options.relative_tolerance;
+    return h <= (told ? 0.1 : 1e-3) * passage->time ? 4.0 * passage->acceleration * h : 0.0;
 }
 
 /* Records and works ask for accelerations, too: no step may be judged by these. */

@@ -119,16 +119,55 @@ static void add_time(const kt_simulation *simulation, char *where) {
                        known && cause->where[0] != '\0' ? ", " : "", known ? cause->where : "");
 }
 
+/* Whether a fixed step may have leapt over a bend of the path next to a singular position. */
+static bool may_have_leapt(const kt_simulation *simulation) {
+    return KT_HAS_JACOBIAN && simulation->step > 0.0 && simulation->memory.crossings.near > 0;
+}
+
+/* What to do about a step that is fixed. A bend that was leapt over lets velocities grow until something overflows, much
+ * later and far from it: so it is told whenever there was one. advice: room for ADVICE. */
+enum { ADVICE = 240 };
+static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
+    const kt_crossings *seen = &simulation->memory.crossings;
+    char bend[96] = ", where paths bend: a smaller one";
+    if (!may_have_leapt(simulation))
+        return "a smaller one may help, or an adaptive method";
+    if (seen->bend > 0.0)
+        (void)snprintf(bend, sizeof bend, ", where its path bends within %.2g s: one below a tenth of that",
+                       seen->bend);
+    (void)snprintf(advice, ADVICE,
+                   "since t = %.9g s the motion has come next to singular positions of the loops%s may help, or an "
+                   "adaptive method",
+                   seen->since, bend);
+    return advice;
+}
+
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
-    char where[KT_WHERE_SIZE + 32];
+    char where[KT_WHERE_SIZE + 32], advice[ADVICE];
     add_time(simulation, where);
+    if (may_have_leapt(simulation) && kt_simulation_is_recoverable(what->code))
+        return kt_error_set(error, what->code, where, "%s (the step is fixed at %g s: %s)", what->message,
+                            simulation->step, advise_fixed(simulation, advice));
     return kt_error_set(error, what->code, where, "%s", what->message);
 }
 
-kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error) {
+/* Of an adaptive step that has become too small, with accelerations next to a singular position. */
+static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *from, const char *where,
+                             kt_error *error) {
+    const kt_crossings *seen = &simulation->memory.crossings;
+    char bend[64] = "";
+    if (seen->bend > 0.0)
+        (void)snprintf(bend, sizeof bend, "; the path bends within %.2g s", seen->bend);
+    return kt_error_set(error, from->code, where,
+                        "next to a singular position of the loops (a direction has %.2g of its usual size%s), which "
+                        "dopri5 or radau5 may pass: %s",
+                        seen->smallest, bend, from->message);
+}
+
+kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
     const kt_error *cause = &simulation->cause;
-    char where[KT_WHERE_SIZE + 32];
+    char where[KT_WHERE_SIZE + 32], advice[ADVICE];
     kt_error end;
     if (is_end_of_loops(simulation, from->code, &end)) {
         (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
@@ -147,9 +186,8 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
         return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
                             from->message);
     if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
-        return kt_error_set(error, cause->code, where,
-                            "%s (the step is fixed at %g s: a smaller one may help, or an adaptive method)",
-                            cause->message, simulation->step);
+        return kt_error_set(error, cause->code, where, "%s (the step is fixed at %g s: %s)", cause->message,
+                            simulation->step, advise_fixed(simulation, advice));
     if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected &&
         simulation->groups > 0)
         return kt_error_set(error, from->code, where,
@@ -157,10 +195,12 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
                             "singular positions: let them be closed after each step",
                             from->message);
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
-    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0) {
+    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0)
         (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),
                        kt_joint_name(simulation->model, blamed));
-        return kt_error_set(error, from->code, where, "%s", from->message);
-    }
-    return kt_simulation_fail(simulation, from, error);
+    if (KT_HAS_JACOBIAN && near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
+        return refuse_bend(simulation, from, where, error);
+    return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
+               ? kt_error_set(error, from->code, where, "%s", from->message)
+               : kt_simulation_fail(simulation, from, error);
 }

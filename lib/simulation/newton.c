@@ -272,11 +272,12 @@ static kt_state_derivatives states_of(const kt_simulation *s) {
     return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
 }
 
-/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. */
+/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that solve linear systems alone take them
+ * however uncertain they are next to a singular position: those of earlier steps, of the path before its bend, are all wrong. */
 static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
     const kt_state_derivatives states = states_of(s);
-    const kt_acceleration_matrices to = {.by = {s->stiffness, s->damping, NULL}, .states = &states};
+    const kt_acceleration_matrices to = {.by = {s->stiffness, s->damping, NULL}, .states = &states, .uncertain = true};
     const kt_status status = kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work,
                                                             s->size.stiffness_work, at, NULL, &to, error);
     if (status != KT_OK)

@@ -519,8 +519,8 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 bool kt_simulation_is_recoverable(kt_status status);
 
 /* Reports an error of the integrator or of a callback, preceded by the time. kt_simulation_fail_step is for steps, and
- * adds a remedy. */
-kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error);
+ * adds a remedy; near: the step computed accelerations next to a singular position. */
+kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 
 /* Skips the records before the current time, which kt_simulation_run has not handed over. */

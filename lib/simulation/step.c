@@ -130,8 +130,10 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
 /* ---- counts ------------------------------------------------------------------------------------------------------ */
 
 static void add_crossings(kt_crossings *to, kt_crossings new) {
-    if (new.near > 0)
+    if (new.near > 0) {
         to->smallest = to->near > 0 ? fmin(to->smallest, new.smallest) : new.smallest;
+        to->since = to->near > 0 ? fmin(to->since, new.since) : new.since;
+    }
     to->near += new.near;
     to->interpolated += new.interpolated;
     to->error = fmax(to->error, new.error);
@@ -211,10 +213,11 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
 }
 
 kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error) {
+    const uint64_t before = simulation->memory.crossings.near;
     if (simulation->groups > 0)
         kt_simulation_count(simulation);
     if (status != KT_OK)
-        return kt_simulation_fail_step(simulation, from, error);
+        return kt_simulation_fail_step(simulation, from, simulation->memory.crossings.near > before, error);
     if (simulation->size.panel > 0)
         kt_simulation_refine_works(simulation);
     if (KT_HAS_JACOBIAN && simulation->watches_works)
@@ -343,7 +346,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     simulation->gap_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
-    simulation->memory.crossings = (kt_crossings){0, 0, 0.0, 0.0, 0.0};
+    simulation->memory.crossings = (kt_crossings){.near = 0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     simulation->memory.powers = (kt_power_points){.count = 0};
     if (KT_HAS_EVENTS)

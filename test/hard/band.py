@@ -343,6 +343,7 @@ RUNS = {
     "dopri5": ["--integrator", "dopri5"],
     "dop853": ["--integrator", "dop853"],
     "radau5": ["--integrator", "radau5"],
+    "rodas5p": ["--integrator", "rodas5p"],
     "rk4": ["--integrator", "rk4", "--step", "1e-3"],
     "svd": ["--reduction", "svd"],
     "partition": ["--reduction", "partition"],

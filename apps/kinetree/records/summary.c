@@ -81,6 +81,7 @@ static json_t *describe_crossings(const kt_outcome *outcome) {
     json_object_set_new(singular, "error", kt_json_number(seen.error));
     json_object_set_new(singular, "smallest", seen.near > 0 ? kt_json_number(seen.smallest) : json_null());
     json_object_set_new(singular, "bend", seen.bend > 0.0 ? kt_json_number(seen.bend) : json_null());
+    json_object_set_new(singular, "since", seen.near > 0 ? kt_json_number(seen.since) : json_null());
     return singular;
 }
 
