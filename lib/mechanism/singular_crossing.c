@@ -55,6 +55,10 @@
 #define NEIGHBOUR_DISTANCE (2.0 * KT_NEAR_SINGULAR)
 /* The least size of a direction at the neighbouring states, relative to its usual size. */
 #define CLEAR (0.1 * KT_NEAR_SINGULAR)
+/* Where two loops fold at once: how many times its size at the given state it has at these, at least, and the error of
+ * their accelerations, relative to v^2, at most. */
+#define FARTHER 4.0
+#define UNCLEAR_MOST 1e-4
 /* By how much the interpolations of six and of four states may differ, relative to the largest acceleration (if a
  * varies within R units, by 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6), and how often h is halved at most: each
  * time the error falls to 1/64, and that of rounding grows eightfold. */
@@ -95,6 +99,7 @@ typedef struct crossing {
     double interpolated, dt; /* error of the interpolated one, and the distance of its states, s */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
+    double s;                /* the size of the smallest direction at the given state, over its usual size */
     bool cone;               /* more than one degree of freedom is left at the position */
     double between, jump;    /* half the jump between the two sides: as last interpolated, and of what was adopted */
 } crossing;
@@ -184,13 +189,14 @@ static void measure_direct(crossing *c, const double *direct) {
 
 /* ---- interpolated ------------------------------------------------------------------------------------------------ */
 
-/* Whether no group is so near to a singular position that rounding errors dominate the acceleration. */
-static bool is_clear(const kt_model *model, const kt_data *data) {
-    for (size_t g = 0; g < model->n.group; g++)
-        if (data->near[g] && (data->rank[g] < model->group[g].rank[KT_ROWS_ALL] ||
-                              data->last[g] < CLEAR * model->group[g].usual[KT_ROWS_ALL]))
-            return false;
-    return true;
+/* Whether no group is so near to a singular position that rounding errors dominate the acceleration. Where two loops fold
+ * at once one of them swings through while the coordinates of the other move by d of it alone, and may meet a singular
+ * position of its own: at a distance x from that s is some d x, and a residual c bends the path as x y = c / d does. The
+ * error is (c / d) v^2 / x^3 = c v^2 / (s x^2) instead of c v^2 / s^3, and states at x serve one that is nearer than they. */
+static bool is_clear(const crossing *c, double dt) {
+    const double s = kt_smallest_direction(c->model, c->data, KT_ROWS_ALL);
+    const double x = dt * difference(c->model, c->direction, NULL);
+    return s >= CLEAR || (s > 0.0 && s >= FARTHER * c->s && ROUNDING <= UNCLEAR_MOST * s * x * x);
 }
 
 /* Computes the acceleration at the neighbouring state dt away along the motion, into `out`. Returns false if the
@@ -208,7 +214,7 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
     memcpy(data->neighbour_v, c->at.v, model->n.v * sizeof *c->at.v);
     return kt_project_in_place(model, data, neighbour.t, data->neighbour_q, data->neighbour_v, &limits, &changed,
                                &violation) == KT_CLOSURE_DONE &&
-           kt_reduction_kernels_of(model)->forward(model, data, &neighbour, false, out) == 0 && is_clear(model, data);
+           kt_reduction_kernels_of(model)->forward(model, data, &neighbour, false, out) == 0 && is_clear(c, dt);
 }
 
 /* Whether the path bends between the inner two of the states, whose accelerations a holds 3/4 of: then it is seen at
@@ -329,24 +335,24 @@ static bool interpolate_across(crossing *c, double *a) {
 
 /* ---- the choice -------------------------------------------------------------------------------------------------- */
 
-/* By how much the interpolation may be off where its sides differ, s away from the position. */
-static double error_of_sides(const crossing *c, double s) {
-    const double speed = difference(c->model, c->at.v, NULL), miss = s * speed * speed;
+/* By how much the interpolation may be off where its sides differ. */
+static double error_of_sides(const crossing *c) {
+    const double speed = difference(c->model, c->at.v, NULL), miss = c->s * speed * speed;
     return c->jump > JUMP_LEAST * miss ? fmax(c->jump, miss) : c->jump;
 }
 
 /* Interpolations that agree to APART_MOST, and whose sides do, are more exact than they tell. */
-static bool is_direct_better(crossing *c, const double *a, double s) {
+static bool is_direct_better(crossing *c, const double *a) {
     const bool smooth = c->jump <= c->interpolated;
     const bool settled = smooth && c->apart <= APART_MOST * difference(c->model, a, NULL);
     c->bent = contradicts(c, a);
-    return c->bent || (!settled && c->open + c->rounding < (smooth ? c->interpolated : error_of_sides(c, s)));
+    return c->bent || (!settled && c->open + c->rounding < (smooth ? c->interpolated : error_of_sides(c)));
 }
 
-/* Adds to what kt_data_crossings tells; s: the size of the smallest direction. Where errors cannot be measured the
- * position itself is not known to better than x y = ROUNDING tells. */
-static void count_crossing(const crossing *c, double s, bool interpolated) {
-    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL);
+/* Adds to what kt_data_crossings tells. Where errors cannot be measured the position itself is not known to better than
+ * x y = ROUNDING tells. */
+static void count_crossing(const crossing *c, bool interpolated) {
+    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL), s = c->s;
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
     const bool measured = isfinite(error) && time > 0.0;
     kt_crossings *seen = &c->data->crossings;
@@ -369,17 +375,18 @@ static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
-    double *a = data->scratch, s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
+    double *a = data->scratch;
     size_t failed = 0;
+    c->s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
     c->closed = kt_scratch_part(model, data, 4);
     c->open = c->rounding = (double)INFINITY;
-    if (s > sqrt(ROUNDING))
+    if (c->s > sqrt(ROUNDING))
         measure_direct(c, a);
     if (!(c->open + c->rounding <= ACCURATE * difference(model, a, NULL))) {
         failed = kernels->forward(model, data, &c->at, true, a);
-        data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a, s));
+        data->interpolated = !failed && interpolate_across(c, a) && (lost || !is_direct_better(c, a));
     }
-    count_crossing(c, s, data->interpolated);
+    count_crossing(c, data->interpolated);
     return failed || data->interpolated ? failed : kernels->forward(model, data, &c->at, false, a);
 }
 
