@@ -279,12 +279,13 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 
 /* Next to a singular position accelerations are known to passage.acceleration. A step of a tenth of the time to it
  * resolves the path (a method of fourth order to 1e-5 of the distance), and the stages' errors, which are of either
- * sign, add up to some of them. That is asked only where rounding leads off by more than the tolerance, which is told. */
+ * sign, add up to some of them. That is asked where rounding leads off by more than the tolerance, which is said, and of
+ * steps of a thousandth of that time: what these are estimated to be off by is rounding. */
 static double noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
     const kt_passage *passage = &simulation->data->passage;
-    const bool told = passage->error > simulation->integrator->options.relative_tolerance;
-    return h <= (told ? 0.1 : 1e-3) * passage->time ? 4.0 * passage->acceleration * h : 0.0;
+    const bool uncertain = passage->error > simulation->integrator->options.relative_tolerance;
+    return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? 4.0 * passage->acceleration * h : 0.0;
 }
 
 /* Records and works ask for accelerations, too: no step may be judged by these. */

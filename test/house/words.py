@@ -38,7 +38,7 @@ CODE = [
     ("geared", "has_armature", ("lib/import/urdf",)),
     ("level", "isa", ("lib/integrator/order.c", "lib/scene/emit", "lib/picture/camera.c", "apps/kinetree/text/tree.c")),
     ("bend", "bias, second derivative",  # where a path next to a singular position bends
-     ("lib/mechanism/singular_crossing.c", "include/kinetree/model.h", "lib/simulation/step.c", "apps/kinetree/")),
+     ("lib/mechanism/singular_crossing.c", "include/kinetree/model.h", "lib/simulation/step.c", "lib/simulation/fail.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
     ("slopes", "jacobian; stages k_i alone", ("lib/integrator/", "include/kinetree/integrator.h", "lib/simulation/", "lib/sensitivity/", "lib/study/dae.c")),
     ("fold", "make_reflector", ()),
