@@ -279,7 +279,7 @@ typedef struct kt_crossings {
                               it is near the position, relative to a radian or to the length of the longest loop */
     double smallest; /* the smallest size of a direction of the equations, relative to its usual size; of these
                               accelerations, if there are any */
-    double bend; /* the shortest time, s, within which the path was seen to bend away from such a position; 0: it was
+    double bend;  /* the shortest time, s, within which the path was seen to bend away from such a position; 0: it was
                     not. A longer step leaps over the bend */
     double since; /* the time of the first of these accelerations, s; of no meaning if there is none */
 } kt_crossings;
