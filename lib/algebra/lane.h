@@ -93,9 +93,21 @@ KT_INLINE kt_v4 kt_v4_apply_to(const kt_v4 a[3], kt_vec3 u) {
     return a[0] * kt_v4_splat(u.x) + a[1] * kt_v4_splat(u.y) + a[2] * kt_v4_splat(u.z);
 }
 
+/* out = A', which may be A */
+KT_INLINE void kt_v4_transpose(const kt_v4 a[3], kt_v4 out[3]) {
+    const kt_v4 xz = __builtin_shufflevector(a[0], a[1], 0, 4, 2, 6),
+                y = __builtin_shufflevector(a[0], a[1], 1, 5, 3, 7);
+    const kt_v4 last = a[2];
+    out[0] = __builtin_shufflevector(xz, last, 0, 1, 4, 7);
+    out[1] = __builtin_shufflevector(y, last, 0, 1, 5, 7);
+    out[2] = __builtin_shufflevector(xz, last, 2, 3, 6, 7);
+}
+
 /* A' u */
 KT_INLINE kt_v4 kt_v4_apply_transposed(const kt_v4 a[3], kt_v4 u) {
-    return (kt_v4){kt_v4_dot(a[0], u), kt_v4_dot(a[1], u), kt_v4_dot(a[2], u), 0.0};
+    kt_v4 part[3] = {a[0] * u, a[1] * u, a[2] * u};
+    kt_v4_transpose(part, part);
+    return part[0] + part[1] + part[2];
 }
 
 KT_INLINE void kt_v4_from_mat3(kt_mat3 m, kt_v4 out[3]) {

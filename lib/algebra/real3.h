@@ -47,6 +47,7 @@ typedef int32_t kt_index1;
 #define kt_sum3 kt_v4_sum
 #define kt_apply3 kt_v4_apply
 #define kt_apply_to3 kt_v4_apply_to
+#define kt_apply_transposed3 kt_v4_apply_transposed
 #define kt_same3 kt_v4_splat
 #define kt_load2 kt_v2_load
 #define kt_from2 kt_v2_load
@@ -127,6 +128,9 @@ KT_OPERATOR kt_real3 kt_apply3(const kt_real3 a[3], kt_real3 u) {
     return kt_add3(kt_add3(kt_scale3(u.x, a[0]), kt_scale3(u.y, a[1])), kt_scale3(u.z, a[2]));
 }
 KT_OPERATOR kt_real3 kt_apply_to3(const kt_real3 a[3], kt_vec3 u) { return kt_apply3(a, kt_from3(u)); }
+KT_OPERATOR kt_real3 kt_apply_transposed3(const kt_real3 a[3], kt_real3 u) {
+    return (kt_real3){kt_dot3(a[0], u), kt_dot3(a[1], u), kt_dot3(a[2], u)};
+}
 
 KT_OPERATOR kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_real2){x, y}; }
 KT_OPERATOR kt_real2 kt_load2(const kt_real1 *x) { return (kt_real2){x[0], x[1]}; }
@@ -172,6 +176,94 @@ KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real
     for (int k = 0; k < 3; k++)
         out[k] = kt_add3(kt_add3(kt_scale3(KT_PART3(r[0], k), x), kt_scale3(KT_PART3(r[1], k), y)),
                          kt_scale3(KT_PART3(r[2], k), z));
+}
+
+/* Symmetric matrices, by columns. Those of several states have the elements on and below the diagonal alone, and those
+ * of one state are symmetric to the last bit, so that both are equal. */
+
+/* Elements below the diagonal above it, too. */
+KT_OPERATOR void kt_symmetric3_mirror(kt_real3 a[3]) {
+#ifdef KT_LANES
+    (void)a;
+#else
+    a[1] = __builtin_shufflevector(a[1], a[0], 5, 1, 2, 3);
+    a[2] = __builtin_shufflevector(__builtin_shufflevector(a[0], a[1], 2, 6, 2, 3), a[2], 0, 1, 6, 7);
+#endif
+}
+
+/* All columns. */
+KT_OPERATOR void kt_symmetric3_columns(const kt_real3 a[3], kt_real3 out[3]) {
+#ifdef KT_LANES
+    out[0] = a[0];
+    out[1] = kt_make3(a[0].y, a[1].y, a[1].z);
+    out[2] = kt_make3(a[0].z, a[1].z, a[2].z);
+#else
+    out[0] = a[0];
+    out[1] = a[1];
+    out[2] = a[2];
+#endif
+}
+
+KT_OPERATOR kt_real3 kt_symmetric3_apply(const kt_real3 a[3], kt_real3 u) {
+    kt_real3 column[3];
+    kt_symmetric3_columns(a, column);
+    return kt_apply3(column, u);
+}
+
+KT_OPERATOR void kt_symmetric3_add(kt_real3 a[3], const kt_real3 b[3]) {
+#ifdef KT_LANES
+    a[0] = kt_add3(a[0], b[0]);
+    a[1].y += b[1].y;
+    a[1].z += b[1].z;
+    a[2].z += b[2].z;
+#else
+    for (int k = 0; k < 3; k++)
+        a[k] += b[k];
+#endif
+}
+
+/* A += B + B' of any matrix B. */
+KT_OPERATOR void kt_symmetric3_add_both(kt_real3 a[3], const kt_real3 b[3]) {
+#ifdef KT_LANES
+    a[0] = kt_add3(a[0], kt_make3(b[0].x + b[0].x, b[0].y + b[1].x, b[0].z + b[2].x));
+    a[1].y += b[1].y + b[1].y;
+    a[1].z += b[1].z + b[2].y;
+    a[2].z += b[2].z + b[2].z;
+#else
+    kt_v4 other[3];
+    kt_v4_transpose(b, other);
+    for (int k = 0; k < 3; k++)
+        a[k] += b[k] + other[k];
+#endif
+}
+
+/* A -= d u u'; d multiplies last, since (d u_i) u_j is not (d u_j) u_i. */
+KT_OPERATOR void kt_symmetric3_subtract_square(kt_real3 a[3], kt_real1 d, kt_real3 u) {
+#ifdef KT_LANES
+    a[0] = kt_sub3(a[0], kt_scale3(d, kt_scale3(u.x, u)));
+    a[1].y -= d * (u.y * u.y);
+    a[1].z -= d * (u.y * u.z);
+    a[2].z -= d * (u.z * u.z);
+#else
+    for (int k = 0; k < 3; k++)
+        a[k] -= kt_v4_splat(d) * (kt_v4_splat(u[k]) * u);
+#endif
+}
+
+/* out = R J R', symmetric. */
+KT_INLINE void kt_symmetric3_rotate(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
+#ifdef KT_LANES
+    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
+    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
+    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
+    out[0] = kt_add3(kt_add3(kt_scale3(r[0].x, x), kt_scale3(r[1].x, y)), kt_scale3(r[2].x, z));
+    out[1].y = (r[0].y * x.y + r[1].y * y.y) + r[2].y * z.y;
+    out[1].z = (r[0].y * x.z + r[1].y * y.z) + r[2].y * z.z;
+    out[2].z = (r[0].z * x.z + r[1].z * y.z) + r[2].z * z.z;
+#else
+    kt_rotate_inertia3(r, j, out);
+    kt_symmetric3_mirror(out);
+#endif
 }
 
 /* Whether a recursion ends because a condition does not hold: one of one state does; one of several goes on, and *all

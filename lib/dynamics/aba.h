@@ -4,13 +4,14 @@
  * The wrench that a link with all it carries requires of its joint is, with G = H' and a the acceleration of the
  * origin,
  *   (n, f) = [J H; G M] (alpha, a) + (n_b, f_b)
+ * of which J, G and M are stored.
  * 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h).
  * 2. Backward pass: articulated inertias from the tips to the ground. For one degree of freedom along S = (s_n, s_f):
  *      U = [J H; G M] S,   d = 1 / S.U,   y = (tau - S.(n_b, f_b) - U.c) d
  *      (n_b, f_b) += [J H; G M] c + U y                          with the inertia before the next line
  *      [J H; G M] -= U U' d
  *    then the shift by r to the parent, a = a_p + alpha_p x r, n_p = n + r x f, hence, with [r] u = r x u,
- *      J -= H [r],   G -= M [r],   then   J += [r] G,   H += [r] M
+ *      G_p = G - M [r],   J_p = J - H [r] + [r] G_p = J + S + S',   S = [r] (G - M [r] / 2)
  *    A spherical joint transmits the applied moment tau alone: alpha = J^-1 (tau - n_b - H a). A free joint passes on
  *    nothing but the wrench tau.
  * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
@@ -100,29 +101,43 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
                                     kt_articulated *out) {
     const kt_real3 none = kt_zero3();
     const kt_real3 h = kt_apply_to3(m->axes, link->moment);
-    kt_rotate_inertia3(m->axes, &link->inertia, out->j);
+    kt_symmetric3_rotate(m->axes, &link->inertia, out->j);
     const kt_real1 zero = kt_real1_splat(0.0);
-    out->h[0] = kt_make3(zero, KT_PART3(h, 2), -KT_PART3(h, 1)); /* [h] */
-    out->h[1] = kt_make3(-KT_PART3(h, 2), zero, KT_PART3(h, 0));
-    out->h[2] = kt_make3(KT_PART3(h, 1), -KT_PART3(h, 0), zero);
+    out->g[0] = kt_make3(zero, -KT_PART3(h, 2), KT_PART3(h, 1)); /* -[h] */
+    out->g[1] = kt_make3(KT_PART3(h, 2), zero, -KT_PART3(h, 0));
+    out->g[2] = kt_make3(-KT_PART3(h, 1), KT_PART3(h, 0), zero);
     for (int k = 0; k < 3; k++) {
-        out->g[k] = kt_minus3(out->h[k]);
         out->m[k] = none;
         kt_set_part3(&out->m[k], k, kt_real1_splat(link->mass));
     }
-    out->moment = kt_add3(kt_cross3(m->omega, kt_apply3(out->j, m->omega)), load->moment);
+    out->moment = kt_add3(kt_cross3(m->omega, kt_symmetric3_apply(out->j, m->omega)), load->moment);
     out->force = kt_add3(kt_cross3(m->omega, kt_cross3(m->omega, h)), load->force);
 }
 
 KT_INLINE void kt_articulated_add(kt_articulated *to, const kt_articulated *from) {
-    for (int k = 0; k < 3; k++) {
-        to->j[k] = kt_add3(to->j[k], from->j[k]);
+    kt_symmetric3_add(to->j, from->j);
+    kt_symmetric3_add(to->m, from->m);
+    for (int k = 0; k < 3; k++)
         to->g[k] = kt_add3(to->g[k], from->g[k]);
-        to->h[k] = kt_add3(to->h[k], from->h[k]);
-        to->m[k] = kt_add3(to->m[k], from->m[k]);
-    }
     to->moment = kt_add3(to->moment, from->moment);
     to->force = kt_add3(to->force, from->force);
+}
+
+/* (n, f) = [J G'; G M] (alpha, a) */
+KT_INLINE kt_real3 kt_articulated_moment(const kt_articulated *x, kt_real3 alpha, kt_real3 a) {
+    return kt_add3(kt_symmetric3_apply(x->j, alpha), kt_apply_transposed3(x->g, a));
+}
+KT_INLINE kt_real3 kt_articulated_force(const kt_articulated *x, kt_real3 alpha, kt_real3 a) {
+    return kt_add3(kt_apply3(x->g, alpha), kt_symmetric3_apply(x->m, a));
+}
+
+/* [J G'; G M] -= d U U', U = (un, uf) */
+KT_INLINE void kt_articulated_subtract_square(kt_articulated *x, kt_real1 d, kt_real3 un, kt_real3 uf) {
+    const kt_real3 vn = kt_scale3(d, un);
+    kt_symmetric3_subtract_square(x->j, d, un);
+    kt_symmetric3_subtract_square(x->m, d, uf);
+    for (int k = 0; k < 3; k++)
+        x->g[k] = kt_sub3(x->g[k], kt_scale3(KT_PART3(vn, k), uf));
 }
 
 /* Zeros where several children add what they pass on. */
@@ -133,24 +148,26 @@ KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
     memset(sum, 0, sizeof *sum);
 #else /* a string instruction, which compilers take for memset, is slow to begin */
     for (int k = 0; k < 3; k++)
-        sum->j[k] = sum->g[k] = sum->h[k] = sum->m[k] = kt_zero3();
+        sum->j[k] = sum->g[k] = sum->m[k] = kt_zero3();
     sum->moment = sum->force = kt_zero3();
 #endif
 }
 
 /* From the child's origin to the parent's. */
 KT_INLINE void kt_articulated_shift(kt_articulated *x, kt_real3 r) {
-    const kt_real1 rx = KT_PART3(r, 0), ry = KT_PART3(r, 1), rz = KT_PART3(r, 2);
-    x->j[0] = kt_sub3(x->j[0], kt_sub3(kt_scale3(rz, x->h[1]), kt_scale3(ry, x->h[2])));
-    x->j[1] = kt_sub3(x->j[1], kt_sub3(kt_scale3(rx, x->h[2]), kt_scale3(rz, x->h[0])));
-    x->j[2] = kt_sub3(x->j[2], kt_sub3(kt_scale3(ry, x->h[0]), kt_scale3(rx, x->h[1])));
-    x->g[0] = kt_sub3(x->g[0], kt_sub3(kt_scale3(rz, x->m[1]), kt_scale3(ry, x->m[2])));
-    x->g[1] = kt_sub3(x->g[1], kt_sub3(kt_scale3(rx, x->m[2]), kt_scale3(rz, x->m[0])));
-    x->g[2] = kt_sub3(x->g[2], kt_sub3(kt_scale3(ry, x->m[0]), kt_scale3(rx, x->m[1])));
+    const kt_real3 half = kt_scale3(kt_real1_splat(0.5), r);
+    const kt_real1 rx = KT_PART3(half, 0), ry = KT_PART3(half, 1), rz = KT_PART3(half, 2);
+    kt_real3 m[3], mr[3], s[3];
+    kt_symmetric3_columns(x->m, m);
+    mr[0] = kt_sub3(kt_scale3(rz, m[1]), kt_scale3(ry, m[2]));
+    mr[1] = kt_sub3(kt_scale3(rx, m[2]), kt_scale3(rz, m[0]));
+    mr[2] = kt_sub3(kt_scale3(ry, m[0]), kt_scale3(rx, m[1]));
     for (int k = 0; k < 3; k++) {
-        x->j[k] = kt_add3(x->j[k], kt_cross3(r, x->g[k]));
-        x->h[k] = kt_add3(x->h[k], kt_cross3(r, x->m[k]));
+        const kt_real3 middle = kt_sub3(x->g[k], mr[k]);
+        s[k] = kt_cross3(r, middle);
+        x->g[k] = kt_sub3(middle, mr[k]);
     }
+    kt_symmetric3_add_both(x->j, s);
     x->moment = kt_add3(x->moment, kt_cross3(r, x->force));
 }
 
@@ -180,21 +197,21 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
     kt_real3 un, uf;
     kt_real1 inertia, bias, size;
     if (link->motion == KT_MOTION_REVOLUTE) {
-        un = kt_apply3(x->j, s);
+        un = kt_symmetric3_apply(x->j, s);
         uf = kt_apply3(x->g, s);
         inertia = kt_dot3(s, un);
         bias = kt_dot3(s, x->moment);
         size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->j));
     } else {
-        un = kt_apply3(x->h, s);
-        uf = kt_apply3(x->m, s);
+        un = kt_apply_transposed3(x->g, s);
+        uf = kt_symmetric3_apply(x->m, s);
         inertia = kt_dot3(s, uf);
         bias = kt_dot3(s, x->force);
         size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->m));
         if (link->motion == KT_MOTION_SCREW) {
             const double pitch = kt_link_pitch(link);
             const kt_real1 p = kt_real1_splat(pitch);
-            un = kt_add3(kt_scale3(p, un), kt_apply3(x->j, s));
+            un = kt_add3(kt_scale3(p, un), kt_symmetric3_apply(x->j, s));
             uf = kt_add3(kt_scale3(p, uf), kt_apply3(x->g, s));
             inertia = kt_dot3(s, kt_add3(un, kt_scale3(p, uf)));
             bias = kt_dot3(s, kt_add3(x->moment, kt_scale3(p, x->force)));
@@ -205,16 +222,10 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
         return kt_condition_false();
     const kt_real1 d = 1.0 / inertia;
     const kt_real1 y = (tau - bias - kt_dots3(un, cn, uf, cf)) * d;
-    x->moment = kt_add3(x->moment, kt_add3(kt_add3(kt_apply3(x->j, cn), kt_apply3(x->h, cf)), kt_scale3(y, un)));
-    x->force = kt_add3(x->force, kt_add3(kt_add3(kt_apply3(x->g, cn), kt_apply3(x->m, cf)), kt_scale3(y, uf)));
+    x->moment = kt_add3(x->moment, kt_add3(kt_articulated_moment(x, cn, cf), kt_scale3(y, un)));
+    x->force = kt_add3(x->force, kt_add3(kt_articulated_force(x, cn, cf), kt_scale3(y, uf)));
+    kt_articulated_subtract_square(x, d, un, uf);
     const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
-    for (int k = 0; k < 3; k++) {
-        const kt_real1 nk = KT_PART3(vn, k), fk = KT_PART3(vf, k);
-        x->j[k] = kt_sub3(x->j[k], kt_scale3(nk, un));
-        x->g[k] = kt_sub3(x->g[k], kt_scale3(nk, uf));
-        x->h[k] = kt_sub3(x->h[k], kt_scale3(fk, un));
-        x->m[k] = kt_sub3(x->m[k], kt_scale3(fk, uf));
-    }
     kt_response_set(response, kt_add3(vn, kt_cross3(m->offset, vf)), vf, y);
     return has_inertia;
 }
@@ -222,7 +233,7 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
 /* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, M - Y' D^-1 Y is passed
  * on. This is done by substitution, not with the inverse: the inverse of a needle, which has next to no inertia about
  * its own axis, is huge, and so would be its rounding errors; Y and D are exact to the rounding of J all the same.
- * Stores l and 1 / D in `kept->j`, H in `kept->h`, tau - n_b in `kept->moment`. */
+ * Stores l and 1 / D in `kept->j`, G in `kept->g`, tau - n_b in `kept->moment`. */
 KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m,
                                                         const kt_real1 *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3(), applied = kt_apply3(m->axes, kt_load3(tau + link->v));
@@ -238,15 +249,13 @@ KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, con
     /* rows of Y; those of H are columns of G */
     const kt_real3 y0 = x->g[0], y1 = kt_sub3(x->g[1], kt_scale3(KT_PART3(l, 0), y0));
     const kt_real3 y2 = kt_sub3(kt_sub3(x->g[2], kt_scale3(KT_PART3(l, 1), y0)), kt_scale3(KT_PART3(l, 2), y1));
-    const kt_real3 z0 = kt_scale3(KT_PART3(e, 0), y0), z1 = kt_scale3(KT_PART3(e, 1), y1);
-    const kt_real3 z2 = kt_scale3(KT_PART3(e, 2), y2);
-    for (int i = 0; i < 3; i++)
-        x->m[i] = kt_sub3(x->m[i], kt_add3(kt_add3(kt_scale3(KT_PART3(z0, i), y0), kt_scale3(KT_PART3(z1, i), y1)),
-                                           kt_scale3(KT_PART3(z2, i), y2)));
-    x->force = kt_add3(x->force, kt_apply3(x->m, m->linear));
+    kt_symmetric3_subtract_square(x->m, KT_PART3(e, 0), y0);
+    kt_symmetric3_subtract_square(x->m, KT_PART3(e, 1), y1);
+    kt_symmetric3_subtract_square(x->m, KT_PART3(e, 2), y2);
+    x->force = kt_add3(x->force, kt_symmetric3_apply(x->m, m->linear));
     for (int i = 0; i < 3; i++) {
-        kept->h[i] = x->h[i];
-        x->j[i] = x->g[i] = x->h[i] = none;
+        kept->g[i] = x->g[i];
+        x->j[i] = x->g[i] = none;
     }
     x->moment = applied;
     return has_inertia;
@@ -268,17 +277,18 @@ KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt
     if (kt_fails(&has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), mass)))
         return kt_condition_false();
     kt_multiply3(mass, x->g, k); /* M^-1 G */
+    kt_symmetric3_columns(x->j, about);
     for (int i = 0; i < 3; i++)
-        about[i] = kt_sub3(x->j[i], kt_apply3(x->h, k[i]));
+        about[i] = kt_sub3(about[i], kt_apply_transposed3(x->g, k[i]));
     const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
     if (kt_fails(&has_inertia, kt_invert3(about, size, inverse)))
         return kt_condition_false();
     const kt_real3 f = kt_sub3(force, x->force), n = kt_sub3(moment, x->moment);
-    const kt_real3 alpha = kt_apply3(inverse, kt_sub3(n, kt_apply3(x->h, kt_apply3(mass, f))));
+    const kt_real3 alpha = kt_apply3(inverse, kt_sub3(n, kt_apply_transposed3(x->g, kt_apply3(mass, f))));
     kept->moment = alpha;
     kept->force = kt_apply3(mass, kt_sub3(f, kt_apply3(x->g, alpha)));
     for (int i = 0; i < 3; i++)
-        x->j[i] = x->g[i] = x->h[i] = x->m[i] = none;
+        x->j[i] = x->g[i] = x->m[i] = none;
     x->moment = moment;
     x->force = force;
     return has_inertia;
@@ -308,10 +318,7 @@ KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *da
 
 /* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of
  * its angular part, and y. */
-static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) {
-    kt_real3 *const part[] = {kept->j, kept->g, kept->h, kept->m};
-    return &part[row / 3][row % 3];
-}
+static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) { return &kept->gain[row]; }
 /* d is for inverse inertias, which are of one state. */
 KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #ifdef KT_LANES
@@ -343,7 +350,7 @@ KT_INLINE void kt_respond_rotations(kt_real3 alpha, kt_link_motion *m, kt_real1 
 }
 
 KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kept, kt_real1 *a) {
-    const kt_real3 moment = kt_sub3(kept->moment, kt_apply3(kept->h, m->linear));
+    const kt_real3 moment = kt_sub3(kept->moment, kt_apply_transposed3(kept->g, m->linear));
     kt_respond_rotations(kt_solve3(kept->j[0], kept->j[1], moment), m, a);
 }
 

@@ -21,8 +21,7 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
     kt_link_subspace(link, &data->motion[link->parent], m, &s);
     for (int k = s.count - 1; k >= 0; k--) {
         const kt_real3 sn = s.angular[k], sf = s.linear[k];
-        const kt_real3 un = kt_add3(kt_apply3(x->j, sn), kt_apply3(x->h, sf));
-        const kt_real3 uf = kt_add3(kt_apply3(x->g, sn), kt_apply3(x->m, sf));
+        const kt_real3 un = kt_articulated_moment(x, sn, sf), uf = kt_articulated_force(x, sn, sf);
         const kt_real1 inertia = kt_dots3(sn, un, sf, uf) + model->armature[link->v + k];
         const kt_real1 size =
             kt_dots3(kt_mul3(sn, sn), kt_diagonal3(x->j), kt_mul3(sf, sf), kt_diagonal3(x->m)) + link->size;
@@ -32,12 +31,7 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
         const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
         x->moment = kt_add3(x->moment, kt_scale3(y, un));
         x->force = kt_add3(x->force, kt_scale3(y, uf));
-        for (int c = 0; c < 3; c++) {
-            x->j[c] = kt_sub3(x->j[c], kt_scale3(KT_PART3(vn, c), un));
-            x->g[c] = kt_sub3(x->g[c], kt_scale3(KT_PART3(vn, c), uf));
-            x->h[c] = kt_sub3(x->h[c], kt_scale3(KT_PART3(vf, c), un));
-            x->m[c] = kt_sub3(x->m[c], kt_scale3(KT_PART3(vf, c), uf));
-        }
+        kt_articulated_subtract_square(x, d, un, uf);
         if (s.count == 1) {
             kt_response_set(&data->response[i], kt_add3(vn, kt_cross3(m->offset, vf)), vf,
                             y - kt_dots3(vn, m->alpha, vf, m->linear));
@@ -48,8 +42,8 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
         *kt_armature_gain(kept, 2 * k + 1) = vf;
         kt_set_part3(k < 3 ? &kept->moment : &kept->force, k % 3, y);
     }
-    x->moment = kt_add3(x->moment, kt_add3(kt_apply3(x->j, m->alpha), kt_apply3(x->h, m->linear)));
-    x->force = kt_add3(x->force, kt_add3(kt_apply3(x->g, m->alpha), kt_apply3(x->m, m->linear)));
+    x->moment = kt_add3(x->moment, kt_articulated_moment(x, m->alpha, m->linear));
+    x->force = kt_add3(x->force, kt_articulated_force(x, m->alpha, m->linear));
     return has_inertia;
 }
 

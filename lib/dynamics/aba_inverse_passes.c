@@ -12,21 +12,14 @@ typedef struct filling {
 /* Sets the terms of one degree of freedom and projects it out; `size` is what rounding errors are proportional to. */
 KT_INLINE bool project(kt_v4 angular, kt_v4 linear, double armature, double size, kt_articulated *x, kt_inverse_dof *to,
                        double *d) {
-    const kt_v4 un = kt_v4_apply(x->j, angular) + kt_v4_apply(x->h, linear);
-    const kt_v4 uf = kt_v4_apply(x->g, angular) + kt_v4_apply(x->m, linear);
+    const kt_v4 un = kt_articulated_moment(x, angular, linear), uf = kt_articulated_force(x, angular, linear);
     const double inertia = kt_v4_dot2(angular, un, linear, uf) + armature;
     if (!(inertia > KT_NO_INERTIA * size))
         return false;
     *d = 1.0 / inertia;
-    const kt_v4 dd = kt_v4_splat(*d), vn = un * dd, vf = uf * dd;
-    for (int k = 0; k < 3; k++) {
-        const kt_v4 nk = kt_v4_splat(vn[k]), fk = kt_v4_splat(vf[k]);
-        x->j[k] -= un * nk;
-        x->g[k] -= uf * nk;
-        x->h[k] -= un * fk;
-        x->m[k] -= uf * fk;
-    }
-    *to = (kt_inverse_dof){.s = {angular, linear}, .gain = {vn, vf}};
+    const kt_v4 dd = kt_v4_splat(*d);
+    kt_articulated_subtract_square(x, *d, un, uf);
+    *to = (kt_inverse_dof){.s = {angular, linear}, .gain = {un * dd, uf * dd}};
     return true;
 }
 

@@ -135,7 +135,7 @@ static inline void set_row(const kt_dof_motion *m, double armature, bool absorb,
                            kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
     const kt_v4 s = m->s[0], l = m->s[1];
-    const kt_v4 un = kt_v4_apply(r->j, s) + kt_v4_apply(r->h, l), uf = kt_v4_apply(r->g, s) + kt_v4_apply(r->m, l);
+    const kt_v4 un = kt_articulated_moment(r, s, l), uf = kt_articulated_force(r, s, l);
     const double d = absorb ? 1.0 / (kt_v4_dot2(s, un, l, uf) + armature) : 1.0;
     const kt_v4 dd = kt_v4_splat(d), vn = un * dd, vf = uf * dd;
     double b[3], e[3];
@@ -143,11 +143,9 @@ static inline void set_row(const kt_dof_motion *m, double armature, bool absorb,
         b[k] = d * kt_v4_dot2(s, x->bn[k], l, x->bf[k]);
         e[k] = loaded ? d * kt_v4_dot2(s, x->xn[k], l, x->xf[k]) : 0.0;
     }
+    if (absorb)
+        kt_articulated_subtract_square(r, d, un, uf);
     for (int k = 0; k < 3 && absorb; k++) {
-        r->j[k] -= un * kt_v4_splat(vn[k]);
-        r->g[k] -= uf * kt_v4_splat(vn[k]);
-        r->h[k] -= un * kt_v4_splat(vf[k]);
-        r->m[k] -= uf * kt_v4_splat(vf[k]);
         x->bn[k] -= un * kt_v4_splat(b[k]);
         x->bf[k] -= uf * kt_v4_splat(b[k]);
         if (loaded) {
@@ -167,16 +165,16 @@ static inline void set_column(const kt_dof_motion *m, bool loaded, const kt_deri
                               size_t lane) {
     const kt_articulated *r = &x->inertia;
     const kt_v4 p = x->origin, s = m->s[0], l = m->s[1];
-    kt_v4 qn = kt_v4_apply(r->j, m->rate[0]) + kt_v4_apply(r->h, m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]);
-    kt_v4 qf = kt_v4_apply(r->g, m->rate[0]) + kt_v4_apply(r->m, m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]);
+    kt_v4 qn = kt_articulated_moment(r, m->rate[0], m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]);
+    kt_v4 qf = kt_articulated_force(r, m->rate[0], m->rate[1]) + kt_v4_apply(x->bf, m->psi[0]);
     if (loaded) {
         qn += kt_v4_apply(x->xn, s);
         qf += kt_v4_apply(x->xf, s);
     }
     qn = qn + kt_v4_cross(s, r->moment) + kt_v4_cross(l, r->force);
     qf = qf + kt_v4_cross(s, r->force);
-    const kt_v4 vn = kt_v4_apply(r->j, m->phi[0]) + kt_v4_apply(r->h, m->phi[1]) + kt_v4_apply(x->bn, s);
-    const kt_v4 vf = kt_v4_apply(r->g, m->phi[0]) + kt_v4_apply(r->m, m->phi[1]) + kt_v4_apply(x->bf, s);
+    const kt_v4 vn = kt_articulated_moment(r, m->phi[0], m->phi[1]) + kt_v4_apply(x->bn, s);
+    const kt_v4 vf = kt_articulated_force(r, m->phi[0], m->phi[1]) + kt_v4_apply(x->bf, s);
     store_lane6(to->wrench[0], lane, qn + kt_v4_cross(p, qf), qf);
     store_lane6(to->wrench[1], lane, vn + kt_v4_cross(p, vf), vf);
     store_lane6(to->s, lane, s, l + kt_v4_cross(p, s));

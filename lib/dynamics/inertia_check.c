@@ -22,7 +22,7 @@ static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_ar
     const kt_v4 n = kt_link_axis(link, m);
     kt_v4 unused[3];
     const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
-    const double both = kt_v4_dot(n, kt_v4_apply(x->h, n)), p = kt_link_pitch(link);
+    const double both = kt_v4_dot(n, kt_v4_apply(x->g, n)), p = kt_link_pitch(link);
     switch ((kt_motion)link->motion) {
     case KT_MOTION_REVOLUTE:
         s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));

@@ -302,10 +302,15 @@ typedef struct kt_force_frame {
     kt_real3 base, local, velocity;
 } kt_force_frame;
 
-/* An articulated inertia, which maps (alpha, a) to (moment, force): [J H; G M] with G = H', by columns; and its bias
- * wrench. */
+/* An articulated inertia, which maps (alpha, a) to (moment, force): [J G'; G M], by columns, J and M symmetric as in
+ * algebra/real3.h; and its bias wrench. */
 typedef struct kt_articulated {
-    kt_real3 j[3], g[3], h[3], m[3];
+    union {
+        struct {
+            kt_real3 j[3], g[3], m[3];
+        };
+        kt_real3 gain[12]; /* of a joint with armature that has been eliminated (kt_armature_gain) */
+    };
     kt_real3 moment, force;
 } kt_articulated;
 

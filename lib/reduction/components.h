@@ -44,7 +44,7 @@ KT_INLINE void kt_inertia_to_matrix(const kt_articulated *x, double *to) {
         for (int r = 0; r < 3; r++) {
             to[6 * c + r] = x->j[c][r];
             to[6 * c + 3 + r] = x->g[c][r];
-            to[6 * (c + 3) + r] = x->h[c][r];
+            to[6 * (c + 3) + r] = x->g[r][c];
             to[6 * (c + 3) + 3 + r] = x->m[c][r];
         }
 }
@@ -52,11 +52,10 @@ KT_INLINE void kt_inertia_to_matrix(const kt_articulated *x, double *to) {
 /* The bias wrench becomes zero. */
 KT_INLINE void kt_inertia_from_matrix(const double *from, kt_articulated *x) {
     for (int c = 0; c < 3; c++) {
-        const double *a = from + 6 * c, *l = from + 6 * (c + 3);
+        const double *a = from + 6 * c, *l = from + 6 * (c + 3) + 3;
         x->j[c] = (kt_v4){a[0], a[1], a[2], 0.0};
         x->g[c] = (kt_v4){a[3], a[4], a[5], 0.0};
-        x->h[c] = (kt_v4){l[0], l[1], l[2], 0.0};
-        x->m[c] = (kt_v4){l[3], l[4], l[5], 0.0};
+        x->m[c] = (kt_v4){l[0], l[1], l[2], 0.0};
     }
     x->moment = x->force = kt_v4_splat(0.0);
 }

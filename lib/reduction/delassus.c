@@ -381,7 +381,7 @@ KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 line
     const int32_t local = s->model->link[i].local;
     const kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
     const kt_v4 l = kept->j[0], e = kept->j[1];
-    const kt_v4 free = kt_solve3(l, e, kept->moment - kt_v4_apply(kept->h, linear)) - alpha;
+    const kt_v4 free = kt_solve3(l, e, kept->moment - kt_v4_apply_transposed(kept->g, linear)) - alpha;
     kt_v4 u[3], y[3], z[3];
     for (int c = 0; c < 3; c++) {
         u[c] = -p->x[c];
@@ -398,9 +398,9 @@ KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 line
     }
     z[1] -= kt_v4_splat(l[2]) * z[2];
     z[0] -= kt_v4_splat(l[0]) * z[1] + kt_v4_splat(l[1]) * z[2];
-    for (int c = 0; c < 3; c++) /* row c of G is column c of H */
+    for (int c = 0; c < 3; c++)
         p->x[c + 3] +=
-            kt_v4_splat(kept->h[c][0]) * z[0] + kt_v4_splat(kept->h[c][1]) * z[1] + kt_v4_splat(kept->h[c][2]) * z[2];
+            kt_v4_splat(kept->g[0][c]) * z[0] + kt_v4_splat(kept->g[1][c]) * z[1] + kt_v4_splat(kept->g[2][c]) * z[2];
     pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
 }
 

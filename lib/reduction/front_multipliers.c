@@ -33,8 +33,8 @@ static void find_forces(const kt_front *f, const double *a) {
         const kt_response *bias = &f->data->response[step->link];
         const kt_articulated *x = &f->data->articulated[step->link];
         const kt_v4 alpha = m->alpha - bias->bias_angular, linear = m->linear - bias->bias_linear;
-        const kt_v4 moment = x->moment + kt_v4_apply(x->j, alpha) + kt_v4_apply(x->h, linear);
-        const kt_v4 force = x->force + kt_v4_apply(x->g, alpha) + kt_v4_apply(x->m, linear);
+        const kt_v4 moment = x->moment + kt_articulated_moment(x, alpha, linear);
+        const kt_v4 force = x->force + kt_articulated_force(x, alpha, linear);
         const int32_t local = f->model->link[step->link].local, v = f->model->link[step->link].v;
         double own[KT_DOF_MAX * KT_FRONT_SPACE], *w = kt_front_constant(f, s);
         const int dofs = kt_front_subspace(f, step->link, own);

@@ -40,8 +40,8 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
             self->bias_linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
         }
         kt_articulated *x = &data->articulated[i];
-        x->moment += kt_v4_apply(x->j, self->bias_angular) + kt_v4_apply(x->h, self->bias_linear);
-        x->force += kt_v4_apply(x->g, self->bias_angular) + kt_v4_apply(x->m, self->bias_linear);
+        x->moment += kt_articulated_moment(x, self->bias_angular, self->bias_linear);
+        x->force += kt_articulated_force(x, self->bias_angular, self->bias_linear);
     }
 }
 
@@ -55,8 +55,8 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
     kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
     for (int k = 0; k < own.count; k++) {
         const size_t column = (size_t)link->local + (size_t)k;
-        kt_v4 moment = kt_v4_apply(c->j, own.angular[k]) + kt_v4_apply(c->h, own.linear[k]);
-        kt_v4 force = kt_v4_apply(c->g, own.angular[k]) + kt_v4_apply(c->m, own.linear[k]);
+        kt_v4 moment = kt_articulated_moment(c, own.angular[k], own.linear[k]);
+        kt_v4 force = kt_articulated_force(c, own.angular[k], own.linear[k]);
         for (int32_t j = i;;) {
             const kt_link *at = &model->link[j];
             kt_subspace s;
@@ -119,7 +119,6 @@ static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *
     for (int c = 0; c < 3; c++) {
         total->j[c] -= carried.j[c];
         total->g[c] -= carried.g[c];
-        total->h[c] -= carried.h[c];
         total->m[c] -= carried.m[c];
     }
     total->moment += (kt_v4){f[0], f[1], f[2], 0.0};

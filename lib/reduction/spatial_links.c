@@ -94,7 +94,7 @@ KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulate
     const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
                     : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
                                                        : s;
-    return kt_v4_dot2(n, kt_v4_apply(x->j, n) + kt_v4_apply(x->h, f), f, kt_v4_apply(x->g, n) + kt_v4_apply(x->m, f));
+    return kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
 }
 
 /* A link of a group in the form of Delassus is one of the tree: its inverse inertia is stored for delassus.c. */
