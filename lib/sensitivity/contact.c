@@ -28,8 +28,7 @@ static kt_status refuse(const kt_step_work *w, size_t loop, const char *what, do
     return kt_error_set(
         error, KT_ERROR_UNSUPPORTED, where,
         "it %s (%.3g) within the step, an event that derivatives of the step would leave out; take those "
-        "of steps before and behind it, each with the model that the simulation has there "
-        "(kt_simulation_model)",
+        "of a simulation's motion (kt_motion_derivatives)",
         what, size);
 }
 
