@@ -345,7 +345,10 @@ static void try_steps(kt_ensemble *e) {
             scatter(e, i);
             check(e, i);
         } else if (l->member.simulation) {
-            (void)kt_try_step(l->member.simulation->integrator, &l->attempt.plan.interval, &l->tried);
+            const kt_interval *in = &l->attempt.plan.interval;
+            kt_integrator *it = l->member.simulation->integrator;
+            if (it->family->try_step(it, in, &l->tried) == KT_TRY_PASSED)
+                (void)kt_try_check(it, in, &l->tried);
         }
     }
     if (mask)
@@ -471,21 +474,16 @@ static bool has_ended(const lane *l) {
     return !l->steps && (l->status != KT_OK || !(kt_integrator_time(s->integrator) < s->duration));
 }
 
-static kt_status begin_step(lane *l, kt_error *from) {
+/* Begins the next step. */
+static kt_status begin_step(kt_ensemble *e, lane *l) {
     kt_simulation *s = l->member.simulation;
-    s->cause.code = KT_OK;
-    const kt_status status = s->memory.pending ? kt_simulation_inputs_commit(s, from) : KT_OK;
-    l->steps = true;
-    return status == KT_OK ? kt_attempt_begin(s->integrator, s->duration, &l->attempt, from) : status;
-}
-
-/* Plans the next try. */
-static kt_status plan(kt_ensemble *e, lane *l) {
     clear(&e->from);
-    kt_status status = l->steps ? KT_OK : begin_step(l, &e->from);
+    s->cause.code = KT_OK;
+    kt_status status = s->memory.pending ? kt_simulation_inputs_commit(s, &e->from) : KT_OK;
+    l->steps = true;
     if (status == KT_OK)
-        status = kt_attempt_plan(l->member.simulation->integrator, &l->attempt, &e->from);
-    return status == KT_OK ? KT_OK : kt_simulation_end_step(l->member.simulation, status, &e->from, &l->error);
+        status = kt_attempt_begin(s->integrator, s->duration, &l->attempt, &e->from);
+    return status == KT_OK ? KT_OK : kt_simulation_end_step(s, status, &e->from, &l->error);
 }
 
 /* Accepts or rejects what was tried. */
@@ -560,12 +558,12 @@ static void fill(kt_ensemble *e, source *from) {
     }
 }
 
-/* Plans a try in every lane; returns how many there are. */
-static size_t plan_all(kt_ensemble *e, const source *from) {
+/* Begins a step in every lane that is between two; returns how many lanes there are. */
+static size_t begin_all(kt_ensemble *e, const source *from) {
     size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {
         lane *l = &e->lane[i];
-        const kt_status status = l->member.simulation ? plan(e, l) : KT_OK;
+        const kt_status status = l->member.simulation && !l->steps ? begin_step(e, l) : KT_OK;
         lanes += l->member.simulation != NULL;
         if (status != KT_OK)
             end_lane(from, l, status, &l->error);
@@ -589,7 +587,7 @@ kt_status kt_ensemble_run(kt_ensemble *e, kt_ensemble_next *next, kt_ensemble_do
     do {
         fill(e, &from);
         from.pause -= from.pause > 0;
-        if (plan_all(e, &from) == 0)
+        if (begin_all(e, &from) == 0)
             break;
         try_steps(e);
         judge_all(e, &from);

@@ -227,9 +227,7 @@ double kt_no_error_at(const kt_integrator *it, double h, size_t i);
 /* Reports a failed tried step as an error: code, time and message. */
 kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
-/* Requires f(t, y) in slot 0. Computes all other slopes and `trial`, and, for an adaptive step, result->error. */
-kt_try_result kt_try_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
-/* The second part of that: requires all slopes and `trial`. */
+/* Checks what the family's try_step has computed: slopes and `trial`; computes, for an adaptive step, result->error. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
 /* The last part of that, for an adaptive step of which the error estimate is known. */
 kt_try_result kt_try_judge(const kt_interval *interval, double error, kt_try *result);
@@ -243,9 +241,12 @@ typedef struct kt_plan_of_try {
     bool on_grid;
 } kt_plan_of_try;
 
-/* kt_integrator_step in parts, for callers that try the steps of several integrators at once (batch/ensemble.c): begin;
- * then, while `again`, plan, a try of plan.interval as kt_try_step makes it, and end, which accepts the step or rejects
- * the try. */
+/* As kt_integrator_step, of an integrator that is there and has been started. */
+kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error);
+
+/* The same in parts, for callers that try the steps of several integrators at once (batch/ensemble.c): begin, which plans
+ * a try; then, while `again`, the family's try_step of plan.interval, kt_try_check if that has passed, and end, which
+ * accepts the step, or rejects the try and plans another. */
 typedef struct kt_attempt {
     double t_limit;
     double proposed, least; /* adaptive: |h| of the next try, and the least that may be tried */
@@ -253,7 +254,6 @@ typedef struct kt_attempt {
     kt_plan_of_try plan;
 } kt_attempt;
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *attempt, kt_error *error);
-kt_status kt_attempt_plan(kt_integrator *it, kt_attempt *attempt, kt_error *error);
 kt_status kt_attempt_end(kt_integrator *it, kt_attempt *attempt, kt_try *result, bool *again, kt_error *error);
 
 /* Of the last adaptive step: the largest error estimate of a quadrature over its tolerance. 0 without quadratures, and

@@ -83,12 +83,6 @@ static kt_try_result fail(kt_try *result, kt_try_result found, const char *what,
     return result->result = found;
 }
 
-kt_try_result kt_try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    if (it->family->try_step(it, in, result) != KT_TRY_PASSED)
-        return result->result;
-    return kt_try_check(it, in, result);
-}
-
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (!kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
@@ -150,23 +144,6 @@ static void commit(kt_integrator *it, const kt_plan_of_try *p, bool changed, dou
     m->counts.steps++;
     if (it->family->accept != NULL)
         it->family->accept(it);
-}
-
-static kt_status begin_fixed(kt_integrator *it, kt_attempt *a, kt_error *error) {
-    kt_try r;
-    const kt_status status = plan_fixed(it, a->t_limit, &a->plan, error);
-    if (status != KT_OK)
-        return status;
-    return prepare(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);
-}
-
-static kt_status end_fixed(kt_integrator *it, const kt_attempt *a, kt_try *r, kt_error *error) {
-    bool changed = false;
-    if (r->result != KT_TRY_PASSED ||
-        (it->callbacks.project != NULL && project(it, a->plan.interval.end, &changed, r) != KT_TRY_PASSED))
-        return kt_try_report(it, r, advice_on_fixed, error);
-    commit(it, &a->plan, changed, it->memory.next_step, (double)NAN);
-    return KT_OK;
 }
 
 /* ---- adaptive ---------------------------------------------------------------------------------------------------- */
@@ -341,18 +318,29 @@ static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retr
     return h * (retried && factor > 1.0 ? 1.0 : factor);
 }
 
+static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
+    const kt_integrator_options *o = &it->options;
+    if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)
+        return report_steps_used_up(it, error);
+    a->plan = (kt_plan_of_try){.interval = {.t = it->memory.t, .y = it->y}};
+    plan_adaptive(it, a->t_limit, a->proposed, &a->plan);
+    return KT_OK;
+}
+
 static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {
     kt_try r;
     if (prepare(it, &r) != KT_TRY_PASSED)
         return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
                              error);
     const kt_status status = choose_first(it, a->t_limit, &a->proposed, &a->least, error);
-    if (status == KT_OK && it->noise != NULL)
+    if (status != KT_OK)
+        return status;
+    if (it->noise != NULL)
         it->noise->begin(it->callbacks.user);
-    return status;
+    return plan_next(it, a, error);
 }
 
-/* What a try that has failed changes: the length of the next one. */
+/* What a try that has failed changes: the length of the next one, which is planned. */
 static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
     kt_try r;
     if (failed->result == KT_TRY_STOPPED || failed->result == KT_TRY_TOO_LONG)
@@ -368,16 +356,7 @@ static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed,
         return kt_try_report(it, &r, "", error);
     a->proposed = fmin(a->proposed, longest_step(it));
     a->retried = true;
-    return a->proposed < a->least ? report_too_small(it, a->least, failed, error) : KT_OK;
-}
-
-static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
-    const kt_integrator_options *o = &it->options;
-    if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)
-        return report_steps_used_up(it, error);
-    a->plan = (kt_plan_of_try){.interval = {.t = it->memory.t, .y = it->y}};
-    plan_adaptive(it, a->t_limit, a->proposed, &a->plan);
-    return KT_OK;
+    return a->proposed < a->least ? report_too_small(it, a->least, failed, error) : plan_next(it, a, error);
 }
 
 /* Accepts the step, or plans a shorter one. */
@@ -416,23 +395,28 @@ size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_error *error) {
     it->blamed = it->sizes.n;
     *a = (kt_attempt){.t_limit = t_limit, .plan = {.interval = {.t = it->memory.t, .y = it->y}}};
-    return it->options.step > 0.0 ? begin_fixed(it, a, error) : begin_adaptive(it, a, error);
-}
-
-kt_status kt_attempt_plan(kt_integrator *it, kt_attempt *a, kt_error *error) {
-    return it->options.step > 0.0 ? KT_OK : plan_next(it, a, error);
+    if (!(it->options.step > 0.0))
+        return begin_adaptive(it, a, error);
+    kt_try r;
+    const kt_status status = plan_fixed(it, t_limit, &a->plan, error);
+    if (status != KT_OK)
+        return status;
+    return prepare(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);
 }
 
 kt_status kt_attempt_end(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
     *again = false;
-    return it->options.step > 0.0 ? end_fixed(it, a, r, error) : end_adaptive(it, a, r, again, error);
+    if (!(it->options.step > 0.0))
+        return end_adaptive(it, a, r, again, error);
+    bool changed = false;
+    if (r->result != KT_TRY_PASSED ||
+        (it->callbacks.project != NULL && project(it, a->plan.interval.end, &changed, r) != KT_TRY_PASSED))
+        return kt_try_report(it, r, advice_on_fixed, error);
+    commit(it, &a->plan, changed, it->memory.next_step, (double)NAN);
+    return KT_OK;
 }
 
-kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
-    if (KT_IS_MISSING(error, it))
-        return KT_ERROR_ARGUMENT;
-    if (!it->started)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
+kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error) {
     if (isnan(t_limit) || t_limit == it->memory.t)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step",
                             "t_limit is %s; it must lie before or behind the current time, or be infinite",
@@ -441,11 +425,17 @@ kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error)
     kt_status status = kt_attempt_begin(it, t_limit, &a, error);
     for (bool again = true; status == KT_OK && again;) {
         kt_try r = {.result = KT_TRY_PASSED};
-        status = kt_attempt_plan(it, &a, error);
-        if (status != KT_OK)
-            return status;
-        (void)kt_try_step(it, &a.plan.interval, &r);
+        if (it->family->try_step(it, &a.plan.interval, &r) == KT_TRY_PASSED)
+            (void)kt_try_check(it, &a.plan.interval, &r);
         status = kt_attempt_end(it, &a, &r, &again, error);
     }
     return status;
+}
+
+kt_status kt_integrator_step(kt_integrator *it, double t_limit, kt_error *error) {
+    if (KT_IS_MISSING(error, it))
+        return KT_ERROR_ARGUMENT;
+    if (!it->started)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step", "call kt_integrator_start first");
+    return kt_integrator_take_step(it, t_limit, error);
 }

@@ -142,23 +142,24 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
 }
 
 void kt_simulation_count(kt_simulation *simulation) {
-    const kt_integrator_memory *integrator = kt_integrator_memory_get(simulation->integrator);
+    const kt_integrator_memory *integrator = &simulation->integrator->memory;
     /* A fixed step may be longer than the motion is there (kt_crossings.bend). */
     const double step = simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
-    for (int i = 0; i < 2; i++) {
-        const kt_iterations new = kt_data_iterations(i == 0 ? simulation->data : simulation->user_data);
+    for (int i = 0; i < (simulation->user_data == simulation->data ? 1 : 2); i++) {
+        kt_data *data = i == 0 ? simulation->data : simulation->user_data;
+        const kt_iterations new = data->iterations;
+        data->iterations = (kt_iterations){0, 0, 0, 0};
         most->position = new.position > most->position ? new.position : most->position;
         most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
         most->capped += new.capped;
-    }
-    for (int i = 0; i < 2 && simulation->groups > 0; i++) {
-        kt_data *data = i == 0 ? simulation->data : simulation->user_data;
-        const double led_off = 0.5 * data->passage.acceleration * step * step;
-        kt_crossings new = kt_data_crossings(data);
-        new.error = fmax(new.error, led_off);
-        add_crossings(&simulation->memory.crossings, new);
+        if (data->crossings.near > 0 && simulation->groups > 0) {
+            const double led_off = 0.5 * data->passage.acceleration * step * step;
+            kt_crossings crossings = kt_data_crossings(data);
+            crossings.error = fmax(crossings.error, led_off);
+            add_crossings(&simulation->memory.crossings, crossings);
+        }
     }
 }
 
@@ -202,7 +203,7 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
     for (int repetition = 0; status == KT_OK && again; repetition++) {
         if (gaps)
             kt_simulation_begin_gaps(simulation);
-        status = kt_integrator_step(simulation->integrator, t_limit, error);
+        status = kt_integrator_take_step(simulation->integrator, t_limit, error);
         if (status != KT_OK)
             break;
         again = gaps && kt_simulation_take_back(simulation, &t_limit);
@@ -223,7 +224,7 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
     if (KT_HAS_JACOBIAN && simulation->watches_works)
         kt_simulation_end_powers(simulation);
     if (simulation->transformation == NULL)
-        memcpy(simulation->state, kt_integrator_state(simulation->integrator), simulation->size.state * sizeof(double));
+        memcpy(simulation->state, simulation->integrator->y, simulation->size.state * sizeof(double));
     else
         kt_simulation_sync(simulation);
     return KT_OK;
@@ -240,7 +241,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     if (status == KT_OK)
         status = (KT_HAS_GAP && simulation->watches_gaps) || (KT_HAS_EVENTS && simulation->watch != NULL)
                      ? step_watched(simulation, t_limit, &from)
-                     : kt_integrator_step(simulation->integrator, t_limit, &from);
+                     : kt_integrator_take_step(simulation->integrator, t_limit, &from);
     return kt_simulation_end_step(simulation, status, &from, error);
 }
 

@@ -7,11 +7,12 @@ import sys
 import tempfile
 
 class Count:
-    """Instructions: in all, by function, and by source file."""
+    """Instructions: in all, by function, and by source file; and the functions that run, by the file that they are in."""
 
     def __init__(self):
         self.instructions = 0
         self.instructions_of, self.instructions_in = collections.Counter(), collections.Counter()
+        self.functions_in = collections.defaultdict(set)
 
 
 def count(valgrind, function, *command):
@@ -33,13 +34,13 @@ def count(valgrind, function, *command):
 
 def read(path):
     total = Count()
-    name = source = ""
+    name = source = place = ""
     skip = False
     for line in path.read_text().splitlines():
         if line.startswith(("fl=", "fi=", "fe=")):
             source = line[3:]
         elif line.startswith("fn="):
-            name = line[3:]
+            name, place = line[3:], source
         elif line.startswith("calls="):
             skip = True  # the line after it sums up what was called, which is there by itself
         elif line.startswith("0x"):
@@ -48,5 +49,6 @@ def read(path):
                 total.instructions += times
                 total.instructions_in[source] += times
                 total.instructions_of[name] += times
+                total.functions_in[place].add(name)
             skip = False
     return total
