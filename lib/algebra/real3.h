@@ -160,6 +160,11 @@ KT_OPERATOR kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
 
 #endif
 
+/* a x b, a number in a plane. */
+KT_OPERATOR kt_real1 kt_cross2(kt_real2 a, kt_real2 b) {
+    return KT_PART2(a, 0) * KT_PART2(b, 1) - KT_PART2(a, 1) * KT_PART2(b, 0);
+}
+
 /* out = A B */
 KT_INLINE void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 out[3]) {
     const kt_real3 x = kt_apply3(a, b[0]), y = kt_apply3(a, b[1]), z = kt_apply3(a, b[2]);

@@ -204,7 +204,7 @@ static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *er
     const kt_model *model = l->model;
     *near = false;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
-        if (!kt_reduction_kernels_of(model)->factor(model, l->data, (kt_rows)rows, false))
+        if (!model->group_kernels->factor(model, l->data, (kt_rows)rows, false))
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an equation of the loops is not finite");
         for (size_t g = 0; g < model->n.group; g++) {
             if (l->data->rank[g] < model->group[g].rank[rows])

@@ -20,6 +20,7 @@
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
+#include "joint/joint.h"
 #include "model/scratch.h"
 
 #include <stdio.h>
@@ -42,7 +43,7 @@ void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         if (kt_group_has_fronts(group)) {
-            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_CLOSED, d, w.right, NULL);
+            model->group_kernels->apply(model, data, g, KT_ROWS_CLOSED, d, w.right, NULL);
             for (int r = 0; r < w.k; r++)
                 w.right[r] -= w.residual[r];
             continue;
@@ -120,7 +121,7 @@ typedef struct approach {
 
 /* Computes the step from q towards the nearest state; returns false if it cannot be computed. */
 static bool find_step(const approach *a) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(a->model);
+    const kt_reduction_kernels *kernels = a->model->group_kernels;
     kt_violation violation;
     if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
         !kernels->prepare(a->model, a->data, KT_ROWS_CLOSED, false))
@@ -144,7 +145,7 @@ static bool line_search(const approach *a, double part) {
     for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
             part_of_step[k] = ldexp(part, -i) * a->step[k];
-        kt_move(a->model, a->fixed, a->q, part_of_step, near);
+        kt_position_move(a->model, a->fixed, a->q, part_of_step, near);
         const double gap = kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near);
         if (!kt_loops_are_closed(a->model, near, gap, KT_CLOSED_ASSEMBLED))
             continue;
@@ -234,7 +235,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
  * a number is not finite. */
 static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                              const bool *fixed, kt_violation *violation, double *speed) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     *speed = 0.0;
     for (int i = 0;; i++) { /* one step suffices in exact arithmetic */
         if (!kernels->residuals(model, data, t, q, v, fixed, violation))
@@ -266,7 +267,7 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
         return true;
     memcpy(given, v, model->n.v * sizeof *v);
     if (!close_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
-        !kt_reduction_kernels_of(model)->residuals(model, data, t, q, v, NULL, &violation))
+        !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -291,7 +292,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
     if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)
         return KT_OK;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     if (kernels->residuals(model, data, t, q, v, NULL, &violation) &&
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */

@@ -26,10 +26,10 @@ static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
 }
 
 bool kt_is_dead_point(const kt_model *model, kt_data *data) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     bool lost = false, dead = false;
-    if (!kt_is_near_singular(model, data) || !kernels->factor(model, data, KT_ROWS_ALL, false))
+    if (!kernels->factor(model, data, KT_ROWS_ALL, false))
         return false;
     for (size_t g = 0; g < model->n.group; g++)
         lost |= data->lost[g] = is_lost(model, data, g);

@@ -22,6 +22,7 @@
 #include "closure/levenberg_marquardt.h"
 
 #include "closure/rounding.h"
+#include "joint/joint.h"
 #include "linear/cholesky.h"
 
 #include <float.h>
@@ -41,21 +42,6 @@ enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
 
 /* A link has two parts, plain positions and a quaternion, which may be held separately. */
-void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out) {
-    kt_position_add(model, q, step, out);
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
-        bool moves = false;
-        for (int k = 0; k < motion.velocities; k++)
-            moves |= step[link->v + k] != 0.0;
-        if (!moves || (held && held[link->v]))
-            memcpy(out + link->q, q + link->q, (size_t)motion.plain * sizeof *q);
-        if (motion.quaternions && (!moves || (held && held[link->v + motion.plain])))
-            memcpy(out + link->q + motion.plain, q + link->q + motion.plain, 4 * sizeof *q);
-    }
-}
-
 static double gap_of(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
     kt_group_position_residuals(w, &violation);
@@ -76,7 +62,7 @@ static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu,
                        double most) {
     const kt_group *group = &model->group[g];
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     const kt_group_work w = kt_group_matrices(model, data, g, rows);
     const double size = kernels->measure(model, data, g, rows), equation = size / (double)w.k;
     double damping = fmax(fmin(mu * size, fmax(most, HIDDEN * equation)), noise * noise);
@@ -114,7 +100,7 @@ bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows
     const double damping = fmax(mu * trace, noise * noise); /* rows that are noise alone give no step */
     for (size_t i = 0; i < m; i++)
         w->reduced[i * (m + 1)] += damping;
-    if (!kt_dense_cholesky(w->reduced, w->m, NULL))
+    if (!kt_dense_cholesky(w->reduced, (size_t)w->m, w->m, NULL))
         return false;
     kt_dense_solve(w->reduced, w->m, w->free);
     return true;
@@ -184,7 +170,7 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
 /* Fills the equations at q. */
 static bool begin(const kt_model *model, kt_data *data, double t, const bool *held, const double *q) {
     kt_violation violation;
-    if (!kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, held, &violation))
+    if (!model->group_kernels->residuals(model, data, t, q, NULL, held, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
@@ -199,7 +185,7 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
  * the equations are those at q. */
 static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
                     double *q) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
         bool all = true, refill = false;
@@ -212,7 +198,7 @@ static void iterate(const kt_model *model, kt_data *data, double t, const bool *
         }
         if (all)
             return;
-        kt_move(model, held, q, data->delta, data->moved_q);
+        kt_position_move(model, held, q, data->delta, data->moved_q);
         (void)kernels->residuals(model, data, t, data->moved_q, NULL, held, &violation);
         for (size_t g = 0; g < model->n.group; g++) {
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
@@ -239,7 +225,7 @@ static bool is_short(const kt_model *model, const double *step) {
 /* Newton's method. Returns whether it closes the loops; if so, the equations and *violation are those at q. */
 static bool close_by_newton(const kt_model *model, kt_data *data, double t, const bool *held, double *q,
                             kt_violation *violation) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     double gap;
     bool fine = kernels->residuals(model, data, t, q, NULL, held, violation);
     while (fine && (gap = violation->gap) > KT_CLOSED) {
@@ -249,7 +235,7 @@ static bool close_by_newton(const kt_model *model, kt_data *data, double t, cons
                is_short(model, data->delta);
         if (!fine)
             break;
-        kt_move(model, held, q, data->delta, data->moved_q);
+        kt_position_move(model, held, q, data->delta, data->moved_q);
         fine = kernels->residuals(model, data, t, data->moved_q, NULL, held, violation);
         if (fine && violation->gap > 0.25 * gap) /* rounding errors dominate, or the state is too far away */
             return gap <= NEWTON_ROUNDING && kernels->residuals(model, data, t, q, NULL, held, violation);
@@ -274,14 +260,14 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
                     scatter[start] * model->unit[i] * kt_generic((size_t)i + 131 * (size_t)start);
     }
     if (start) {
-        kt_move(model, held, q, data->delta, data->moved_q);
+        kt_position_move(model, held, q, data->delta, data->moved_q);
         memcpy(q, data->moved_q, model->n.q * sizeof *q);
     }
 }
 
 double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held,
                                        kt_search search, double *q) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     double *from = data->neighbour_q;
     kt_violation violation;
     double least = (double)INFINITY;

@@ -24,8 +24,4 @@ bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows
 /* Copies the positions of a group's links from one state to another. */
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to);
 
-/* out = q (+) step, except that a link that does not move, or a part that is held (NULL: none), keeps its bits: the
- * exponential map would round its quaternion. out must not be q. */
-void kt_move(const kt_model *model, const bool *held, const double *q, const double *step, double *out);
-
 #endif

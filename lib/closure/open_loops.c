@@ -82,8 +82,7 @@ void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data) {
         if (kt_group_has_fronts(group)) {
             for (int i = 0; i < w.m; i++)
                 data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
-            kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w),
-                                                  NULL);
+            model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w), NULL);
             for (int r = 0; r < w.k; r++)
                 w.right[r] += kt_group_products(&w)[r];
             continue;

@@ -24,6 +24,7 @@
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -69,7 +70,7 @@ static bool closes_nearly_lost(const kt_model *model, const kt_data *data, doubl
 /* Leaves the equations at q, with the violations of the velocities in `right`. */
 static kt_closure close_positions(const kt_model *model, kt_data *data, double t, double *q, const double *v,
                                   const kt_projection_limits *limits, bool *changed, kt_violation *violation) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     double before = (double)INFINITY;
     bool regular = true, near = false;
     for (int i = 0;; i++) {
@@ -92,8 +93,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         if (!kernels->least_step(model, data, model->metric, model->zero, data->delta))
             return KT_CLOSURE_SINGULAR;
         near = kt_is_near_singular(model, data);
-        kt_move(model, NULL, q, data->delta, data->moved_q);
-        memcpy(q, data->moved_q, model->n.q * sizeof *q);
+        kt_position_move(model, NULL, q, data->delta, q);
         *changed = true;
     }
 }
@@ -102,7 +102,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
  * the given speeds throughout. */
 static kt_closure project_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                      kt_violation *violation) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     if (!kernels->prepare(model, data, KT_ROWS_ALL, regular))
         return KT_CLOSURE_NOT_FINITE;
     const double given = violation->speed;
@@ -185,7 +185,8 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
     if (closure != KT_CLOSURE_DONE)
         return closure;
     const double tolerance = fmax(limits->tolerance, left_by_disagreement(model, data));
-    if (!kt_loops_are_closed(model, q, violation->gap, tolerance) && !is_undecided(model, data, violation->gap))
+    if (violation->gap > tolerance && !kt_loops_are_closed(model, q, violation->gap, tolerance) &&
+        !is_undecided(model, data, violation->gap))
         return KT_CLOSURE_OPEN;
     return close_motion(model, data, t, q, v, tolerance, changed, violation);
 }
@@ -198,7 +199,7 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
                                             "the loops can no longer be closed; what stays open is", error);
     if (status != KT_OK)
         return status;
-    (void)kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation);
+    (void)model->group_kernels->residuals(model, data, t, q, NULL, NULL, &violation);
     return kt_open_loops_error(
         model, data, t,
         model->disagreement > 0.0
@@ -254,7 +255,8 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
     forget_singular(model, data);
     const kt_projection_limits limits = {.steps = KT_POSITION_STEPS_MAX, .gap = KT_CLOSED, .tolerance = KT_CLOSED_STEP};
     kt_closure closure = kt_project_in_place(model, data, t, q, v, &limits, moved, &violation);
-    data->dead = closure == KT_CLOSURE_DONE && model->driven && kt_is_dead_point(model, data);
+    data->dead = closure == KT_CLOSURE_DONE && model->driven && kt_is_near_singular(model, data) &&
+                 kt_is_dead_point(model, data);
     if (data->dead)
         closure = KT_CLOSURE_DEAD;
     remember(data);
@@ -273,7 +275,7 @@ kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, 
     forget_singular(model, data);
     data->closing = (kt_iterations){0, 0, 0, 0};
     kt_closure closure = KT_CLOSURE_NOT_FINITE;
-    if (kt_reduction_kernels_of(model)->residuals(model, data, t, input->q, v, NULL, &violation))
+    if (model->group_kernels->residuals(model, data, t, input->q, v, NULL, &violation))
         closure = close_motion(model, data, t, input->q, v, KT_CLOSED_STEP, &changed, &violation);
     remember(data);
     if (closure == KT_CLOSURE_DONE)

@@ -10,7 +10,7 @@
 #include "compile/planar.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
-#include "reduction/method.h"
+#include "reduction/kernel.h"
 
 #include <math.h>
 #include <string.h>
@@ -404,8 +404,10 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         m->isa = kt_isa_resolve(options->isa);
         gear_links(b);
         m->forward = kt_forward_tree;
-        if (KT_HAS_LOOPS)
+        if (KT_HAS_LOOPS) {
             m->reduction = kt_reduction_kind_of(options->reduction, m->isa);
+            m->group_kernels = kt_reduction_kernels_of(m);
+        }
         if (m->isa == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.isa",
                                   "this processor or build does not have that instruction set; use KT_ISA_AUTO");

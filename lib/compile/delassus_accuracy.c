@@ -26,7 +26,7 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
     kt_group_work w;
     double off = 0.0, terms = 1.0;
     kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, a, kt_group_products(&w), w.residual);
+    model->group_kernels->apply(model, data, g, KT_ROWS_ALL, a, kt_group_products(&w), w.residual);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
             continue;
@@ -38,7 +38,7 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
 
 /* v, tau and a: nv numbers each; inexact: of the groups, false. */
 static void measure(kt_model *model, kt_data *data, double *v, double *tau, double *a, bool *inexact) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     const kt_dynamic_state at = {.t = 0.0, .q = model->q0, .v = v, .tau = tau};
     for (size_t i = 0; i < model->n.v; i++) {
         v[i] = 1.0 - 0.25 * (double)(7 * i % 5);

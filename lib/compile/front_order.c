@@ -378,6 +378,15 @@ static void write_terms(const planner *p, kt_front_plan *plan, int32_t first_ter
     }
 }
 
+/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is
+ * coupled of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is
+ * computed on the way. */
+static size_t shared_count(const kt_front_plan *plan) {
+    const size_t stride = (size_t)plan->stride, width = (size_t)plan->width;
+    return plan->vectors * (width + 1) + width * width + 2 * (size_t)plan->slots + stride * stride +
+           (4 + KT_FRONT_SPACE) * stride;
+}
+
 /* Determines the most memory that the steps can need. */
 static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
     kt_front_step *step = m->front + plan->step;
@@ -399,7 +408,10 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
         used += kt_front_step_count(&s);
     }
     plan->width = kt_front_padded((int32_t)width);
-    plan->count = used + kt_front_running_count(plan);
+    plan->stride = kt_front_padded(plan->width + KT_FRONT_SPACE);
+    plan->vectors = KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->delayed_most;
+    plan->shared = used;
+    plan->count = used + shared_count(plan);
 }
 
 /* Determines at which steps equations may be delayed: those after which one is complete that its step does not need

@@ -71,8 +71,7 @@ static void note_alive_front(const kt_model *model, kt_data *data, size_t g, boo
         for (int i = 0; i < w.m; i++)
             data->scratch[model->group_v[group->v + i]] =
                 model->unit[group->v + i] * kt_generic((size_t)i + 131 * s) * (2.0 + kt_generic((size_t)i * (size_t)i));
-        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w),
-                                              w.work);
+        model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w), w.work);
         for (int32_t row = 0; row < group->row_count; row++) {
             const int32_t r = model->slot[group->row + row];
             if (fabs(kt_group_products(&w)[r]) > void_size(model) * fmax(w.scale[r], w.work[r]) ||
@@ -178,8 +177,7 @@ static bool all_close(const kt_model *model) {
 /* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not
  * finite. */
 static bool factor(const kt_model *model, kt_data *data, int rows) {
-    return (rows == KT_ROWS_ALL && all_close(model)) ||
-           kt_reduction_kernels_of(model)->factor(model, data, (kt_rows)rows, false);
+    return (rows == KT_ROWS_ALL && all_close(model)) || model->group_kernels->factor(model, data, (kt_rows)rows, false);
 }
 
 /* Whether a group is closed as last filled, to what rounding leaves where the description puts it: coordinates that have
@@ -191,7 +189,7 @@ static bool is_closed(const kt_model *model, const kt_data *data, size_t g) {
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
  * not close, which assembly reports later, and the given position is all that is known of them. */
 static void sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     if (!kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation))
         return;
@@ -259,7 +257,7 @@ static void take_sample(const kt_model *model, kt_data *data, double size, size_
  * reach by a little allow it to first order alone, and closing takes it back. */
 static bool motion_stays(const kt_model *model, kt_data *data, size_t g, samples *found) {
     static const double share = 0.03;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     const kt_group *group = &model->group[g];
     const double *base = found->q;
     double *q = found->q + model->n.q, *allowed = data->delta, *step = data->scratch_v, *moved = data->moved_v;
@@ -452,7 +450,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         model->front_cap[i] = INT32_MAX / 2;
     }
     memset(alive, 1, model->n.row * sizeof *alive);
-    (void)kt_reduction_kernels_of(model)->residuals(model, data, 0.0, model->q0, NULL, NULL, &violation);
+    (void)model->group_kernels->residuals(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
         place_rows(model, data, g, alive);
@@ -504,7 +502,7 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
  * delayed as far as they can be, so that equations that depend on each other are compared at the same step; those
  * chosen there get the weight. */
 static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     const double *q = found->q + 2 * model->n.q;
     kt_violation violation;
     kt_data *data = NULL;

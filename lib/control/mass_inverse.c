@@ -103,7 +103,7 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
             w->reduced[(size_t)c * (size_t)w->dofs + (size_t)r] =
                 kt_dense_dot(w->basis + (size_t)r * model->n.v, w->half, nv);
     }
-    if (kt_dense_cholesky(w->reduced, w->dofs, w->size))
+    if (kt_dense_cholesky(w->reduced, (size_t)w->dofs, w->dofs, w->size))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "mass matrix",
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");

@@ -62,7 +62,7 @@ static kt_status factor(work *w, const double *q, kt_error *error) {
     }
     for (size_t j = 0; j < f; j++)
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
-    if (kt_dense_cholesky(w->reduced, (int)f, NULL))
+    if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");

@@ -19,7 +19,7 @@ static size_t maps_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
     if (!kt_group_has_fronts(group))
         return m * (m + 2 * (size_t)group->row_count);
-    return (size_t)group->link_count * width * (2 * base + 3 * width + kt_front_vectors(&group->front));
+    return (size_t)group->link_count * width * (2 * base + 3 * width + group->front.vectors);
 }
 
 static kt_kkt_sizes sizes_of(const kt_model *model) {
@@ -31,8 +31,8 @@ static kt_kkt_sizes sizes_of(const kt_model *model) {
             continue;
         s.steps += (size_t)group->link_count;
         s.width = larger(s.width, (size_t)group->front.width);
-        s.vectors = larger(s.vectors, kt_front_vectors(&group->front));
-        s.stride = larger(s.stride, kt_front_stride(&group->front));
+        s.vectors = larger(s.vectors, group->front.vectors);
+        s.stride = larger(s.stride, (size_t)group->front.stride);
         s.kept = larger(s.kept, kept_of(group));
     }
     return s;
@@ -46,7 +46,7 @@ size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data
 }
 
 kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q, kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    const kt_reduction_kernels *kernels = w->model->group_kernels;
     w->rows = rows;
     w->metric = metric;
     kernels->fill(w->model, w->data, t, q, w->model->zero);

@@ -35,13 +35,13 @@ static bool is_lost(const kt_model *model, const kt_data *data) {
 kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const double *q, kt_rows rows,
                           kt_error *error) {
     kt_violation violation;
-    if (!kt_reduction_kernels_of(model)->residuals(model, data, t, q, NULL, NULL, &violation))
+    if (!model->group_kernels->residuals(model, data, t, q, NULL, NULL, &violation))
         return refuse_overflow(error);
     return kt_loops_factor_again(model, data, rows, error);
 }
 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
-    if (!kt_reduction_kernels_of(model)->prepare(model, data, rows, false))
+    if (!model->group_kernels->prepare(model, data, rows, false))
         return refuse_overflow(error);
     return kt_is_near_singular(model, data) && is_lost(model, data) ? refuse_singular(error) : KT_OK;
 }
@@ -69,7 +69,7 @@ static kt_status measure(const kt_model *model, kt_data *data, const kt_dynamic_
 
 kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                     double *size, kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     *size = 0.0;
     if (!kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) ||
@@ -136,7 +136,7 @@ void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi)
 kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                            const double *force, double *x, kt_error *error) {
     exchange(model, data, RIGHT, right, NULL);
-    if (kt_reduction_kernels_of(model)->least_step(model, data, metric, force, x))
+    if (model->group_kernels->least_step(model, data, metric, force, x))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
@@ -170,7 +170,7 @@ void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, doubl
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         if (kt_group_has_fronts(group))
-            kt_reduction_kernels_of(model)->apply(model, data, g, data->factored[g], x, kt_group_products(&w), NULL);
+            model->group_kernels->apply(model, data, g, data->factored[g], x, kt_group_products(&w), NULL);
         for (int r = 0; r < w.k && !kt_group_has_fronts(group); r++) {
             double *sum = &kt_group_products(&w)[r];
             *sum = 0.0;

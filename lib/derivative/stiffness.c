@@ -72,7 +72,7 @@ static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, k
         return KT_OK;
     if (w->estimates)
         return kt_loops_derivative_error(w->model, w->data, at, w->change, &w->error, error);
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    const kt_reduction_kernels *kernels = w->model->group_kernels;
     kt_violation violation;
     (void)(kernels->residuals(w->model, w->data, at->t, at->q, at->v, NULL, &violation) &&
            kernels->factor(w->model, w->data, KT_ROWS_ALL, false));

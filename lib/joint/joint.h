@@ -129,4 +129,8 @@ static inline void kt_measure_prismatic(kt_vec3 along, const kt_joint_motion *mo
  * with q unchanged, if one is zero or not finite. */
 bool kt_position_make_units(const kt_model *model, double *q);
 
+/* out = q (+) dv, except that a link that does not move, or a part that is held (NULL: none), keeps its bits: the
+ * exponential map would round its quaternion. out may be q. */
+void kt_position_move(const kt_model *model, const bool *held, const double *q, const double *dv, double *out);
+
 #endif

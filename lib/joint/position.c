@@ -15,6 +15,11 @@ static void store(double *p, kt_quat a) {
     p[3] = a.z;
 }
 
+/* out = p (+) d, a quaternion; out may be p. */
+static void add_rotation(const double *p, const double *d, double *out) {
+    store(out, kt_quat_normalize(kt_quat_multiply(load(p), kt_quat_from_euler_vector(kt_joint_load(d)))));
+}
+
 void kt_position_rate(const kt_model *model, const double *q, const double *v, double *qdot) {
     if (!model || !q || !v || !qdot)
         return;
@@ -41,8 +46,25 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
         if (!motion.quaternions)
             continue;
         const int first = link->q + motion.plain;
-        const kt_quat step = kt_quat_from_euler_vector(kt_joint_load(dv + link->v + motion.plain));
-        store(out + first, kt_quat_normalize(kt_quat_multiply(load(q + first), step)));
+        add_rotation(q + first, dv + link->v + motion.plain, out + first);
+    }
+}
+
+void kt_position_move(const kt_model *model, const bool *held, const double *q, const double *dv, double *out) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_link_facts(link);
+        const int v = link->v, rotation = v + motion.plain, first = link->q + motion.plain;
+        bool moves = false;
+        for (int k = 0; k < motion.velocities; k++)
+            moves |= dv[v + k] != 0.0;
+        const bool plain = moves && !(held && held[v]);
+        for (int k = 0; k < motion.plain; k++)
+            out[link->q + k] = plain ? q[link->q + k] + dv[v + k] : q[link->q + k];
+        if (motion.quaternions && moves && !(held && held[rotation]))
+            add_rotation(q + first, dv + rotation, out + first);
+        else if (motion.quaternions)
+            memmove(out + first, q + first, 4 * sizeof *q);
     }
 }
 

@@ -25,7 +25,7 @@ KT_INLINE kt_real1 kt_dense_dot(const kt_real1 *a, const kt_real1 *b, int n) {
 /* A = L L': L replaces the lower triangle of A (n x n in columns `stride` numbers apart), which alone is read. Returns
  * false if A is not positive definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj
  * itself). */
-KT_INLINE kt_condition kt_dense_cholesky_within(kt_real1 *a, size_t stride, int n, const kt_real1 *size) {
+KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, const kt_real1 *size) {
     kt_condition positive = kt_condition_true();
     for (int j = 0; j < n; j++) {
         kt_real1 *column = a + (size_t)j * stride;
@@ -42,11 +42,6 @@ KT_INLINE kt_condition kt_dense_cholesky_within(kt_real1 *a, size_t stride, int 
             column[i] *= d;
     }
     return positive;
-}
-
-/* The same of a matrix that is stored as a whole. */
-KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, int n, const kt_real1 *size) {
-    return kt_dense_cholesky_within(a, (size_t)n, n, size);
 }
 
 /* x = (L L')^-1 x */

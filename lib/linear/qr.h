@@ -32,16 +32,22 @@ typedef struct kt_qr {
 
 #ifndef KT_LANES
 
-static inline void kt_swap_columns(const kt_qr *w, int m, int a, int b) {
-    double *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
+/* Brings column `best` to j, with its norm. */
+KT_INLINE void kt_bring_column(const kt_qr *w, int m, int j, int best, double *norm) {
+    if (best == j)
+        return;
+    double *x = w->factor + (size_t)j * (size_t)m, *y = w->factor + (size_t)best * (size_t)m;
     for (int i = 0; i < m; i++) {
         const double t = x[i];
         x[i] = y[i];
         y[i] = t;
     }
-    const int32_t p = w->pivot[a];
-    w->pivot[a] = w->pivot[b];
-    w->pivot[b] = p;
+    const int32_t p = w->pivot[j];
+    w->pivot[j] = w->pivot[best];
+    w->pivot[best] = p;
+    const double t = norm[j];
+    norm[j] = norm[best];
+    norm[best] = t;
 }
 
 /* The number with this index among k. */
@@ -60,13 +66,18 @@ KT_INLINE void kt_swap_where(kt_condition here, kt_real1 *x, kt_real1 *y) {
     *y = kt_choose(here, t, *y);
 }
 
-KT_INLINE void kt_swap_columns_where(kt_condition here, const kt_qr *w, int m, int a, int b) {
-    kt_real1 *x = w->factor + (size_t)a * (size_t)m, *y = w->factor + (size_t)b * (size_t)m;
-    for (int i = 0; i < m; i++)
-        kt_swap_where(here, &x[i], &y[i]);
-    const kt_index1 p = w->pivot[a];
-    w->pivot[a] = (here & w->pivot[b]) | (~here & p);
-    w->pivot[b] = (here & p) | (~here & w->pivot[b]);
+/* Brings column `best`, in each state another one, to j, with its norm. */
+KT_INLINE void kt_bring_column(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
+    for (int c = j + 1; c < w->k; c++) {
+        const kt_condition here = best == c;
+        kt_real1 *x = w->factor + (size_t)j * (size_t)m, *y = w->factor + (size_t)c * (size_t)m;
+        for (int i = 0; i < m; i++)
+            kt_swap_where(here, &x[i], &y[i]);
+        const kt_index1 p = w->pivot[j];
+        w->pivot[j] = (here & w->pivot[c]) | (~here & p);
+        w->pivot[c] = (here & p) | (~here & w->pivot[c]);
+        kt_swap_where(here, &norm[j], &norm[c]);
+    }
 }
 
 /* The number with this index among k; of the model's, which all states share. */
@@ -103,10 +114,12 @@ KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
     return sum;
 }
 
-/* The reflector that maps rows j.. of column j, of squared norm norm[j], onto (R_jj, 0, ...). norm holds the squared
- * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
- * would lose their digits where the rank ends. */
-KT_INLINE void kt_eliminate_column(const kt_qr *w, int m, int j, kt_real1 *norm) {
+/* Step j of the decomposition: column `best` comes to j; the reflector that maps its rows j.., of squared norm norm[j],
+ * onto (R_jj, 0, ...) is applied to all after it. norm holds the squared norms of the columns' rows from j on, and
+ * afterwards from j + 1 on. They are recomputed at each column: updated norms would lose their digits where the rank
+ * ends. */
+KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
+    kt_bring_column(w, m, j, best, norm);
     kt_real1 *u = w->factor + (size_t)j * (size_t)m;
     const kt_real1 size = kt_sqrt1(norm[j]), r = KT_CHOOSE(u[j] > 0.0, -size, size), u0 = u[j] - r, t = -u0 / r;
     for (int i = j + 1; i < m; i++)
@@ -135,17 +148,6 @@ KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
     return best;
 }
 
-/* Step j of the decomposition: column `best` comes to j, and its reflector is applied to all after it. */
-KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, int best, double *norm) {
-    if (best != j) {
-        const double t = norm[j];
-        kt_swap_columns(w, m, j, best);
-        norm[j] = norm[best];
-        norm[best] = t;
-    }
-    kt_eliminate_column(w, m, j, norm);
-}
-
 #else
 
 /* The same of several states, of which each has its own order of the columns. */
@@ -160,14 +162,6 @@ KT_INLINE kt_index1 kt_longest_column(const kt_real1 *norm, int j, int k, kt_rea
     }
     *all = sum;
     return best;
-}
-
-KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
-    for (int c = j + 1; c < w->k; c++) {
-        kt_swap_columns_where(best == c, w, m, j, c);
-        kt_swap_where(best == c, &norm[j], &norm[c]);
-    }
-    kt_eliminate_column(w, m, j, norm);
 }
 
 #endif

@@ -33,7 +33,7 @@ static void write_columns(const kt_model *model, kt_data *data, size_t g, double
     for (int c = 0; c < group->v_count; c++) {
         const int32_t v = model->group_v[group->v + c];
         data->delta[v] = 1.0;
-        kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
+        model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
         data->delta[v] = 0.0;
         kt_rows_scatter(model, group, w.k, kt_group_products(&w), jacobian + (size_t)v * model->n.row);
     }
@@ -69,7 +69,7 @@ static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     for (int c = 0; c < group->v_count; c++)
         data->delta[model->group_v[group->v + c]] = 1.0;
-    kt_reduction_kernels_of(model)->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
+    model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
     return kt_all_finite(kt_group_products(&w), k);
 }
 
@@ -95,7 +95,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
     if (KT_HAS_LOOPS)
-        kt_reduction_kernels_of(model)->fill(model, data, t, q, v ? v : model->zero);
+        model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         if (!is_finite(model, data, g, jacobian != NULL))
             return kt_loops_explain(model, data, t, q, v, refuse_group(model, g, t, error), error);

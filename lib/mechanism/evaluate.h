@@ -10,6 +10,10 @@
 KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                              double *a, kt_error *error);
 
+/* The same of kt_state_project; `changed` may be NULL. */
+KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v,
+                                              bool *changed, kt_error *error);
+
 /* Adds the forces of the effects to at->tau and at->external: afterwards these point to sums in data if there was
  * something to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the
  * time. */

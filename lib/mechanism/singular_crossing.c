@@ -121,7 +121,7 @@ static double difference(const kt_model *model, const double *a, const double *b
 static bool move_to(const crossing *c, double off, double *q) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int r = 0; r < w.k; r++)
@@ -144,7 +144,7 @@ static kt_dynamic_state neighbour_of(const crossing *c, double t) {
 static bool accelerate_closed(const crossing *c, double *a) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     if (!kernels->prepare(model, data, KT_ROWS_ALL, false) ||
         !kernels->least_step(model, data, KT_METRIC_MASS, model->zero, data->delta))
         return false;
@@ -158,7 +158,7 @@ static bool accelerate_closed(const crossing *c, double *a) {
 static bool accelerate_next(const crossing *c, double *next) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     double before = (double)INFINITY;
     memcpy(data->neighbour_q, c->at.q, model->n.q * sizeof *c->at.q);
@@ -214,7 +214,7 @@ static bool accelerate_neighbour(const crossing *c, double dt, double *out) {
     memcpy(data->neighbour_v, c->at.v, model->n.v * sizeof *c->at.v);
     return kt_project_in_place(model, data, neighbour.t, data->neighbour_q, data->neighbour_v, &limits, &changed,
                                &violation) == KT_CLOSURE_DONE &&
-           kt_reduction_kernels_of(model)->forward(model, data, &neighbour, false, out) == 0 && is_clear(c, dt);
+           model->group_kernels->forward(model, data, &neighbour, false, out) == 0 && is_clear(c, dt);
 }
 
 /* Whether the path bends between the inner two of the states, whose accelerations a holds 3/4 of: then it is seen at
@@ -374,7 +374,7 @@ static void count_crossing(const crossing *c, bool interpolated) {
 static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     double *a = data->scratch;
     size_t failed = 0;
     c->s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
@@ -405,7 +405,7 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,
                             kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(model);
+    const kt_reduction_kernels *kernels = model->group_kernels;
     kt_dynamic_state at = *given;
     at.tau = at.tau ? at.tau : model->zero;
     data->interpolated = false;

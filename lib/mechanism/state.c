@@ -3,14 +3,14 @@
 #include "base/copy.h"
 #include "closure/project.h"
 #include "closure/refused_loops.h"
-#include "kinetree/mechanism.h"
+#include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
 
 #include <string.h>
 
 bool kt_unit_quaternions(const kt_model *model, double *q) {
-    for (size_t i = 1; i < model->n.link; i++) {
+    for (size_t i = 1; i < model->n.link && model->n.q > model->n.v; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_link_facts(link);
         if (!motion.quaternions)
@@ -45,10 +45,8 @@ static void measure_correction(const kt_model *model, kt_data *data, const doubl
     }
 }
 
-kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
-                           kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
-        return KT_ERROR_ARGUMENT;
+kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
+                                   kt_error *error) {
     bool moved = false;
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     const kt_input input = {.q = q, .v = v};
@@ -71,6 +69,13 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     return KT_OK;
 }
 
+kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v, bool *changed,
+                           kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
+        return KT_ERROR_ARGUMENT;
+    return kt_state_project_trusted(model, data, t, q, v, changed, error);
+}
+
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_residual *residual, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, residual))
@@ -78,8 +83,7 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
     v = v ? v : model->zero;
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
-    if (KT_HAS_LOOPS && model->n.group &&
-        !kt_reduction_kernels_of(model)->residuals(model, data, t, q, v, NULL, &violation))
+    if (KT_HAS_LOOPS && model->n.group && !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
         return kt_input_refuse_not_finite(model, t, &input, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;

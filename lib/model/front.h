@@ -31,7 +31,9 @@ typedef struct kt_front_plan {
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
     int32_t delayed_most;     /* and equations that a step passes on: KT_FRONT_DELAYED_MOST or none */
-    int32_t width;            /* the largest number of parameters, in whole lanes */
+    int32_t width, stride;    /* the largest number of parameters, without and with the parent's, in whole lanes */
+    size_t vectors;           /* in slots, of an acceleration's components and of equations */
+    size_t shared;            /* where the arrays that all steps share begin among the group's matrices */
     size_t count;             /* of the numbers that it needs in the data */
 } kt_front_plan;
 
@@ -55,22 +57,6 @@ static inline size_t kt_front_step_count(const kt_front_size *s) {
     const size_t reflectors = s->kept < half ? s->kept : half;
     return base * n + k * (n + 1) + k + k * s->vectors + k + reflectors * (n + more + 1) +
            n * (s->kept + base + more + 1);
-}
-
-/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is
- * coupled of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is
- * computed on the way. */
-static inline size_t kt_front_vectors(const kt_front_plan *plan) {
-    return KT_FRONT_SPACE * (size_t)plan->slots + (size_t)plan->relations + (size_t)plan->delayed_most;
-}
-static inline size_t kt_front_stride(const kt_front_plan *plan) {
-    return (size_t)kt_front_padded(plan->width + KT_FRONT_SPACE);
-}
-static inline size_t kt_front_running_count(const kt_front_plan *plan) {
-    const size_t stride = kt_front_stride(plan);
-    const size_t width = (size_t)plan->width;
-    return kt_front_vectors(plan) * (width + 1) + width * width + 2 * (size_t)plan->slots + stride * stride +
-           (4 + KT_FRONT_SPACE) * stride;
 }
 
 #endif

@@ -184,7 +184,8 @@ struct kt_model {
     size_t found_massless; /* while it is built: how many coordinates will be `massless` */
     size_t damped;         /* how many of the combinations of `massless` dampers resist: the first ones */
 #endif
-    const struct kt_reduction_kind *reduction; /* how the equations of loops are solved (constraint/group.h) */
+    const struct kt_reduction_kind *reduction;        /* how the equations of loops are solved (constraint/group.h) */
+    const struct kt_reduction_kernels *group_kernels; /* with which recursions (reduction/kernel.h) */
     kt_metric metric;
     kt_structure structure;
     unsigned excluded_forms;

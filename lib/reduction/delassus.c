@@ -41,7 +41,7 @@ static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
 
 /* The equations: of all that are not void, or of the independent ones, which are all or those that have been chosen at
  * generic positions. Returns false if they are more than that, or the independent ones fewer. */
-static bool find_any(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent, sweep *s) {
+static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent, sweep *s) {
     s->model = model;
     s->data = data;
     s->unit = NULL;
@@ -51,7 +51,7 @@ static bool find_any(const kt_model *model, kt_data *data, size_t g, kt_rows row
     const int32_t begin = s->f.step[0].loop, most = independent ? s->f.group->rank[rows] : KT_DELASSUS_MAX;
     for (int32_t l = begin; l < begin + s->f.group->loop_count; l++) {
         const kt_loop_record *loop = &model->loop[model->front_loop[l]];
-        const int32_t *slot = kt_front_slots(&s->f, loop);
+        const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]) || !is_wanted(s, slot[r], independent))
                 continue;
@@ -63,10 +63,6 @@ static bool find_any(const kt_model *model, kt_data *data, size_t g, kt_rows row
         }
     }
     return !independent || s->count == most;
-}
-
-static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, sweep *s) {
-    return find_any(model, data, g, rows, true, s);
 }
 
 /* Over all lanes. */
@@ -275,7 +271,7 @@ static double orthonormalise_steps(const sweep *s, kt_rows rows, const kt_v4 *g,
 bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     kt_v4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
-    if (!find(model, data, g, rows, &s))
+    if (!find(model, data, g, rows, true, &s))
         return false;
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
         square[r] = c[r] = s.d.transform[r] = kt_v4_splat(0.0);
@@ -324,7 +320,7 @@ static void take_steps(const sweep *s, kt_v4 lambda, double *step) {
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, double *step) {
     kt_v4 mu = kt_v4_splat(0.0), lambda = mu;
     sweep s;
-    (void)find(model, data, g, data->factored[g], &s);
+    (void)find(model, data, g, data->factored[g], true, &s);
     for (int r = 0; r < s.count; r++)
         mu += kt_v4_splat(s.f.w.right[s.row[r].slot]) * s.d.transform[r];
     for (int r = 0; r < s.count; r++)
@@ -492,7 +488,7 @@ bool KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g
     sums to = {.force = kt_v4_splat(0.0)};
     kt_v4 mu = kt_v4_splat(0.0);
     sweep s;
-    (void)find(model, data, g, data->factored[g], &s);
+    (void)find(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     place_loads(&s, -1.0);
     if (planar)
@@ -519,7 +515,7 @@ bool KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g
 bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size) {
     kt_v4 square[KT_DELASSUS_MAX];
     sweep s;
-    if (!find_any(model, data, g, rows, false, &s))
+    if (!find(model, data, g, rows, false, &s))
         return false;
     s.unit = model->unit + s.f.group->v;
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
@@ -539,7 +535,7 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
                                  double *step) {
     kt_v4 square[KT_DELASSUS_MAX], lambda = kt_v4_splat(0.0);
     sweep s;
-    (void)find_any(model, data, g, data->factored[g], false, &s);
+    (void)find(model, data, g, data->factored[g], false, &s);
     s.unit = model->unit + s.f.group->v;
     memcpy(square, s.d.transform, sizeof square);
     for (int r = 0; r < s.count; r++) {

@@ -16,21 +16,22 @@
 
 /* The links 1 to end - 1 are treated as spatial ones. */
 KT_INLINE size_t spatial_end(const kt_model *model, bool planar) { return planar ? model->n.spatial : model->n.link; }
-KT_INLINE bool has_spatial(const kt_model *model, bool planar) { return !planar || model->n.spatial > 1; }
 
 KT_INLINE void set_pose(const kt_model *model, kt_data *data, bool planar, const double *q) {
     if (planar)
         KT_KERNEL(kt_planar_links_pose)(model, data, q);
-    if (has_spatial(model, planar))
-        KT_KERNEL(kt_spatial_links_pose)(model, data, q, spatial_end(model, planar));
+    const size_t end = spatial_end(model, planar);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_pose)(model, data, q, end);
 }
 
 KT_INLINE void set_motion(const kt_model *model, kt_data *data, bool planar, const double *q, const double *v,
                           const kt_wrench *external) {
     if (planar)
         KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
-    if (has_spatial(model, planar))
-        KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, spatial_end(model, planar));
+    const size_t end = spatial_end(model, planar);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
 
 KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving, const double *q,
@@ -47,35 +48,22 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool p
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* Fronts of four parameters are left to front4.h if `special` (data->special_form); the others as kt_group_prepare. */
-KT_INLINE bool prepare_group(const kt_model *model, kt_data *data, size_t g, bool planar, kt_rows rows, bool regular,
-                             bool special) {
-    const kt_group *group = &model->group[g];
-    if (!planar || !special || group->form != KT_FORM_FRONT4 || group->count[rows] != group->count[KT_ROWS_ALL])
-        return KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, special);
-    data->special_form[g] = kt_special_form_as(regular);
-    data->factored[g] = rows;
-    data->near[g] = false;
-    data->rank[g] = group->rank[rows];
-    return true;
-}
-
 /* `special`: groups of one pin are solved in closed form (in the plane), those of few equations by delassus.h, those of
  * fronts of four parameters by front4.h (in the plane). */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, bool planar, const kt_dynamic_state *at,
                              bool regular, bool special, double *a) {
+    const size_t end = spatial_end(model, planar);
     size_t failed = 0;
     set_motion(model, data, planar, at->q, at->v, at->external);
     for (size_t g = 0; g < model->n.group; g++) {
         if (planar && special && model->group[g].form == KT_FORM_PIN)
             continue;
         fill_group(model, data, g, planar, true, at->q, at->v, at->t);
-        if (!prepare_group(model, data, g, planar, KT_ROWS_ALL, regular, special))
+        if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, special, planar && special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
-    if (!failed && has_spatial(model, planar))
-        failed = KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, spatial_end(model, planar),
-                                                        special && model->has_delassus, a);
+    if (!failed && end > 1)
+        failed = KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, end, special && model->has_delassus, a);
     if (!failed && planar)
         failed = KT_KERNEL(kt_planar_links_accelerate)(model, data, special ? at->v : NULL, at->tau, false, a);
     return failed;
@@ -121,7 +109,8 @@ KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
 KT_INLINE bool prepare(const kt_model *model, kt_data *data, bool planar, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= prepare_group(model, data, g, planar, rows, regular, !planar || !has_fixed(data, &model->group[g]));
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
+                                            planar && !has_fixed(data, &model->group[g]));
     return fine;
 }
 
@@ -131,7 +120,7 @@ KT_INLINE bool try_step_of_mass(const kt_model *model, kt_data *data, bool plana
     const size_t end = spatial_end(model, planar);
     if (planar)
         KT_KERNEL(kt_planar_links_move)(model, data, model->zero);
-    if (has_spatial(model, planar)) {
+    if (end > 1) {
         KT_KERNEL(kt_spatial_links_move)(model, data, model->zero, end);
         KT_KERNEL(kt_spatial_links_clear)(model, data, end);
         data->motion[0].linear = kt_v4_splat(0.0);

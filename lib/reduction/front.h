@@ -120,12 +120,12 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
                     .live = data->front_live,
                     .components = data->front_planar[g] ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
-                    .stride = (int)kt_front_stride(plan)};
+                    .stride = plan->stride};
     kt_group_find(model, data, g, rows, &f->w);
-    const size_t vectors = kt_front_vectors(plan), stride = (size_t)f->stride;
-    double *at = f->w.front + plan->count - kt_front_running_count(plan);
-    f->link_acceleration = at, at += vectors * (size_t)plan->width;
-    f->constant = at, at += vectors;
+    const size_t stride = (size_t)plan->stride;
+    double *at = f->w.front + plan->shared;
+    f->link_acceleration = at, at += plan->vectors * (size_t)plan->width;
+    f->constant = at, at += plan->vectors;
     f->copy = at, at += (size_t)plan->width * (size_t)plan->width;
     f->speed = at, at += 2 * (size_t)plan->slots;
     f->energy = at, at += stride * stride;
@@ -202,10 +202,7 @@ static inline void kt_front_release(kt_front *f, int32_t holder) {
         f->live[i] = f->live[i + 1];
 }
 
-/* The slots of a loop's equations; and whether the equation of a slot is among those to be solved. */
-static inline const int32_t *kt_front_slots(const kt_front *f, const kt_loop_record *loop) {
-    return kt_rows_slots(f->model, f->group, loop);
-}
+/* Whether the equation of a slot is among those to be solved. */
 static inline bool kt_front_counts(const kt_front *f, int32_t slot) { return slot >= 0 && slot < f->w.k; }
 
 /* The wrench of a unit multiplier on the link of an end, about its origin. */

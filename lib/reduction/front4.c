@@ -97,7 +97,7 @@ KT_INLINE int complete_loops(const front4 *s, const kt_front_step *step, kt_v4 *
     int count = 0;
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const kt_loop_record *loop = &s->f.model->loop[s->f.model->front_loop[i]];
-        const int32_t *slot = kt_front_slots(&s->f, loop);
+        const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]))
                 continue;

@@ -65,7 +65,7 @@ KT_INLINE int complete_loops(const kt_front *f, const kt_front_step *step, int n
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
-        const int32_t *slot = kt_front_slots(f, loop);
+        const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
         for (int r = 0; r < loop->row_count; r++) {
             double *d = rows + count * n;
             if (!kt_front_counts(f, slot[r]))

@@ -92,7 +92,7 @@ static void move_links(const kt_front *f, const kt_front_motion *parent, bool pl
 static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, double t) {
     const kt_loop_record *loop = &f->model->loop[index];
     const kt_planar_loop *flat = &f->model->planar_loop[index];
-    const int32_t *slot = kt_front_slots(f, loop);
+    const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
     kt_planar_end end[2];
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -155,7 +155,7 @@ static void store_wrench(const kt_loop_row *row, kt_v4 arm, double sign, double 
 
 static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, double t) {
     const kt_loop_record *loop = &f->model->loop[index];
-    const int32_t *slot = kt_front_slots(f, loop);
+    const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_v4 arm[2];
@@ -174,7 +174,7 @@ static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_mo
 
 /* The scale stands for the sizes of the coefficients (kt_front_reach). */
 static void evaluate_relation(const kt_front *f, const kt_loop_record *loop, const double *q, double t) {
-    const int32_t slot = kt_front_slots(f, loop)[0];
+    const int32_t slot = kt_rows_slots(f->model, f->group, loop)[0];
     kt_rows_relation_value(f->model, f->group, &f->w, loop, slot, q, t);
     if (slot < 0)
         return;
@@ -261,7 +261,7 @@ void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, k
         }
         for (int i = step->loop; i < step->loop + step->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->front_loop[i]];
-            const int32_t *slot = kt_front_slots(&f, loop);
+            const int32_t *slot = kt_rows_slots(f.model, f.group, loop);
             for (int r = 0; r < loop->row_count; r++) {
                 double most = 0.0;
                 if (!kt_front_counts(&f, slot[r]))

@@ -246,7 +246,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         place_reflector(f, v, base, all);
         reflect_energy(f, f->spare, x->coupled_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
-    if (!kt_dense_cholesky_within(f->energy + t * (f->stride + 1), (size_t)f->stride, u, judge ? f->size + t : NULL))
+    if (!kt_dense_cholesky(f->energy + t * (f->stride + 1), (size_t)f->stride, u, judge ? f->size + t : NULL))
         return false;
     keep_energy(f, t, u, t, u);
     memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);

@@ -28,10 +28,18 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
 }
 
 bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
-                                 bool delassus) {
-    const bool special =
-        delassus && model->group[g].form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
-    data->special_form[g] = special ? kt_special_form_as(regular) : KT_SPECIAL_FORM_NONE;
+                                 bool delassus, bool front4) {
+    const kt_group *group = &model->group[g];
+    bool special = false;
+    if (delassus && group->form == KT_FORM_DELASSUS) {
+        special = KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    } else if (front4 && group->form == KT_FORM_FRONT4 && group->count[rows] == group->count[KT_ROWS_ALL]) {
+        special = true;
+        data->factored[g] = rows;
+        data->near[g] = false;
+        data->rank[g] = group->rank[rows];
+    }
+    data->special_form[g] = !special ? KT_SPECIAL_FORM_NONE : regular ? KT_SPECIAL_FORM_REGULAR : KT_SPECIAL_FORM_WHOLE;
     return special || KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
 }
 

@@ -6,8 +6,9 @@
 #include "constraint/group.h"
 #include "reduction/kernel.h"
 
-/* kt_group_prepare: as kt_group_factor; if `delassus`, groups in the form of Delassus are prepared for delassus.h
- *   (data->special_form). Returns false if a number is not finite.
+/* kt_group_prepare: as kt_group_factor, but groups in a form of their own are left to it (data->special_form): if
+ *   `delassus`, those of Delassus, which are prepared for delassus.h; if `front4`, fronts of four parameters, to front4.h.
+ *   Returns false if a number is not finite.
  * kt_groups_refactor: factors the groups in their special forms; returns false if there are none or a number is not
  *   finite.
  * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
@@ -22,7 +23,7 @@
 #define KT_GROUPS_DECLARE(isa)                                                                                         \
     int kt_group_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \
     bool kt_group_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,            \
-                                bool delassus);                                                                        \
+                                bool delassus, bool front4);                                                           \
     bool kt_groups_refactor_##isa(const kt_model *model, kt_data *data);                                               \
     bool kt_groups_factor_##isa(const kt_model *model, kt_data *data, kt_rows rows, bool regular);                     \
     void kt_group_residuals_##isa(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,   \

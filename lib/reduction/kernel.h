@@ -7,9 +7,6 @@
 /* data->special_form: groups in the form of Delassus (delassus.h) and fronts in registers (front4.h) may be solved in
  * their own forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
 enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
-static inline uint8_t kt_special_form_as(bool regular) {
-    return regular ? KT_SPECIAL_FORM_REGULAR : KT_SPECIAL_FORM_WHOLE;
-}
 
 typedef struct kt_reduction_kernels {
     /* Computes the accelerations of a mechanism with loops (at->tau is given); sets data->rank and data->near of each group. `regular`:
@@ -55,7 +52,8 @@ KT_REDUCTION_DECLARE(baseline)
 KT_REDUCTION_DECLARE(v3)
 KT_REDUCTION_DECLARE(v4)
 
-/* The kernels for the model's sweep: the spatial ones, or those that compute planar links in their planes. */
+/* The kernels for the model's sweep: the spatial ones, or those that compute planar links in their planes. They are
+ * model->group_kernels. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
 
 /* The spatial kernels, which treat planar links like all others. */

@@ -67,7 +67,7 @@ KT_INLINE kt_condition kt_group_solve(kt_particular *particular, kt_basis *basis
     particular(w, rank, w->right, w->free);
     basis(w, rank);
     kt_group_reduce(w, dofs, size);
-    kt_condition regular = kt_dense_cholesky(w->reduced, dofs, size);
+    kt_condition regular = kt_dense_cholesky(w->reduced, (size_t)dofs, dofs, size);
     if (kt_fails(&regular, regular))
         return regular;
     kt_group_apply_mass(w, w->free, half);
@@ -102,7 +102,7 @@ static inline bool kt_group_make_least(const kt_reduction_kind *kind, const kt_g
             w->reduced[(size_t)c * (size_t)dofs + (size_t)r] = kt_dense_dot(n, w->basis + (size_t)r * (size_t)m, m);
         z[c] = -kt_dense_dot(n, w->free, m);
     }
-    if (!kt_dense_cholesky(w->reduced, dofs, NULL))
+    if (!kt_dense_cholesky(w->reduced, (size_t)dofs, dofs, NULL))
         return false;
     kt_group_expand_basis(w, dofs, false, z, w->free);
     return true;

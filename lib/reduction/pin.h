@@ -3,7 +3,7 @@
  *
  * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as it enters the loop's rows: J times the lever to p2 for a
  * revolute joint, the direction of a prismatic one. (The rows are taken along e1 and e2, which changes no solution.)
- * With a x b = a_x b_y - a_y b_x for vectors in the plane and A = [c_1 c_2 c_3],
+ * With a x b = a_x b_y - a_y b_x for vectors in the plane (kt_cross2) and A = [c_1 c_2 c_3],
  *   null vector                 n  = (c_2 x c_3, c_3 x c_1, c_1 x c_2)
  *   least solution of A x0 = b'' x0 = ((b'' x c_1, b'' x c_2, b'' x c_3) x n) / n.n
  * Virtual power replaces the mass matrix. Let U_i = (w, u) be the velocities of the links at the rates n,
@@ -52,36 +52,28 @@ typedef struct kt_pin {
     kt_real1 x[KT_PIN_LINKS];      /* x0 */
 } kt_pin;
 
-KT_INLINE kt_real1 kt_pin_cross(kt_real2 a, kt_real2 b) {
-    return KT_PART2(a, 0) * KT_PART2(b, 1) - KT_PART2(a, 1) * KT_PART2(b, 0);
-}
-
-KT_INLINE bool kt_pin_is_revolute(const kt_pin *p, int i) { return p->link[i]->revolute; }
-
 /* One end of the loop, relative to the parent's origin. */
 typedef struct kt_pin_end {
     kt_real2 point, rate, linear; /* linear: from the velocities alone */
     kt_real1 omega;
 } kt_pin_end;
 
-/* The group, its loop, the parent and the number of links on the path to the loop's first end. */
+/* The group, its loop, the parent, and where the links on the path to each of the loop's ends begin: those to the end k
+ * are bound[k] to bound[k + 1] - 1. */
 typedef struct kt_pin_group {
     const kt_group *group;
     const kt_loop_record *loop;
     const kt_planar_loop *flat;
     int32_t top;
-    int first;
+    int bound[3];
 } kt_pin_group;
-
-KT_INLINE int kt_pin_from(const kt_pin_group *g, int k) { return k ? g->first : 0; }
-KT_INLINE int kt_pin_to(const kt_pin_group *g, int k) { return k ? KT_PIN_LINKS : g->first; }
 
 /* Follows the path to end k, from the parent's angular velocity w. */
 KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k, kt_real1 w,
                                    const kt_real1 *v, kt_pin *p) {
     const kt_planar_loop *flat = g->flat;
     const int32_t *path = model->path + g->loop->path[k];
-    const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
+    const int from = g->bound[k], to = g->bound[k + 1];
     const kt_real2 none = kt_same2(0.0);
     kt_real2 at = kt_minus2(kt_from2(flat->origin)), rate = none, bias = none;
     const int32_t first = kt_planar_index_shift(model, 0);
@@ -120,7 +112,7 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
-        p->c[i] = kt_pin_is_revolute(p, i)
+        p->c[i] = p->link[i]->revolute
                       ? kt_mul2(kt_same2(sign * p->link[i]->sign), kt_across2(kt_sub2(two->point, p->at[i])))
                       : kt_mul2(kt_same2(sign), p->along[i]);
     }
@@ -135,9 +127,9 @@ KT_INLINE kt_condition kt_pin_reduce(double usual, kt_pin *p) {
     const double small = KT_NEAR_SINGULAR * usual;
     kt_condition regular = kt_condition_true();
     kt_real1 *n = p->n, *x = p->x;
-    n[0] = kt_pin_cross(c[1], c[2]);
-    n[1] = kt_pin_cross(c[2], c[0]);
-    n[2] = kt_pin_cross(c[0], c[1]);
+    n[0] = kt_cross2(c[1], c[2]);
+    n[1] = kt_cross2(c[2], c[0]);
+    n[2] = kt_cross2(c[0], c[1]);
     const kt_real1 nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
     /* the size of the last direction in QR is |n| divided by the norm of the longest row of A, at most that of A */
     if (kt_fails(&regular, nn > small * small * all) || kt_fails(&regular, nn > KT_RANK_TOLERANCE * (all * all)))
@@ -162,7 +154,7 @@ KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
     const kt_real2 across = kt_across2(p->offset[i]);
     body->u = kt_add2(body->u, kt_scale2(body->w, across));
     body->a = kt_add2(body->a, kt_scale2(body->alpha, across));
-    if (kt_pin_is_revolute(p, i)) {
+    if (p->link[i]->revolute) {
         body->w += p->link[i]->sign * p->n[i];
         body->alpha += p->link[i]->sign * p->x[i];
     } else {
@@ -200,7 +192,7 @@ KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_re
     moved.moment += x->j * body->alpha + kt_dot2(h, a);
     kt_store2(moved.force, resists);
     sum->power += body->w * moved.moment + kt_dot2(body->u, resists);
-    sum->moment += moment + kt_pin_cross(p->at[i], force);
+    sum->moment += moment + kt_cross2(p->at[i], force);
     sum->force = kt_add2(sum->force, force);
     kt_planar_shift(&moved, (const kt_real1[2]){KT_PART2(p->at[i], 0), KT_PART2(p->at[i], 1)});
     kt_planar_add(&sum->total, &moved);
@@ -226,7 +218,7 @@ KT_INLINE void kt_pin_onto_parent(const kt_pin_sum *sum, kt_real1 one, kt_real1 
 /* Adds the links of the path to end k to the sums; the parent is at rest. */
 KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const kt_pin_group *g, int k,
                                const kt_pin *p, kt_real2 ground, const kt_real1 *tau, kt_pin_sum *sum) {
-    const int from = kt_pin_from(g, k), to = kt_pin_to(g, k);
+    const int from = g->bound[k], to = g->bound[k + 1];
     const bool rides = g->top != 0;
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_pin_body body = {.w = zero, .alpha = zero, .u = kt_same2(0.0), .a = kt_same2(0.0)};
@@ -248,7 +240,7 @@ KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, co
     kt_pin_sum sum = {.inertia = kt_real1_splat(0.0), .force = none};
     const kt_pin_end first_end = kt_pin_follow(model, data, g, 0, omega, v, &p);
     const kt_pin_end second_end = kt_pin_follow(model, data, g, 1, omega, v, &p);
-    kt_pin_relate(&first_end, &second_end, g->first, &p);
+    kt_pin_relate(&first_end, &second_end, g->bound[1], &p);
     kt_condition regular = kt_pin_reduce(group->usual[KT_ROWS_ALL], &p);
     if (kt_fails(&regular, regular))
         return kt_condition_false();

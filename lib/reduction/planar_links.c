@@ -80,23 +80,26 @@ static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t 
                                   const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
     const kt_group *group = &model->group[g];
     const int32_t index = model->group_loop[group->loop];
-    kt_pin_group pin = {.group = group, .loop = &model->loop[index], .flat = &model->planar_loop[index], .top = top};
+    kt_pin_group pin = {.group = group,
+                        .loop = &model->loop[index],
+                        .flat = &model->planar_loop[index],
+                        .top = top,
+                        .bound = {0, 0, KT_PIN_LINKS}};
 #ifndef KT_LANES
     data->near[g] = false;
     data->rank[g] = group->rank[KT_ROWS_ALL];
 #endif
-    switch (pin.loop->length[0]) { /* pin.first is a constant in each */
+    switch (pin.loop->length[0]) { /* pin.bound are constants in each */
     case 0:
-        pin.first = 0;
         return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     case 1:
-        pin.first = 1;
+        pin.bound[1] = 1;
         return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     case 2:
-        pin.first = 2;
+        pin.bound[1] = 2;
         return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     default:
-        pin.first = 3;
+        pin.bound[1] = 3;
         return kt_pin_eliminate(model, data, &pin, gravity, v, tau, a);
     }
 }

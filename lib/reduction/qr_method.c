@@ -26,19 +26,6 @@
 /* From this number of coordinates on (96^2 numbers) OpenBLAS divides the product of a matrix and a vector, too. */
 enum { KT_BLOCKED = 96 };
 
-/* Copies A' with the columns' weights, and computes their squared norms. */
-KT_INLINE void begin(const kt_group_work *w, int m, kt_real1 *norm) {
-    const kt_real1 *restrict a = w->a;
-    kt_real1 *restrict x = w->factor;
-    for (int c = 0; c < w->k; c++, a += m, x += m) {
-        const double weight = w->weight ? w->weight[c] : 1.0;
-        w->pivot[c] = kt_index1_of(c);
-        for (int i = 0; i < m; i++)
-            x[i] = weight * a[i];
-        norm[c] = kt_squares(x, 0, m);
-    }
-}
-
 KT_INLINE kt_qr qr_of(const kt_group_work *w) {
     return (kt_qr){.m = w->m, .k = w->k, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
@@ -49,13 +36,21 @@ static void unweight(const kt_group_work *w, int rank) {
         kt_qr_unweight(&qr, w->m, rank, w->weight);
 }
 
-/* Returns the rank, at most cap, or -1 if a number is not finite. In lanes, where *full becomes the states whose rank is
- * cap, it is cap. */
+/* Copies A' with the columns' weights, and factors it. Returns the rank, at most cap, or -1 if a number is not finite.
+ * In lanes, where *full becomes the states whose rank is cap, it is cap. */
 KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
     const int m = w->m;
     kt_real1 first = kt_real1_splat(0.0), all, *norm = w->work;
     const kt_qr qr = qr_of(w);
-    begin(w, m, norm);
+    for (int c = 0; c < w->k; c++) {
+        const kt_real1 *restrict a = w->a + (size_t)c * (size_t)m;
+        kt_real1 *restrict x = w->factor + (size_t)c * (size_t)m;
+        const double weight = w->weight ? w->weight[c] : 1.0;
+        w->pivot[c] = kt_index1_of(c);
+        for (int i = 0; i < m; i++)
+            x[i] = weight * a[i];
+        norm[c] = kt_squares(x, 0, m);
+    }
     for (int j = 0; j < cap; j++) {
         const kt_index1 best = kt_longest_column(norm, j, w->k, &all);
         if (kt_fails(full, kt_is_finite1(all)))
@@ -71,23 +66,22 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
 }
 
 /* Three coordinates and two equations, as in a closed planar chain: loops of known length are unrolled, which halves
- * the cost of such a group. */
-KT_INLINE bool is_four_bar(const kt_group_work *w, int rank) { return w->m == 3 && w->k == 2 && rank == 2; }
-
-KT_INLINE kt_group_work four_bar(const kt_group_work *w) {
-    kt_group_work known = *w;
-    known.m = 3;
-    known.k = 2;
-    known.weight = NULL;
-    return known;
+ * the cost of such a group. Returns whether it is one; *known is then the group with these numbers as constants. */
+KT_INLINE bool is_four_bar(const kt_group_work *w, int rank, kt_group_work *known) {
+    if (w->m != 3 || w->k != 2 || rank != 2)
+        return false;
+    *known = *w;
+    known->m = 3;
+    known->k = 2;
+    known->weight = NULL;
+    return true;
 }
 
 /* As factor_any. */
 static int factor_small(const kt_group_work *w, int cap, kt_condition *full) {
-    if (is_four_bar(w, cap)) {
-        const kt_group_work known = four_bar(w);
+    kt_group_work known;
+    if (is_four_bar(w, cap, &known))
         return factor_any(&known, 2, full);
-    }
     const int rank = factor_any(w, cap, full);
     unweight(w, rank);
     return rank;
@@ -158,10 +152,9 @@ KT_INLINE void basis(const kt_group_work *w, int rank) {
 }
 
 static kt_condition solve(const kt_group_work *w, int rank, int width) {
-    if (is_four_bar(w, rank)) {
-        const kt_group_work known = four_bar(w);
+    kt_group_work known;
+    if (is_four_bar(w, rank, &known))
         return kt_group_solve(particular, basis, &known, 2, width);
-    }
     return kt_group_solve(particular, basis, w, rank, width);
 }
 

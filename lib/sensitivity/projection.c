@@ -64,7 +64,7 @@ static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, boo
         for (size_t i = 0; i < f; i++)
             w->reduced[c * f + i] = kt_dense_dot(w->qr.basis + (r + i) * n, half, (int)n);
     }
-    if (kt_dense_cholesky(w->reduced, (int)f, NULL))
+    if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
@@ -289,7 +289,7 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
 
 /* The size of the smallest direction after the step; a singular position is refused. */
 static kt_status measure_smallest(kt_projection_work *w, const double *q, kt_error *error) {
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(w->model);
+    const kt_reduction_kernels *kernels = w->model->group_kernels;
     kt_violation violation;
     w->smallest = 1.0;
     if (!kt_is_near_singular(w->model, w->data))

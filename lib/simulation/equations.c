@@ -229,8 +229,8 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
             return status;
     } else if (simulation->groups > 0 && !simulation->unprojected) {
         simulation->memory.factorizations += (uint64_t)simulation->groups;
-        const kt_status status =
-            kt_state_project(simulation->model, simulation->data, t, y, y + simulation->size.nq, changed, error);
+        const kt_status status = kt_state_project_trusted(simulation->model, simulation->data, t, y,
+                                                          y + simulation->size.nq, changed, error);
         if (status != KT_OK || !kt_simulation_balances_forces(simulation))
             return status;
     }

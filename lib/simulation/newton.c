@@ -298,7 +298,7 @@ static kt_status refuse_near(kt_simulation *s, double t, const double *q, const 
     kt_violation violation;
     if (!KT_HAS_LOOPS || s->groups == 0)
         return KT_OK;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_of(s->model);
+    const kt_reduction_kernels *kernels = s->model->group_kernels;
     (void)(kernels->residuals(s->model, s->data, t, q, v, NULL, &violation) &&
            kernels->factor(s->model, s->data, KT_ROWS_ALL, false));
     return kt_loops_refuse_near(s->model, s->data, error);

@@ -199,8 +199,7 @@ KT_TEST(an_error_about_loops_always_names_one) {
             const double q = 0.0, v = 0.0;
             kt_violation violation;
             kt_error e = {0};
-            kt_check_true("filled",
-                          kt_reduction_kernels_of(l.model)->residuals(l.model, l.data, 0.0, &q, &v, NULL, &violation));
+            kt_check_true("filled", l.model->group_kernels->residuals(l.model, l.data, 0.0, &q, &v, NULL, &violation));
             kt_check_equal_int("error", kt_open_loops_error(l.model, l.data, 0.0, "open are", moving, &e),
                                KT_ERROR_CONSTRAINT);
             kt_check_contains("names", e.message, "open are: 'first' by 0 (");
@@ -272,7 +271,7 @@ KT_TEST(position_is_near_singular_below_a_hundredth_of_the_usual) {
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
     if (linkage_build(&l, 0.0)) {
-        const kt_reduction_kernels *kernels = kt_reduction_kernels_of(l.model);
+        const kt_reduction_kernels *kernels = l.model->group_kernels;
         kt_violation violation;
         kt_check_true("filled", kernels->residuals(l.model, l.data, 0.0, l.q, l.v, NULL, &violation));
         for (int k = 0; k < 2; k++) {
